@@ -18,7 +18,7 @@ from patience import PROGRAM
 
 ROOT = Path(__file__).parents[1]
 BY_ITSELF = {"grabbergui", "pyproject.toml", "setup.py", "LICENSE", "COPYING.exception", "MANIFEST.in"}
-"""What setuptools adds without being told."""
+"""Files that setuptools adds by itself."""
 
 
 def tracked():

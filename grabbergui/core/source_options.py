@@ -106,7 +106,7 @@ class GigeUriOptions:
         "0",
         "INDEX|all",
         "the stream channel to receive, of a camera with several (`GevStreamChannelCount`): often one for "
-        "each sensor. Of `all` every channel's frames come, and `Frame.stream_channel` tells them apart",
+        "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
     plain: bool = _option(False, "0|1", "one system call per packet, for comparison", _switch)
     packet_ring: bool = _option(

@@ -138,6 +138,6 @@ def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_images_too(board, s
     flat = np.hstack((view.board[:, :2] * 16_000 + 400 - 0.5, np.ones((len(view.board), 1))))
     true = tilt @ flat.T
     error = np.linalg.norm(view.picture - (true[:2] / true[2]).T, axis=1)
-    if isinstance(board, Chessboard):  # which of its corners is the first is not told by the board
+    if isinstance(board, Chessboard):  # the board does not say which corner is the first
         error = np.minimum(error, np.linalg.norm(view.picture[::-1] - (true[:2] / true[2]).T, axis=1))
     assert np.sqrt((error**2).mean()) < 0.25

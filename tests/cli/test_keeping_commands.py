@@ -49,9 +49,9 @@ def test_a_set_that_does_not_fit_fails_and_can_be_rolled_back(tmp_path, capsys):
     (tmp_path / "a.yaml").write_text("features:\n  Gain: 3\n  Flavour: vanilla\n")
     with pytest.raises(GrabberError, match="1 of 2"):
         run("load", SMALL, tmp_path / "a.yaml", "--all-or-nothing")
-    told = capsys.readouterr().out
-    assert "unknown     Flavour" in told
-    assert "rolled back: 1 written" in told
+    reported = capsys.readouterr().out
+    assert "unknown     Flavour" in reported
+    assert "rolled back: 1 written" in reported
 
 
 @pytest.mark.parametrize(

@@ -63,19 +63,19 @@ def test_a_slow_consumer_loses_the_oldest_and_counts_them(stream, sinks):
 
 @pytest.mark.parametrize("error", [PixelFormatError("no colours"), ValueError("short")])
 def test_a_consumer_that_fails_is_reported_once_and_gets_the_next_frame(stream, sinks, error):
-    told, seen = [], []
+    reported, seen = [], []
 
     def consume(one):
         seen.append(one.frame_id)
         if one.frame_id != 2:
             raise error
 
-    sink = sink_of(stream, consume, sinks, depth=9, failed=lambda error, one: told.append(error))
+    sink = sink_of(stream, consume, sinks, depth=9, failed=lambda error, one: reported.append(error))
     for number in range(5):
         stream.put(frame(number))
     until(lambda: len(seen) == 5)
-    until(lambda: len(told) == 2)  # and once more after frame 2, which was consumed
-    assert told == [error, error]
+    until(lambda: len(reported) == 2)  # and once more after frame 2, which was consumed
+    assert reported == [error, error]
     assert sink.consumed == 1
 
 

@@ -82,7 +82,7 @@ class SpareCamera:
 
 
 class SpareProgram:
-    """A process that streams when it is told to and then ends without closing anything; forked likewise.
+    """A process that streams on command and then ends without closing anything; forked likewise.
 
     It ends as any program does, by the end of its main module.
     """
@@ -228,24 +228,24 @@ def other_hosts(result: dict[str, Any]) -> None:
 
 def unplugged_while_streaming(via: str) -> dict[str, Any]:
     """The camera goes after ten frames; the host is told, and opens the next one."""
-    told: list[str] = []
+    reported: list[str] = []
     with plugged_in(via, unplug_after_frames=10):
         camera = opened("u3v:")
 
         def on_change(state: ConnectionState, reason: str) -> None:
             if state is ConnectionState.LOST:
-                told.append(reason)
+                reported.append(reason)
 
         camera.connection_changed.connect(on_change)
         camera.start()
-        wait_until(lambda: bool(told), "the unplugging is not noticed")
+        wait_until(lambda: bool(reported), "the unplugging is not noticed")
         try:
             camera.feature("Width")
             refused = ""
         except GrabberError as error:
             refused = type(error).__name__
         camera.close()
-    return {"told": told, "refused": refused}
+    return {"reported": reported, "refused": refused}
 
 
 def prove(via: str) -> dict[str, Any]:

@@ -137,19 +137,19 @@ def test_a_refused_format_leaves_the_stream_on(camera):
 
 
 def test_a_value_under_its_automatic_mode_is_reported(camera):
-    told = set()
+    reported = set()
     seen = threading.Event()
 
     def note(names: frozenset[str]) -> None:
-        told.update(names)
-        if "ExposureTime" in told:
+        reported.update(names)
+        if "ExposureTime" in reported:
             seen.set()
 
     camera.write_feature("ExposureTime", 100)
     camera.features_changed.connect(note)
     camera.start()
     camera.write_feature("ExposureAuto", "Continuous")
-    told.clear()
+    reported.clear()
     seen.clear()
 
     assert seen.wait(PATIENCE)

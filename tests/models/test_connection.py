@@ -340,14 +340,14 @@ def test_a_wrong_address_leaves_the_current_source_untouched(bench):
     gone.problem = SourceNotFoundError("no camera answers there")
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    kept, told = bench.link.source, []
-    bench.link.pending_changed.connect(told.append)
-    bench.link.closing.connect(told.append)
+    kept, reported = bench.link.source, []
+    bench.link.pending_changed.connect(reported.append)
+    bench.link.closing.connect(reported.append)
     bench.link.connect_to("sim:gone")
     until(lambda: bench.failures, "a failure")
     assert bench.failures == ["no camera answers there"]
     assert bench.link.source is kept and bench.link.sources == (kept,) and bench.link.pending is None
-    assert [getattr(source, "uri", None) and str(source.uri) for source in told] == ["sim:gone", None]
+    assert [getattr(source, "uri", None) and str(source.uri) for source in reported] == ["sim:gone", None]
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] and bench.source.calls == ["open", "start"]
     until(lambda: "close" in gone.calls, "letting go of it")
 
@@ -425,7 +425,7 @@ class Pair:
     """Two sources open, the first at hand; what was opened and let go, in order."""
 
     def __init__(self, bench):
-        self.link, self.told = bench.link, []
+        self.link, self.reported = bench.link, []
         self.other = bench.others["sim:colour"] = Source()
         bench.link.connect_to("sim:")
         bench.until(S.STREAMING)
@@ -435,9 +435,9 @@ class Pair:
         deadline = time.monotonic() + PATIENCE
         while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
             time.sleep(0.002)
-        bench.link.opened.connect(lambda source: self.told.append(("opened", source)))
-        bench.link.closing.connect(lambda source: self.told.append(("closing", source)))
-        bench.link.ending.connect(lambda source: self.told.append(("ending", source)))
+        bench.link.opened.connect(lambda source: self.reported.append(("opened", source)))
+        bench.link.closing.connect(lambda source: self.reported.append(("closing", source)))
+        bench.link.ending.connect(lambda source: self.reported.append(("ending", source)))
         del bench.states[:]
 
 
@@ -454,7 +454,7 @@ def test_a_source_opened_in_the_background_leaves_the_other_current(bench, pair)
 
 def test_a_source_made_current_is_announced_like_a_newly_opened_one(bench, pair):
     bench.link.make_current(pair.beside)
-    assert pair.told == [("closing", pair.first), ("opened", pair.beside)]
+    assert pair.reported == [("closing", pair.first), ("opened", pair.beside)]
     assert bench.states == [S.OPENING, S.STREAMING]
     assert bench.link.source is pair.beside and bench.source.streaming, "the first goes on aside"
     bench.link.connect_to("sim:")
@@ -464,14 +464,14 @@ def test_a_source_made_current_is_announced_like_a_newly_opened_one(bench, pair)
 
 def test_closing_one_leaves_the_other(bench, pair):
     bench.link.close(pair.beside)
-    assert pair.told == [("ending", pair.beside)] and bench.states == []
+    assert pair.reported == [("ending", pair.beside)] and bench.states == []
     assert bench.link.wait_closed(PATIENCE) and "close" in pair.other.calls
     assert bench.link.sources == (pair.first,)
 
 
 def test_when_the_current_source_is_closed_the_other_becomes_current(bench, pair):
     bench.link.disconnect()
-    assert pair.told[:2] == [("closing", pair.first), ("ending", pair.first)]
+    assert pair.reported[:2] == [("closing", pair.first), ("ending", pair.first)]
     assert bench.link.source is pair.beside and bench.states == [S.CLOSED, S.OPENING, S.STREAMING]
 
 

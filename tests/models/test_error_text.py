@@ -68,7 +68,7 @@ def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
 
 
 @pytest.mark.parametrize(
-    ("error", "source", "feature", "told"),
+    ("error", "source", "feature", "reported"),
     [
         (FeatureValueError("Width=7: out of range", "Width"), "", WIDTH,
          "<Width does not take this value; allowed is <16 … 2448 px, step 16>>"),
@@ -89,8 +89,10 @@ def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
         (GrabberError("something else"), "", None, "something else"),
     ],
 )  # fmt: skip
-def test_in_another_language_the_commonest_are_worded_by_their_kind(foreign, error, source, feature, told):
-    assert error_text(error, source, feature) == told
+def test_in_another_language_the_commonest_are_worded_by_their_kind(
+    foreign, error, source, feature, reported
+):
+    assert error_text(error, source, feature) == reported
 
 
 def test_a_lost_or_held_source_in_another_language(foreign):

@@ -16,14 +16,14 @@ def logger():
 
 def test_it_keeps_what_is_logged_though_less_is_printed(logger):
     book = LogBook()
-    told = []
-    book.added.connect(told.append)
+    reported = []
+    book.added.connect(reported.append)
     book.open(logger)
     logger.debug("nothing")
     logger.info("opened %s", "sim:")
     logger.warning("odd")
     assert [(line.level, line.text) for line in book.lines] == [(20, "opened sim:"), (30, "odd")]
-    assert told == list(book.lines)
+    assert reported == list(book.lines)
     assert logger.printed.getvalue() == "odd\n"
     book.close()
     book.close()

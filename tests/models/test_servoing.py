@@ -1,4 +1,4 @@
-"""What a window is told of a servo run, without a window."""
+"""The model of a servo run, without its window."""
 
 import threading
 import time
@@ -21,7 +21,7 @@ from patience import PATIENCE, attempts
 
 @pytest.fixture
 def runner():
-    """One that does not run: cycles are told by hand."""
+    """One that does not run: cycles are reported by hand."""
     robot = SimRobot(teo.MODEL)
     camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
     return Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))

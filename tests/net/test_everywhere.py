@@ -39,7 +39,7 @@ class Way:
 
 
 def told_by(grabber, stack):
-    """What a grabber's listener knows of the gain: it reads when told, as the window does, and never else."""
+    """What a grabber's listener knows of the gain: like the window, it reads only after a signal."""
     changed = []
     stack.enter_context(
         connected(grabber.features_changed, lambda names: "Gain" in names and changed.append(1))

@@ -142,13 +142,13 @@ def test_a_camera_is_recorded_and_played(camera, tmp_path, kind):
     path = tmp_path / NAMES[kind]
     writer = create_writer(kind, path, camera.info, 100)
     recorder = Recorder(camera, writer, RecordingLimits(frames=10), reserve=0)
-    told = []
-    recorder.changed.connect(told.append)
+    reported = []
+    recorder.changed.connect(reported.append)
     recorder.start()
     camera.start()
     progress = ended(recorder)
     assert (progress.frames, progress.reason) == (10, "")
-    assert progress.size > 0 and told[-1].ended
+    assert progress.size > 0 and reported[-1].ended
 
     player = playback.create(SourceUri.parse(f"file:{path}?loop=0&speed=4"))
     player.open()
@@ -209,12 +209,12 @@ def test_it_ends_once_so_many_bytes_are_written(camera, tmp_path):
 
 
 def test_it_ends_on_request_and_with_the_source(camera, tmp_path):
-    told = Recorder(camera, create_writer(RecordingKind.MCAP, tmp_path / "a.mcap", INFO))
+    reported = Recorder(camera, create_writer(RecordingKind.MCAP, tmp_path / "a.mcap", INFO))
     left = Recorder(camera, create_writer(RecordingKind.PNG, tmp_path / "b", INFO))
-    told.start()
+    reported.start()
     left.start()
-    told.stop()
-    assert ended(told).reason == ""
+    reported.stop()
+    assert ended(reported).reason == ""
     camera.close()
     assert "closed" in ended(left).reason
 

@@ -58,10 +58,10 @@ def test_what_cannot_be_laid_out_is_kept_as_bytes_with_what_they_are(tmp_path):
     path = save(frame, tmp_path, INFO, MOMENT)
     assert path.suffix == ".raw"
     assert path.read_bytes() == bytes(range(200))
-    told = json.loads(path.with_suffix(".json").read_text())
-    assert (told["width"], told["height"], told["bytes"]) == (20, 10, 200)
-    assert told["pixel_format_code"] == "0x81090001"
-    assert told["source"]["serial"] == "GV01"
+    reported = json.loads(path.with_suffix(".json").read_text())
+    assert (reported["width"], reported["height"], reported["bytes"]) == (20, 10, 200)
+    assert reported["pixel_format_code"] == "0x81090001"
+    assert reported["source"]["serial"] == "GV01"
 
 
 def test_names_tell_what_and_when_and_are_safe(tmp_path):

@@ -119,13 +119,13 @@ def test_zoom_has_bounds(view):
 
 
 def test_painted_is_emitted_once_for_each_image(view, qtbot):
-    told = []
-    view.painted.connect(lambda: told.append(1))
+    reported = []
+    view.painted.connect(lambda: reported.append(1))
     for number in range(1, 4):
         view.setPicture(whole(), WIDTH, HEIGHT)
-        qtbot.waitUntil(lambda number=number: len(told) == number)
+        qtbot.waitUntil(lambda number=number: len(reported) == number)
     view.canvas.viewport().repaint()
-    assert len(told) == 3
+    assert len(reported) == 3
 
 
 def test_the_value_under_the_cursor_is_the_sensors(window_desk):

@@ -46,7 +46,7 @@ class SimulatedCartesian:
         dialect: Dialect = Dialect.YARP3,
         pose_word: Vocab = messages.POSE_WORDS[-1],
     ) -> None:
-        """`pose_word` announces and begins streamed poses; it tells versions of the controller apart."""
+        """`pose_word` announces and begins streamed poses; it depends on the version of the controller."""
         self._robot = robot
         self._dialect = dialect
         self._pose_word = str(pose_word)

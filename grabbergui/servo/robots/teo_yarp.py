@@ -250,7 +250,7 @@ class TeoOverYarp(Robot):
         """The YARP behind the head's board and that behind the arm's controller."""
         if self._dialects is None:
             board = self._find_board()
-            # The controller's words are the same in both; the type codes of its numbers tell them apart.
+            # The controller's words are the same in both; the type codes of its numbers differ.
             status = self._arm_rpc.call(cartesian_messages.ask_status())
             controller = Dialect.YARP3 if status is None or status.dialect is None else status.dialect
             self._dialects = board, controller

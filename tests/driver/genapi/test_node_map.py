@@ -214,7 +214,7 @@ def test_commands(nodes, memory):
 
 
 def test_two_threads_do_not_lock_each_other_out(memory):
-    """Without one Python lock, a change told on one thread and a read on another wait for ever."""
+    """Without one Python lock, a change reported on one thread and a read on another wait for ever."""
     slow = threading.Event()
     nodes = CameraNodeMap(memory, memory.description(), lambda names: slow.wait(0.0001))
 

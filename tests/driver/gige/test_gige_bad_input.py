@@ -70,7 +70,7 @@ def test_images_larger_than_announced_are_refused_and_the_camera_stays_usable(
     grabber.start()
     until(lambda: grabber.statistics().incomplete >= 5)
     assert grabber.statistics().frames == 0
-    assert caplog.text.count("does not fit") == 1, "told once"
+    assert caplog.text.count("does not fit") == 1, "one warning"
     assert grabber.write_feature("ExposureTime", 1500.0).value == 1500.0
     lie_about_payload(simulated, None)
     grabber.stop()

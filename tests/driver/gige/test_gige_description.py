@@ -144,10 +144,10 @@ def test_what_unpacks_without_bounds_is_refused(method: int) -> None:
     with pytest.raises(RemoteProtocolError, match=f"method {method}"):
         unpack(stored.getvalue())
     # The table at the archive's end says so, and not the member's own head.
-    told = bytearray(zipped(XML))
-    told[told.index(b"PK\1\2") + 10] = method
+    reported = bytearray(zipped(XML))
+    reported[reported.index(b"PK\1\2") + 10] = method
     with pytest.raises(RemoteProtocolError, match=f"method {method}"):
-        unpack(bytes(told))
+        unpack(bytes(reported))
 
 
 @pytest.mark.parametrize("stored", [b"PK\3\4", b"PK\3\4" + bytes(100)])

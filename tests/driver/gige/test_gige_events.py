@@ -127,11 +127,11 @@ def test_only_the_device_is_heard() -> None:
 
 # -- delivery ----------------------------------------------------------------------------------------
 def test_events_beyond_the_limit_cost_the_oldest() -> None:
-    gate, told = threading.Event(), []
+    gate, reported = threading.Event(), []
 
     def slow(event_id: int, message: bytes) -> None:
         gate.wait(PATIENCE)
-        told.append(event_id)
+        reported.append(event_id)
 
     delivery = EventDelivery(slow, "slow")
     delivery.put(0, b"")
@@ -139,8 +139,8 @@ def test_events_beyond_the_limit_cost_the_oldest() -> None:
     for number in range(1, MOST_WAITING + 11):
         delivery.put(number, b"")
     gate.set()
-    until(lambda: told and told[-1] == MOST_WAITING + 10)
-    assert delivery.dropped == 10 and told[1] == 11
+    until(lambda: reported and reported[-1] == MOST_WAITING + 10)
+    assert delivery.dropped == 10 and reported[1] == 11
     delivery.close()
     delivery.put(1, b"")
     assert "slow" not in {thread.name for thread in threading.enumerate()}
@@ -263,9 +263,9 @@ def test_a_second_handle_hears_events_too() -> None:
     camera.open()
     with closing(camera), closing(SharedGrabber(camera)) as handle:
         handle.open()
-        told: queue.Queue[DeviceEvent] = queue.Queue()
-        handle.event_received.connect(lambda event: told.put(event))
+        reported: queue.Queue[DeviceEvent] = queue.Queue()
+        handle.event_received.connect(lambda event: reported.put(event))
         camera.write_feature("EventSelector", "Test")
         camera.write_feature("EventNotification", "On")
         camera.execute("TestEventGenerate")
-        assert told.get(timeout=PATIENCE).name == "Test"
+        assert reported.get(timeout=PATIENCE).name == "Test"

@@ -85,20 +85,20 @@ def test_another_camera_at_the_named_address_is_refused_and_named_until_the_same
     first = simulate(ip)
     grabber = sources.create(f"gige:{ip}")
     assert isinstance(grabber, Camera)
-    told: list[tuple[ConnectionState, str]] = []
-    grabber.connection_changed.connect(lambda state, reason: told.append((state, reason)))
+    reported: list[tuple[ConnectionState, str]] = []
+    grabber.connection_changed.connect(lambda state, reason: reported.append((state, reason)))
     with closing(grabber):
         grabber.open()
         first.close()
-        until(lambda: told[-1][0] is ConnectionState.LOST)
+        until(lambda: reported[-1][0] is ConnectionState.LOST)
         other = simulate(ip, model="Another")
-        until(lambda: "Another" in told[-1][1])
-        assert told[-1][0] is ConnectionState.LOST and ip in told[-1][1] and "Twin" in told[-1][1]
-        assert told[-1][1] in caplog.text, "a command has nothing but the log to show it in"
+        until(lambda: "Another" in reported[-1][1])
+        assert reported[-1][0] is ConnectionState.LOST and ip in reported[-1][1] and "Twin" in reported[-1][1]
+        assert reported[-1][1] in caplog.text, "a command has nothing but the log to show it in"
         other.close()
         simulate(ip)
-        until(lambda: told[-1][0] is ConnectionState.OPEN)
-        assert sum("Another" in reason for _, reason in told) == 1, "said once, not at every attempt"
+        until(lambda: reported[-1][0] is ConnectionState.OPEN)
+        assert sum("Another" in reason for _, reason in reported) == 1, "said once, not at every attempt"
         assert grabber.info.model == "Twin"
 
 

@@ -124,7 +124,7 @@ class Network:
 
 
 class Host:
-    """The program that streams, and what it told."""
+    """The program that streams, and its reports."""
 
     def __init__(self, network: Network, uri: str) -> None:
         self._process = network.programs.start(
@@ -135,9 +135,9 @@ class Host:
         """The next thing of this kind that it tells."""
         assert self._process.stdout is not None
         for line in self._process.stdout:
-            told: dict[str, Any] = json.loads(line)
-            if told["what"] == what:
-                return told
+            reported: dict[str, Any] = json.loads(line)
+            if reported["what"] == what:
+                return reported
         raise AssertionError(f"the host ended without telling of {what}")
 
     def end(self) -> dict[str, Any]:
@@ -179,14 +179,14 @@ def test_a_bad_network_costs_no_frame(network: Network, report: Callable[..., No
         host = Host(network, f"gige:{CAMERA}?packet_size=1400")
         host.wait_for("many")
         time.sleep(float(os.environ.get("GRABBERGUI_NETNS_SECONDS", "0")))
-        told = host.end()
-        asked = told["frames"] + told["incomplete"] + told["lost"]
-        if told["frames"] >= 0.999 * asked:
+        reported = host.end()
+        asked = reported["frames"] + reported["incomplete"] + reported["lost"]
+        if reported["frames"] >= 0.999 * asked:
             break
-    report(netem=netem, **told)
+    report(netem=netem, **reported)
     assert asked >= MANY
-    assert told["frames"] >= 0.999 * asked
-    assert told["packets_resent"] > 0.5 * LOSS * told["packets"], "this was no bad network"
+    assert reported["frames"] >= 0.999 * asked
+    assert reported["packets_resent"] > 0.5 * LOSS * reported["packets"], "this was no bad network"
 
 
 def test_a_cable_that_was_out_for_three_seconds(network: Network, report: Callable[..., None]) -> None:
@@ -198,10 +198,10 @@ def test_a_cable_that_was_out_for_three_seconds(network: Network, report: Callab
         missed, recovered = (seconds / allowance() for seconds in pull_cable(network, host))
         if missed < MISSED_SECONDS and recovered < RECOVERY_SECONDS:
             break
-    told = host.end()
+    reported = host.end()
     report(missed_after=missed, frame_after=recovered)
     assert missed < MISSED_SECONDS and recovered < RECOVERY_SECONDS
-    assert told["exposure"] == EXPOSURE and told["frames"] > 0
+    assert reported["exposure"] == EXPOSURE and reported["frames"] > 0
 
 
 def pull_cable(network: Network, host: Host) -> tuple[float, float]:

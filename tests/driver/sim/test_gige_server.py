@@ -324,16 +324,18 @@ def test_an_address_that_is_not_ours_is_refused():
 
 def test_serving_several_cameras():
     addresses = [free_address(), free_address()]
-    stop, told = threading.Event(), []
+    stop, reported = threading.Event(), []
     server = threading.Thread(
-        target=serve, args=(addresses,), kwargs={"serial": "A7", "stop": stop, "ready": told.append}
+        target=serve, args=(addresses,), kwargs={"serial": "A7", "stop": stop, "ready": reported.append}
     )
     server.start()
-    until(lambda: len(told) == 2)
+    until(lambda: len(reported) == 2)
     stop.set()
     server.join(PATIENCE)
     assert not server.is_alive()
-    assert told == [f"GigE Vision camera {s} is at {a}" for s, a in zip(("A7", "A8"), addresses, strict=True)]
+    assert reported == [
+        f"GigE Vision camera {s} is at {a}" for s, a in zip(("A7", "A8"), addresses, strict=True)
+    ]
 
 
 def test_without_a_serial_number_each_camera_has_one_of_its_address_and_keeps_it():

@@ -249,17 +249,17 @@ def test_chunks_are_values_of_the_frame(plug_in) -> None:
 def test_events_are_features_and_a_signal(plug_in) -> None:
     _, device = plug_in()
     camera = Camera(device)
-    told: list[DeviceEvent] = []
-    camera.event_received.connect(told.append)
+    reported: list[DeviceEvent] = []
+    camera.event_received.connect(reported.append)
     camera.open()
     camera.write_feature("EventSelector", "ExposureEnd")
     camera.write_feature("EventNotification", "On")
     frames = grab(camera, 2)
     last = frames[-1].frame_id + 1  # the camera counts from one
-    until(lambda: told and told[-1].values["EventExposureEndFrameID"] >= last)
-    assert {event.name for event in told} == {"ExposureEnd"}
-    assert [event.values["EventExposureEndFrameID"] for event in told[:last]] == [*range(1, last + 1)]
+    until(lambda: reported and reported[-1].values["EventExposureEndFrameID"] >= last)
+    assert {event.name for event in reported} == {"ExposureEnd"}
+    assert [event.values["EventExposureEndFrameID"] for event in reported[:last]] == [*range(1, last + 1)]
     assert camera.feature("EventExposureEndFrameID").value in {
-        event.values["EventExposureEndFrameID"] for event in told
+        event.values["EventExposureEndFrameID"] for event in reported
     }
     camera.close()

@@ -171,13 +171,13 @@ def test_noise_ends_the_connection_and_nothing_else(
 
 
 def test_serving_on_tcp_ends_when_it_is_asked_to() -> None:
-    stop, told = threading.Event(), []
+    stop, reported = threading.Event(), []
     thread = threading.Thread(
-        target=lambda: serve("tcp", host="127.0.0.24", port=0, stop=stop, ready=told.append)
+        target=lambda: serve("tcp", host="127.0.0.24", port=0, stop=stop, ready=reported.append)
     )
     thread.start()
-    until(lambda: bool(told))
-    assert "attach -r 127.0.0.24 -b 1-1" in told[0]
+    until(lambda: bool(reported))
+    assert "attach -r 127.0.0.24 -b 1-1" in reported[0]
     stop.set()
     thread.join(PATIENCE)
     assert not thread.is_alive()

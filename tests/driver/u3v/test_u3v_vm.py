@@ -79,6 +79,6 @@ def test_aravis_streams_without_a_failure(with_aravis: dict[str, Any], mode: str
 
 def test_unplugging_is_reported_once(seen: dict[str, Any]) -> None:
     unplugged = seen["vhci"]["unplugged"]
-    assert len(unplugged["told"]) == 1
-    assert "unplugged" in unplugged["told"][0]
+    assert len(unplugged["reported"]) == 1
+    assert "unplugged" in unplugged["reported"][0]
     assert unplugged["refused"] == "DeviceLostError"

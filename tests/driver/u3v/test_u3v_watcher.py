@@ -20,7 +20,7 @@ EVENTS = BulkInterface(1, 0x82, 0, 1024)
 
 
 class Handle:
-    """Gives what it is told to, then nothing more."""
+    """Returns a given answer, then nothing more."""
 
     name = "camera"
 

@@ -43,10 +43,10 @@ def noted(source, *wanted):
 
 def test_on_a_served_camera_the_log_distinguishes_operator_and_network(served):
     camera, source = served
-    told = threading.Event()
-    source.features.feature_changed.connect(lambda feature: told.set())
+    reported = threading.Event()
+    source.features.feature_changed.connect(lambda feature: reported.set())
     source.features.watch(["Gain", "Gamma"])
-    assert told.wait(PATIENCE)
+    assert reported.wait(PATIENCE)
     source.features.write("Gain", 3.0)
     noted(source, ("Gain 0 → 3", OPERATOR))
     time.sleep(CONSEQUENCES)  # what comes sooner may be a consequence of the operator's own change

@@ -21,7 +21,7 @@ def number(name, value=1.0, **more):
 
 
 class Stage:
-    """A model on a scripted grabber, and everything it told."""
+    """A model on a scripted grabber, and all its signals."""
 
     def __init__(self, *features):
         self.grabber = ScriptedGrabber(features)
@@ -314,15 +314,15 @@ def test_a_lost_device_is_reported_once(stage):
 
 def test_reload_takes_the_new_tree(stage):
     s = stage(number("A"))
-    told = []
-    s.model.structure_changed.connect(lambda: told.append(s.model.root))
+    reported = []
+    s.model.structure_changed.connect(lambda: reported.append(s.model.root))
     s.model.request(["A"])
     s.settle()
     s.grabber.known = {"Gain": number("Gain")}
     s.grabber.tree = Category("Root", members=(number("Gain"),))
     s.model.reload()
     s.settle()
-    assert told == [s.grabber.tree]
+    assert reported == [s.grabber.tree]
     assert s.model.favourites == ("Gain",)
     assert s.model.feature("A") is None
 
@@ -331,7 +331,7 @@ def test_closing_sends_what_waits_and_stays_silent(stage):
     s = stage(number("Gain"))
     s.model.write("Gain", 1.0)
     s.settle()
-    told = len(s.changed)
+    reported = len(s.changed)
     s.model.write("Gain", 2.0)
     s.model.write("Gain", 3.0)
     s.model.close()
@@ -341,7 +341,7 @@ def test_closing_sends_what_waits_and_stays_silent(stage):
     s.grabber.set("Gain", 9.0)
     assert s.worker.close()
     assert s.written("Gain")[-1] == 3.0
-    assert len(s.changed) == told
+    assert len(s.changed) == reported
     assert s.errors == []
 
 

@@ -132,9 +132,9 @@ def test_levels_fitted_to_an_image_leave_out_the_rarest_values():
 class Bench:
     def __init__(self):
         self.frame = frame_of(np.full((8, 8), 9, np.uint8))
-        self.asked, self.told = 0, []
+        self.asked, self.reported = 0, []
         self.model = MeasuringModel(self.newest, period=0.005)
-        self.model.measured.connect(self.told.append)
+        self.model.measured.connect(self.reported.append)
 
     def newest(self):
         self.asked += 1
@@ -159,21 +159,21 @@ def test_nothing_is_measured_and_no_thread_runs_while_nobody_wants_it(bench):
     bench.model.want(Wanted())
     assert threading.active_count() == before
     bench.model.want(Wanted(histogram=True))
-    bench.until(lambda: bench.told)
-    assert bench.told[0].histogram is not None and bench.told[0].sharpness is None
+    bench.until(lambda: bench.reported)
+    assert bench.reported[0].histogram is not None and bench.reported[0].sharpness is None
     bench.model.want(Wanted())
     bench.until(lambda: threading.active_count() == before)
 
 
 def test_each_frame_is_measured_once_and_again_when_something_else_is_wanted(bench):
     bench.model.want(Wanted(histogram=True))
-    bench.until(lambda: bench.told)
+    bench.until(lambda: bench.reported)
     asked = bench.asked
     bench.until(lambda: bench.asked > asked + 3)
-    assert len(bench.told) == 1
+    assert len(bench.reported) == 1
     bench.model.want(Wanted(focus=True, line=Line(0, 0, 3, 3)))
-    bench.until(lambda: len(bench.told) == 2)
-    assert bench.told[1].histogram is None and bench.told[1].profile["grey"].tolist() == [9] * 4
+    bench.until(lambda: len(bench.reported) == 2)
+    assert bench.reported[1].histogram is None and bench.reported[1].profile["grey"].tolist() == [9] * 4
 
 
 def test_a_frame_that_cannot_be_measured_does_not_end_it(bench):
@@ -181,7 +181,7 @@ def test_a_frame_that_cannot_be_measured_does_not_end_it(bench):
     bench.frame.payload = bench.frame.payload[:3]
     bench.model.want(Wanted(histogram=True))
     bench.until(lambda: bench.asked > 2)
-    assert bench.told == []
+    assert bench.reported == []
     bench.frame = frame_of(np.full((4, 4), 7, np.uint8))
-    bench.until(lambda: bench.told)
-    assert bench.told[0].histogram.channels["grey"][7] == 16
+    bench.until(lambda: bench.reported)
+    assert bench.reported[0].histogram.channels["grey"][7] == 16

@@ -12,8 +12,8 @@ def test_the_simulated_cameras_own_once(sim):
     s = sim("pixel_format=RGB8&exposure=100")
     assert has_once(s.grabber, Role.EXPOSURE) and has_once(s.grabber, Role.BALANCE_RATIO)
     before = s.light(None).mean
-    told = s.run(lambda bench: let_camera(bench, Role.EXPOSURE))
-    assert told.startswith("Exposure set by the camera: ") and told.endswith(("µs", "ms")), s.failures
+    reported = s.run(lambda bench: let_camera(bench, Role.EXPOSURE))
+    assert reported.startswith("Exposure set by the camera: ") and reported.endswith(("µs", "ms")), s.failures
     assert s.value("ExposureAuto") == "Off"
     assert s.light(None).mean > before + 0.1
     assert revert(s.tracked_grabber, Direction.UNDO) == []

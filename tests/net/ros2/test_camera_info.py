@@ -61,20 +61,20 @@ def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_
     given = message(r=turn.ravel().tolist(), p=projection.ravel().tolist())
 
     kept = camera_info.parse(camera_info.dump(read_camera_info(given, "right")))
-    told = SimpleNamespace()
-    fill_camera_info(told, fitted(kept, (64, 48), (16, 8), (320, 240)))
+    reported = SimpleNamespace()
+    fill_camera_info(reported, fitted(kept, (64, 48), (16, 8), (320, 240)))
 
-    assert told.r == turn.ravel().tolist()
-    assert told.p == [240, 0, 301 / 2 - 0.5 - 16, -24, 0, 240, 231 / 2 - 0.5 - 8, 0, 0, 0, 1, 0]
-    assert told.k[2] == 320 / 2 - 0.5 - 16
+    assert reported.r == turn.ravel().tolist()
+    assert reported.p == [240, 0, 301 / 2 - 0.5 - 16, -24, 0, 240, 231 / 2 - 0.5 - 8, 0, 0, 0, 1, 0]
+    assert reported.k[2] == 320 / 2 - 0.5 - 16
 
 
 def test_without_a_rectification_it_is_the_cameras_own():
-    told = SimpleNamespace()
-    fill_camera_info(told, read_camera_info(message(), "left"))
+    reported = SimpleNamespace()
+    fill_camera_info(reported, read_camera_info(message(), "left"))
 
-    assert told.r == np.eye(3).ravel().tolist()
-    assert told.p == [500, 0, 319.5, 0, 0, 500, 239.5, 0, 0, 0, 1, 0]
+    assert reported.r == np.eye(3).ravel().tolist()
+    assert reported.p == [500, 0, 319.5, 0, 0, 500, 239.5, 0, 0, 0, 1, 0]
 
 
 @pytest.mark.parametrize(("given", "expected"), [([], 5), ([0.1, 0.2], 5), ([0.1, 0.2, 0.3, 0.4], 5)])

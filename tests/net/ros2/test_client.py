@@ -39,12 +39,12 @@ def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
 
 
 def test_others_changes_are_reported(remote, camera):
-    told = queue.Queue()
-    remote.features_changed.connect(told.put)
+    reported = queue.Queue()
+    remote.features_changed.connect(reported.put)
 
     def changed():
         camera.write_feature("Gain", camera.feature("Gain").value + 0.1)
-        return not told.empty() and "Gain" in told.get()
+        return not reported.empty() and "Gain" in reported.get()
 
     until(changed)
 
@@ -106,16 +106,16 @@ def test_a_server_that_is_back_with_other_values_reports_it(serve, camera, opene
 def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back(serve, opened, drive):
     server = serve("/other")
     remote = opened("ros2:/other")
-    told = queue.Queue()
-    remote.connection_changed.connect(lambda state, why: told.put((state, why)))
+    reported = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: reported.put((state, why)))
     server.stop()
-    assert told.get(timeout=PATIENCE)[0] is ConnectionState.LOST
+    assert reported.get(timeout=PATIENCE)[0] is ConnectionState.LOST
 
     driver = drive()
-    state, why = told.get(timeout=PATIENCE)
+    state, why = reported.get(timeout=PATIENCE)
     assert state is ConnectionState.LOST and "/other_driver" in why and "serial SIM001" in why
 
     driver.close()
     serve("/other")
-    until(lambda: told.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
+    until(lambda: reported.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
     assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"

@@ -141,18 +141,18 @@ def test_arrays_are_edited_as_text(driver, opened, before, text, after, shown):
 def test_changes_by_the_driver_are_reported_with_their_new_range(driver, opened):
     driver.node.declare_parameter("gain", 2, ParameterDescriptor(integer_range=[IntegerRange(to_value=9)]))
     remote = opened("ros2:/other")
-    told = queue.Queue()
-    remote.features_changed.connect(told.put)
+    reported = queue.Queue()
+    remote.features_changed.connect(reported.put)
 
     def changed():
         wider = ParameterDescriptor(type=2, integer_range=[IntegerRange(to_value=20)])
         driver.node.set_descriptor("gain", wider)
         driver.node.set_parameters([Parameter("gain", value=15)])
-        return not told.empty()
+        return not reported.empty()
 
     until(changed)
 
-    assert told.get() == frozenset({"gain"})
+    assert reported.get() == frozenset({"gain"})
     gain = remote.feature("gain")
     assert (gain.value, gain.maximum) == (15, 20)
 

@@ -213,7 +213,7 @@ def test_changes_are_reported_as_events(server, parameters, camera):
     events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
     until(lambda: parameters.node.count_publishers("/parameter_events") >= 2)
 
-    def told():
+    def reported():
         camera.write_feature("ExposureTime", 4321)
         while not events.empty():
             event = events.get()
@@ -222,7 +222,7 @@ def test_changes_are_reported_as_events(server, parameters, camera):
                 return True
         return False
 
-    until(told)
+    until(reported)
 
 
 def test_what_the_camera_does_is_seen_at_once(parameters, camera):

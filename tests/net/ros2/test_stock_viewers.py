@@ -161,13 +161,13 @@ def test_vanished_parameters_are_reported_as_deleted_and_returned_ones_as_change
     grabber, probe = scripted(integer("Marker", 0, 9), number("Ratio", 0.0, 4.0))
     events = events_of(probe, grabber)
 
-    for access, value, told in (
+    for access, value, reported in (
         (AccessMode.NOT_AVAILABLE, None, ("deleted", None)),
         (AccessMode.READ_WRITE, 2.0, ("changed", 2.0)),
     ):
         grabber.known["Ratio"] = replace(grabber.known["Ratio"], value=value, access=access)
         grabber.features_changed.emit(frozenset(["Ratio"]))
-        assert told_of(events, "Ratio") == told
+        assert told_of(events, "Ratio") == reported
 
 
 @pytest.mark.parametrize(
@@ -188,7 +188,7 @@ def test_a_number_that_ends_viewers_is_not_reported(scripted, events_of, feature
 
 
 def test_refused_parameters_are_reported_with_their_value(scripted, events_of):
-    """Viewers go on showing what they asked for, unless they are told."""
+    """Viewers go on showing what they asked for, unless an event says otherwise."""
     grabber, probe = scripted(integer("Marker", 0, 9), number("Gain", 0.0, 24.0, 6.0))
     events = events_of(probe, grabber)
 

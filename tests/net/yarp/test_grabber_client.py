@@ -170,25 +170,25 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
 def test_a_server_that_is_back_with_other_values_reports_it(
     coloured: Stage, caplog: pytest.LogCaptureFixture
 ) -> None:
-    told: list[tuple[ConnectionState, str]] = []
+    reported: list[tuple[ConnectionState, str]] = []
     with coloured.share():
         remote = connect(coloured)
-        remote.connection_changed.connect(lambda state, why: told.append((state, why)))
+        remote.connection_changed.connect(lambda state, why: reported.append((state, why)))
         remote.open()
         before = remote.write_feature("Gain", 3.0).value
         red = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Red"),))
         remote.write_setting(red, 1.5)
         remote.read_setting(red)
-    until(lambda: told[-1][0] is ConnectionState.LOST, "the loss")
+    until(lambda: reported[-1][0] is ConnectionState.LOST, "the loss")
     coloured.grabber.write_feature("Gain", 0.0)
     coloured.grabber.write_setting(red, 1.25)
     with coloured.share():
-        until(lambda: told[-1][0] is ConnectionState.OPEN, "the return")
+        until(lambda: reported[-1][0] is ConnectionState.OPEN, "the return")
         assert before == 3.0
         expected = ("Gain is 0 instead of 3", f"{red} is 1.25 instead of 1.5")
         assert remote.unlike_before == expected
         assert all(difference in caplog.text for difference in expected), "for commands, which show the log"
-        assert told[-1][1] == f"but not as before: {'; '.join(expected)}"
+        assert reported[-1][1] == f"but not as before: {'; '.join(expected)}"
         remote.close()
 
 
@@ -366,20 +366,20 @@ def test_another_camera_on_the_port_is_refused_and_named_until_the_same_is_back(
     scene: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read_hello = grabber_tree.read_hello
-    told: list[tuple[ConnectionState, str]] = []
+    reported: list[tuple[ConnectionState, str]] = []
     with scene.share():
         remote = connect(scene)
         remote.open()
-        remote.connection_changed.connect(lambda state, reason: told.append((state, reason)))
-    until(lambda: told)
+        remote.connection_changed.connect(lambda state, reason: reported.append((state, reason)))
+    until(lambda: reported)
     other = replace(scene.grabber.info, serial="OTHER")
     monkeypatch.setattr(grabber_tree, "read_hello", lambda reply: other)
     with scene.share():
-        until(lambda: "OTHER" in told[-1][1])
-        assert told[-1][0] is ConnectionState.LOST
+        until(lambda: "OTHER" in reported[-1][1])
+        assert reported[-1][0] is ConnectionState.LOST
         monkeypatch.setattr(grabber_tree, "read_hello", read_hello)
-        until(lambda: told[-1][0] is ConnectionState.OPEN)
-        assert sum("OTHER" in reason for _, reason in told) == 1, "said once, not at every attempt"
+        until(lambda: reported[-1][0] is ConnectionState.OPEN)
+        assert sum("OTHER" in reason for _, reason in reported) == 1, "said once, not at every attempt"
         assert remote.info.serial == scene.grabber.info.serial
         remote.close()
 

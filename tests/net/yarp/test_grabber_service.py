@@ -97,8 +97,8 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
     service = GrabberService(grabber, calibration=calibration)
     wire = Wire(service, dialect)
 
-    (told,) = wire.ask(Operation.INTRINSICS).values
-    assert isinstance(told, Mapping)
+    (reported,) = wire.ask(Operation.INTRINSICS).values
+    assert isinstance(reported, Mapping)
     names = (
         "focalLengthX",
         "focalLengthY",
@@ -110,8 +110,8 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
         "t2",
         "k3",
     )
-    assert [told[name] for name in names] == [200, 250, 83.5, 49.5, -0.2, 0.1, 0.01, 0.02, 0.3]
-    assert told["distortionModel"] == "plumb_bob"
+    assert [reported[name] for name in names] == [200, 250, 83.5, 49.5, -0.2, 0.1, 0.01, 0.02, 0.3]
+    assert reported["distortionModel"] == "plumb_bob"
     angles = [2 * math.degrees(math.atan(half)) for half in (84 / 200, 50 / 250)]
     assert wire.ask(Operation.GET_FIELD_OF_VIEW).values == pytest.approx(angles)
     assert not wire.ask(Operation.SET_FIELD_OF_VIEW, 30.0, 20.0).ok
@@ -193,7 +193,7 @@ def test_setting_by_number(wire: Wire, grabber: FrameGrabber) -> None:
     with pytest.raises(FeatureError, match="read-only"):
         remote.write("Width", 20)
     assert remote.write("AcquisitionFrameRateEnable", False).value is False
-    # What the server refuses although it told of no limits.
+    # The server refuses this although it reported no limits.
     wire.ask(Operation.SET_MODE, 1, 2)
     assert remote.read("ExposureAuto").value == "Continuous"
 

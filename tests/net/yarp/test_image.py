@@ -51,7 +51,7 @@ def test_absurd_sizes_are_refused(field, value):
     values[field] = value
     broken = image.HEADER.pack(*values) + bytes(body)
     if field == 10 and value == -1:
-        return  # a quantum of 65535 with the flag of 3.x; what rows are is then told by the sizes
+        return  # a quantum of 65535 with the flag of 3.x; the sizes then decide what a row is
     with pytest.raises(RemoteProtocolError):
         image.decode(broken)
 

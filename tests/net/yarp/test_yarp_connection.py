@@ -223,7 +223,7 @@ def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
 
 # -- recorded conversations --------------------------------------------------------------------------
 def replayed(conversation: Conversation, dialect: Dialect, step: int):
-    """Both sides' events, read from a recorded conversation; each end is told what the other one read.
+    """Both sides' events, read from a recorded conversation; each end gets what the other one read.
 
     YARP does not always wait for its turn to write, but both read in turns.
     """

@@ -18,11 +18,11 @@ def row(qtbot):
     def make(shown):
         row = FeatureRow(shown)
         qtbot.addWidget(row)
-        row.told = []
-        row.edited.connect(lambda name, value: row.told.append((name, value)))
-        row.executed.connect(lambda name: row.told.append(name))
-        row.held.connect(lambda name: row.told.append(f"held {name}"))
-        row.released.connect(lambda name: row.told.append(f"released {name}"))
+        row.reported = []
+        row.edited.connect(lambda name, value: row.reported.append((name, value)))
+        row.executed.connect(lambda name: row.reported.append(name))
+        row.held.connect(lambda name: row.reported.append(f"held {name}"))
+        row.released.connect(lambda name: row.reported.append(f"released {name}"))
         row.resize(320, row.sizeHint().height())
         row.show()
         return row
@@ -37,7 +37,7 @@ def test_a_row_is_empty_until_its_feature_is_known(row, qtbot):
     assert isinstance(made.editor, RangeEditor)
     qtbot.waitUntil(made.editor.slider().isVisible)
     qtbot.keyClick(made.editor.slider(), Qt.Key_Home)
-    assert made.told == [("ExposureTime", 10.0)]
+    assert made.reported == [("ExposureTime", 10.0)]
 
 
 def test_a_row_that_cannot_be_written_is_disabled_and_says_why(row):
@@ -51,7 +51,7 @@ def test_a_row_that_cannot_be_written_is_disabled_and_says_why(row):
     made.setFeature(WIDTH)
     assert made.editor.isEnabled()
     assert "read-only" not in made.toolTip()
-    assert made.told == []
+    assert made.reported == []
 
 
 def test_a_row_changes_its_editor_when_the_range_does(row):
@@ -83,7 +83,7 @@ def test_a_command_row_runs_its_command(row, qtbot):
     made = row(COMMAND)
     made.setFeature(COMMAND)
     qtbot.mouseClick(made.editor.button, Qt.LeftButton)
-    assert made.told == ["F"]
+    assert made.reported == ["F"]
 
 
 def test_the_auto_button_of_a_row_writes_the_automatic_mode(row):
@@ -92,16 +92,16 @@ def test_the_auto_button_of_a_row_writes_the_automatic_mode(row):
     made.setFeature(gain)
     made.setAuto(AUTO)
     made.auto.click()
-    assert made.told == [("GainAuto", "Continuous")]
+    assert made.reported == [("GainAuto", "Continuous")]
 
 
 def test_typing_holds_the_row(row, qtbot):
     made = row(WIDTH)
     made.setFeature(WIDTH)
     qtbot.keyClicks(made.editor.field, "1")
-    assert made.told == ["held Width"]
+    assert made.reported == ["held Width"]
     made.setFeature(replace(WIDTH, problem="gone"))
-    assert made.told == ["held Width", "released Width"]
+    assert made.reported == ["held Width", "released Width"]
 
 
 anything = st.one_of(
@@ -130,9 +130,9 @@ features = st.builds(
 def test_no_feature_however_odd_breaks_its_row_or_is_written(qtbot, oddities):
     made = FeatureRow(oddities[0])
     qtbot.addWidget(made)
-    told = []
-    made.edited.connect(lambda name, value: told.append(value))
+    reported = []
+    made.edited.connect(lambda name, value: reported.append(value))
     for odd in oddities:
         made.setFeature(odd)
         assert made.isEnabled(), "an exception disabled the row, see the log"
-    assert told == []
+    assert reported == []
