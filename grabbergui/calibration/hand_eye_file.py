@@ -21,7 +21,7 @@ class Placement:
     """What carries the camera, in the names of tf."""
 
     eye: str
-    "`head`, `hand` or `stands`."
+    "`head`, `hand` or `fixed`."
     mount: str
     "The frame that the camera is mounted on."
     frame: str

@@ -32,10 +32,10 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument(
         "--eye",
-        choices=("head", "hand", "stands"),
+        choices=("head", "hand", "fixed"),
         default="head",
-        help="the camera is on the head or the hand and the board stands, or it stands and the hand holds "
-        "the board (head)",
+        help="the camera is on the head or the hand and the board is fixed, or the camera is fixed and the "
+        "hand holds the board (head)",
     )
     parser.add_argument("--views", type=count, default=20, help="from how many poses (20)")
     parser.add_argument(

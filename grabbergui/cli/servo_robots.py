@@ -147,11 +147,11 @@ def placement(options: argparse.Namespace) -> Placement:
     from grabbergui.calibration.geometry import pose
 
     eye, turned = options.eye, pose()
-    mount = {"head": "head", "hand": "hand", "stands": "base"}[eye]
+    mount = {"head": "head", "hand": "hand", "fixed": "base"}[eye]
     if options.robot.endswith("tiago"):
         from grabbergui.servo.robots import tiago
 
-        mount = {"head": tiago.HEAD, "hand": options.hand_frame or tiago.HAND, "stands": tiago.BASE}[eye]
+        mount = {"head": tiago.HEAD, "hand": options.hand_frame or tiago.HAND, "fixed": tiago.BASE}[eye]
         if eye == "hand":
             turned = pose(tiago.HAND_AXES)
     return hand_eye_file.Placement(

@@ -31,7 +31,7 @@ from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
 log = logging.getLogger(__name__)
 
-EYES = ("head", "hand", "stands")
+EYES = ("head", "hand", "fixed")
 "Where the camera is: on the head or the hand (the target is fixed), or fixed (the target is in the hand)."
 FIRST_VIEWS = 6
 "Views from small moves around the first pose, if the model does not give the place of camera or target."
@@ -74,7 +74,7 @@ def arrangement(eye: str, model: KinematicModel) -> Arrangement:
     """Return which chains carry camera and target. Raises UsageError for no entry of `EYES`."""
     if eye not in EYES:
         raise UsageError(f"there is no place '{eye}' for the camera; there are {', '.join(EYES)}")
-    if eye == "stands":
+    if eye == "fixed":
         return Arrangement(None, model.arm)
     return Arrangement(model.head if eye == "head" else model.arm, None)
 
@@ -167,7 +167,7 @@ class HandEyeRun:
         if self._eye == "head":
             return self._arrangement
         chain: Joints = _Near(self._robot.model.arm, self._angles(start))
-        return Arrangement(None, chain) if self._eye == "stands" else Arrangement(chain, None)
+        return Arrangement(None, chain) if self._eye == "fixed" else Arrangement(chain, None)
 
     def _known(self) -> Guess:
         result = solve(self._arrangement, self._views, self._calibration)
@@ -194,7 +194,7 @@ class HandEyeRun:
             self._say("a pose is passed over: the robot did not rest")
             return False
         nothing = np.zeros(0)
-        camera, target = (nothing, after) if self._eye == "stands" else (after, nothing)
+        camera, target = (nothing, after) if self._eye == "fixed" else (after, nothing)
         self._views.append(HandEyeView(camera, target, seen.points, seen.pixels))
         self._say(f"view {len(self._views)} of {self._wanted}")
         return True

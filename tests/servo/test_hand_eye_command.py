@@ -72,14 +72,14 @@ def test_servoing_takes_the_camera_from_the_file(tmp_path):
     angles = np.array([0.2, -0.1])
     tool = teo.HEAD.forward(angles + FOUND.camera_offsets)
     assert robot.camera_pose(angles) == pytest.approx(tool @ CAMERA)
-    hand_eye_file.save(FOUND, file, Placement("stands", "base", "camera"))
+    hand_eye_file.save(FOUND, file, Placement("fixed", "base", "camera"))
     with pytest.raises(UsageError, match="camera that stands"):
         servo_robots.place_camera(robot, file)
 
 
 @pytest.mark.parametrize(
     ("robot", "eye", "mount"),
-    [("sim-teo", "head", "head"), ("teo", "stands", "base"), ("tiago", "head", "head_2_link")],
+    [("sim-teo", "head", "head"), ("teo", "fixed", "base"), ("tiago", "head", "head_2_link")],
 )
 def test_frames_have_the_robot_s_names(robot, eye, mount):
     options = Namespace(robot=robot, eye=eye, mount_frame=None, camera_frame=None, hand_frame=None)

@@ -50,7 +50,7 @@ class Bench:
             target = on_hand
             camera = start.hand @ target @ geometry.inverse(geometry.pose(FACING, (0, 0, 0.6)))
         nothing = np.zeros(0)
-        offsets = (nothing, self.off) if eye == "stands" else (self.off, nothing)
+        offsets = (nothing, self.off) if eye == "fixed" else (self.off, nothing)
         self.truth = Guess(camera, target, *offsets)
         self.eye, self.chain = eye, chain
         self.config = config or QUICK
@@ -68,7 +68,7 @@ class Bench:
     def look(self, after):
         state, nothing = self.robot.state(), np.zeros(0)
         angles = state.head if self.eye == "head" else state.arm
-        both = (nothing, angles) if self.eye == "stands" else (angles, nothing)
+        both = (nothing, angles) if self.eye == "fixed" else (angles, nothing)
         pose = camera_from_target(self.arrangement, self.truth, *both)
         if (GRID @ pose[:3, :3].T + pose[:3, 3])[:, 2].min() < 0.05:
             return None
@@ -82,10 +82,10 @@ class Bench:
     def true_camera(self):
         """Where images can tell the camera to be: the offset that turns it alone is part of it."""
         only = np.zeros_like(self.off)
-        place = 0 if self.eye == "stands" else -1
+        place = 0 if self.eye == "fixed" else -1
         only[place] = self.off[place]
         at_rest, turned = self.chain.forward(0 * only), self.chain.forward(only)
-        if self.eye == "stands":
+        if self.eye == "fixed":
             return at_rest @ geometry.inverse(turned) @ self.truth.camera
         return geometry.inverse(at_rest) @ turned @ self.truth.camera
 
@@ -106,7 +106,7 @@ def test_the_camera_is_found_by_a_robot_that_moves_itself(eye):
 def test_the_arm_keeps_away_from_obstacles_while_it_calibrates():
     table = "table 0.2 0.9 -0.9 0.3 -0.6 0.10"
     config = replace(QUICK, safety=replace(QUICK.safety, obstacles=table))
-    bench = Bench("stands", config=config)
+    bench = Bench("fixed", config=config)
     distances, pause = [], bench.run._pause
 
     def watch(seconds):
@@ -160,7 +160,7 @@ def test_a_target_that_is_not_seen_is_asked_for_before_anything_moves():
 
 
 def test_an_arm_that_does_not_report_its_angles_is_refused():
-    bench = Bench("stands")
+    bench = Bench("fixed")
     state = bench.robot.state
     bench.robot.state = lambda: replace(state(), arm=None)
     with pytest.raises(UsageError, match="angles of its arm"):
@@ -168,5 +168,5 @@ def test_an_arm_that_does_not_report_its_angles_is_refused():
 
 
 def test_a_place_that_cannot_be_is_refused():
-    with pytest.raises(UsageError, match="head, hand, stands"):
+    with pytest.raises(UsageError, match="head, hand, fixed"):
         arrangement("knee", teo.MODEL)

@@ -50,8 +50,8 @@ class CoordinateWatch:
         grabber = source.grabber
         assert grabber is not None
 
-        def tell(scan: Scan3d) -> None:
+        def publish(scan: Scan3d) -> None:
             if source is self._source:
                 self.changed.emit(scan)
 
-        source.worker.submit(lambda: Scan3d.read(grabber), key="Scan3d", done=tell)
+        source.worker.submit(lambda: Scan3d.read(grabber), key="Scan3d", done=publish)

@@ -2,7 +2,7 @@
 
 It reads no clock and opens no socket; times are seconds of any monotonic clock. Its driver (`receiver`)
 feeds datagrams, sends the `resend_requests()` and delivers the `finished()` blocks. A packet takes one of two
-paths: `receive` takes any single packet, `receive_rows` takes runs of full payload packets at once and leaves
+paths: `receive` takes any single packet, `receive_rows` takes many full payload packets at once and leaves
 the rest to `receive`. Memory is bounded: there are at most as many open blocks as the policy allows, each in
 a buffer of the caller's pool. All counters of a stream are kept here. One thread.
 """
