@@ -6,7 +6,7 @@ import json
 import math
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -205,6 +205,12 @@ def _finite(value: object) -> Any:
     return float(value)
 
 
+def may_change(names: Iterable[str]) -> bool:
+    """Return whether a `Scan3d` must be read again when features of these names have changed."""
+    # Reading under the selector changes the selector itself: that must not start the next reading.
+    return any(name.startswith("Scan3d") and not name.endswith("Selector") for name in names)
+
+
 class CurrentScan3d:
     """A grabber's Scan3d features, read again when they may have changed. One thread uses `value`."""
 
@@ -228,8 +234,7 @@ class CurrentScan3d:
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        # Reading under the selector changes the selector itself.
-        if any(name.startswith("Scan3d") and not name.endswith("Selector") for name in names):
+        if may_change(names):
             self._stale.set()
 
 

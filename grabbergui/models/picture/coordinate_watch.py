@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from psygnal import Signal
 
+from grabbergui.core import scan3d
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
-
-PREFIX = "Scan3d"
 
 
 class CoordinateWatch:
@@ -41,9 +40,7 @@ class CoordinateWatch:
             source.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        # Reading under its selectors changes the selector itself; that must not start the next reading.
-        named = any(name.startswith(PREFIX) and not name.endswith("Selector") for name in names)
-        if (source := self._source) is not None and named:
+        if (source := self._source) is not None and scan3d.may_change(names):
             self._read(source)
 
     def _read(self, source: OpenSource) -> None:
