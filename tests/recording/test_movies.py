@@ -134,10 +134,12 @@ def test_another_size_does_not_end_the_movie_before_it(tmp_path):
     recording.close()
 
 
-WRITE = f"""
+IMPORTS = f"""
 import sys, numpy as np
 sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).parents[1])]}
 from test_movies import *
+"""
+WRITE = f"""{IMPORTS}
 random = np.random.default_rng(0)
 writer = create_writer(RecordingKind(sys.argv[2]), Path(sys.argv[1]), INFO, 25)
 index = 0
@@ -257,6 +259,28 @@ def test_movies_of_others_are_played_in_the_order_of_their_times(tmp_path):
         for index in (39, 13, 0, 26):
             assert abs(float(recording.frame(index, 0).mono().mean()) - level(index)) < 6
         recording.close()
+
+
+AV1_MOVIES = f"""{IMPORTS}
+for number in range(8):
+    path = Path(sys.argv[1]).with_suffix(f".{{number}}.mp4")
+    recording = open_recording(written(path, RecordingKind.AV1, [flat(index) for index in range(40)]))
+    assert len(recording) == 40
+    recording.close()
+"""
+
+
+def test_av1_movies_end_and_are_whole_on_a_busy_machine(tmp_path):
+    """With less delay SVT-AV1 hangs for ever, or loses its frames' order."""
+    programs = [
+        subprocess.Popen([sys.executable, "-c", AV1_MOVIES, str(tmp_path / str(number))])
+        for number in range(4)
+    ]
+    try:
+        assert [program.wait(PATIENCE) for program in programs] == [0] * len(programs)
+    finally:
+        for program in programs:
+            program.kill()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have other schedulers")
