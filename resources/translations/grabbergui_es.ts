@@ -9,7 +9,7 @@
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="150"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="155"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -713,52 +713,52 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="41"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="49"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="42"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="50"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="43"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="51"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="44"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="52"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="45"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="53"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="46"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="54"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="47"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="55"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="48"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="56"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="49"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="57"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="50"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="58"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
@@ -2252,7 +2252,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="357"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="358"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2447,22 +2447,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="370"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="376"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="371"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="377"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="372"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="378"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="373"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="379"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -2606,12 +2606,12 @@ It {1}.</source>
 <context>
     <name>Picture</name>
     <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="254"/>
+        <location filename="../../grabbergui/models/picture/picture.py" line="257"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/readout.py" line="28"/>
+        <location filename="../../grabbergui/models/picture/readout.py" line="54"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -2652,89 +2652,99 @@ It {1}.</source>
 <context>
     <name>PictureView</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="57"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="77"/>
         <source>Pixel under the cursor and the sensor&apos;s value there</source>
         <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="78"/>
         <source>Pixel under the cursor</source>
         <translation>Píxel bajo el cursor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="91"/>
         <source>What to do</source>
         <translation>Qué hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="63"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="98"/>
         <source>Samples of the whole frame at the ends of the sensor’s range</source>
         <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="64"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="99"/>
         <source>Saturated and black</source>
         <translation>Saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="106"/>
         <source>Screen pixels for each pixel of the picture</source>
         <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="72"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="107"/>
         <source>Zoom</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="195"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="223"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="115"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="136"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="14"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="26"/>
         <source>Component of the frame</source>
         <translation>Componente del fotograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="27"/>
         <source>Which of the images in each frame is shown</source>
         <translation>Cuál de las imágenes de cada fotograma se muestra</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="32"/>
+        <source>Side by side</source>
+        <translation>Lado a lado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="33"/>
+        <source>Show all images of each frame at once; zoom, position and cursor are common to all. A click on one makes it the current one.</source>
+        <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
     </message>
 </context>
 <context>

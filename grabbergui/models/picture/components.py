@@ -8,6 +8,9 @@ from grabbergui.core.component import Component, ComponentKind, own_component
 from grabbergui.core.frame import Frame
 from grabbergui.models.language import translate
 
+MOST_BESIDE = 9
+"""Components that are shown side by side; more would be too small to be seen."""
+
 
 def labels(frame: Frame) -> tuple[str, ...]:
     """Return the names of a frame's components in the user's language, each once; empty without a choice."""
@@ -29,11 +32,16 @@ def own_label(frame: Frame) -> str:
 
 
 def chosen(frame: Frame, label: str) -> Frame:
-    """Return the component of that label as a frame; the frame itself where it has none of that label."""
-    if not label or len(frame.parts) < 2:
-        return frame
+    """Return the component of that label as a frame; the frame itself for its own image."""
     known = labels(frame)
-    return frame.of_component(frame.parts[known.index(label)]) if label in known else frame
+    if label not in known or label == own_label(frame):
+        return frame
+    return frame.of_component(frame.parts[known.index(label)])
+
+
+def beside(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
+    """Return the labels of the components to show beside that of `label`, at most `MOST_BESIDE` in all."""
+    return tuple(other for other in labels if other != label)[: MOST_BESIDE - 1]
 
 
 def _name(part: Component) -> str:

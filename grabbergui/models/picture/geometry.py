@@ -82,6 +82,18 @@ def _rotated(region: Region, width: int, height: int, quarters: int) -> Region:
     return region
 
 
+def scaled_region(region: Region, size: tuple[int, int], other: tuple[int, int]) -> Region:
+    """Return the region of an image of the size `other` that shows what `region` shows of one of `size`.
+
+    Rounded outwards; sizes are (width, height).
+    """
+    if size == other:
+        return region
+    left, right = region.x * other[0] // size[0], -(-region.right * other[0] // size[0])
+    top, bottom = region.y * other[1] // size[1], -(-region.bottom * other[1] // size[1])
+    return Region(left, top, right - left, bottom - top)
+
+
 Map = NDArray[np.float32]
 
 

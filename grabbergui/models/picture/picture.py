@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from psygnal import Signal
 
@@ -17,8 +17,9 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
-from grabbergui.models.picture.components import chosen, own_label
+from grabbergui.models.picture.components import beside, chosen, own_label
 from grabbergui.models.picture.components import labels as component_labels
+from grabbergui.models.picture.geometry import scaled_region
 from grabbergui.models.picture.quantities import Quantity
 from grabbergui.models.picture.rendering import DisplaySettings, render
 
@@ -46,6 +47,8 @@ class Picture:
     "The component that is shown, one of `labels`."
     quantity: Quantity | None = None
     "Meaning of the colours if they represent another quantity than light."
+    others: tuple[Picture, ...] = ()
+    "The components beside it, the same part of each; empty unless all are shown side by side."
 
 
 class PictureModel:
@@ -70,8 +73,8 @@ class PictureModel:
         self._frame: Frame | None = None
         self._frozen: Frame | None = None
         self._latest: Picture | None = None
-        self._chosen: tuple[Frame, str, Frame] | None = None
-        "A frame, the label of a component, and that component as a frame."
+        self._components: tuple[Frame, dict[str, Frame]] | None = None
+        "A frame, and its components as frames by their labels."
         self._settings = DisplaySettings()
         self._again = threading.Event()
         "Set when the frame shown is to be converted once more."
@@ -122,7 +125,7 @@ class PictureModel:
         with self._lock:
             self._queue = queue
             self._frame = frame = other.frame if other is not None else None
-        self._frozen = self._latest = self._chosen = None
+        self._frozen = self._latest = self._components = None
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -269,21 +272,50 @@ class PictureModel:
     def _picture_of(
         self, frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
     ) -> Picture:
-        labels, shown = component_labels(frame), frame
-        if labels:
-            shown = self._component(frame, settings.component)
+        labels = component_labels(frame)
+        label = settings.component if settings.component in labels else own_label(frame)
+        shown = self._component(frame, label) if labels else frame
         quantity = settings.quantity(shown)
         image = render(shown, region, size, settings, quantity)
-        label = settings.component if settings.component in labels else own_label(frame)
         seen = settings.orientation.view_size(shown.width, shown.height)
-        return Picture(shown, image, *seen, labels, label, quantity)
+        picture = Picture(shown, image, *seen, labels, label, quantity)
+        if not (settings.side_by_side and labels):
+            return picture
+        return replace(picture, others=self._beside(frame, picture, region, size, settings))
+
+    def _beside(
+        self,
+        frame: Frame,
+        picture: Picture,
+        region: Region | None,
+        size: tuple[int, int] | None,
+        settings: DisplaySettings,
+    ) -> tuple[Picture, ...]:
+        """Return the same part of the components beside `picture`, without those that cannot be shown."""
+        others = []
+        for label in beside(picture.labels, picture.label):
+            look = settings.of_other(label)
+            try:
+                part = self._component(frame, label)
+                whole = look.orientation.view_size(part.width, part.height)
+                view = region and scaled_region(region, (picture.width, picture.height), whole)
+                quantity = look.quantity(part)
+                image = render(part, view, size, look, quantity)
+            except PixelFormatError as error:
+                log.debug("%s cannot be shown: %s", label, error)
+                continue
+            others.append(Picture(part, image, *whole, picture.labels, label, quantity))
+        return tuple(others)
 
     def _component(self, frame: Frame, label: str) -> Frame:
         """Return a component; the same object for the same frame, as its conversions are made once."""
-        known = self._chosen
-        if known is None or known[0] is not frame or known[1] != label:
-            self._chosen = known = (frame, label, chosen(frame, label))
-        return known[2]
+        known = self._components
+        if known is None or known[0] is not frame:
+            self._components = known = (frame, {})
+        parts = known[1]
+        if label not in parts:
+            parts[label] = chosen(frame, label)
+        return parts[label]
 
     def _report(self, problem: str) -> None:
         self._taken.set()

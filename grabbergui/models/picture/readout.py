@@ -33,6 +33,30 @@ def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySetti
     return f"{place}   {frame.pixel_format.family.value} {', '.join(map(value_text, values))}"
 
 
+def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
+    """Return the value of a component shown beside `main` at the place of one of main's pixels of the view.
+
+    Empty where it cannot be read. `settings` are those of `main`.
+    """
+    x = pixel[0] * other.width // max(1, main.width)
+    y = pixel[1] * other.height // max(1, main.height)
+    return value_at_text(other, (x, y), settings.of_other(other.label))
+
+
+def value_at_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
+    """Return the value at a pixel of the view, with its unit if it has one; empty if it cannot be read."""
+    frame = picture.frame
+    x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
+    if (calibration := settings.undistorts(frame)) is not None:
+        x, y = distorted_pixel(calibration, x, y)
+    try:
+        if picture.quantity is not None:
+            return localized(picture.quantity.text_at(x, y, translate("Picture", "no data")))
+        return ", ".join(map(value_text, value_at(frame, x, y)))
+    except (PixelFormatError, IndexError):
+        return ""
+
+
 def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, int], str]:
     """Return the values of the region shown, by columns and lines of the view; one line a component.
 

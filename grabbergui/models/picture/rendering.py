@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -105,6 +106,16 @@ def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
 
 
 @dataclass(frozen=True)
+class Look:
+    """Levels and colours of one component."""
+
+    levels: Levels = field(default_factory=Levels)
+    colour_map: str = ""
+    "One of COLOUR_MAPS; empty for grey."
+    polarised: PolarisedView = PolarisedView.MOSAIC
+
+
+@dataclass(frozen=True)
 class DisplaySettings:
     """Display settings of the image. None of them changes the camera or saved frames."""
 
@@ -115,6 +126,10 @@ class DisplaySettings:
     orientation: Orientation = field(default_factory=Orientation)
     component: str = ""
     "The label of the component that is shown; empty for the frame's own image."
+    looks: Mapping[str, Look] = field(default_factory=dict)
+    "Of the components other than `component`, by their labels."
+    side_by_side: bool = False
+    "Whether all components of a frame are shown at once."
     scan: Scan3d = field(default_factory=Scan3d)
     "The camera's description of its coordinates."
     polarised: PolarisedView = PolarisedView.MOSAIC
@@ -124,6 +139,26 @@ class DisplaySettings:
     def quantity(self, frame: Frame) -> Quantity | None:
         """Return what a frame measures other than light, if anything. Raises PixelFormatError."""
         return quantity_of(frame, self.scan, self.polarised, self.levels, self.colour_map)
+
+    def choosing(self, label: str, before: str) -> DisplaySettings:
+        """Return the settings that show another component, with the look that it had.
+
+        `before` is the label of the component shown so far.
+        """
+        own = Look(self.levels, self.colour_map, self.polarised)
+        looks = {name: look for name, look in {**self.looks, before: own}.items() if name != label}
+        return replace(self.of_other(label), looks=looks)
+
+    def of_other(self, label: str) -> DisplaySettings:
+        """Return the settings of a component that is shown beside the chosen one."""
+        look = self.looks.get(label, Look())
+        return replace(
+            self,
+            component=label,
+            levels=look.levels,
+            colour_map=look.colour_map,
+            polarised=look.polarised,
+        )
 
     def undistorts(self, frame: Frame) -> Calibration | None:
         """Return the calibration without whose distortion a frame is shown, if any."""

@@ -11,14 +11,14 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.coordinate_watch import CoordinateWatch
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.picture.quantities import Levels, PolarisedView
+from grabbergui.models.picture.quantities import PolarisedView
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import ComponentActions, ComponentView
 from grabbergui.ui.views.measuring_panels import HistogramPanel
 
 
 class ComponentController(QObject):
-    """Shows one component of a frame, distances by the camera's scale. Never changes the camera."""
+    """Shows one component of a frame or all, distances by the camera's scale. Never changes the camera."""
 
     def __init__(
         self,
@@ -35,15 +35,26 @@ class ComponentController(QObject):
         self._picture = picture
         self._coordinates = CoordinateWatch(connection)
         view.componentChosen.connect(self._on_component_chosen)
+        view.sideBySideToggled.connect(self._on_side_by_side_toggled)
         actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
         bridge = Bridge(self)
         bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
         bridge.bind(connection.opened, self._on_connection_opened)
 
     def _on_component_chosen(self, label: str) -> None:
-        # Levels of one component mean nothing in another.
-        self._picture.settings = replace(self._picture.settings, component=label, levels=Levels())
-        self._histogram.setLevels(0.0, 1.0)
+        # Levels and colours of one component mean nothing in another: each keeps its own.
+        before, latest = self._picture.settings, self._picture.latest
+        shown = before.component or (latest.label if latest is not None else "")
+        if label == shown:
+            return
+        settings = before.choosing(label, shown)
+        self._picture.settings = settings
+        self._histogram.setLevels(settings.levels.black, settings.levels.white)
+        self._actions.setColourMap(settings.colour_map)
+        self._actions.setPolarisedView(settings.polarised)
+
+    def _on_side_by_side_toggled(self, wanted: bool) -> None:
+        self._picture.settings = replace(self._picture.settings, side_by_side=wanted)
 
     def _on_polarised_view_chosen(self, view: PolarisedView) -> None:
         self._picture.settings = replace(self._picture.settings, polarised=view)
@@ -53,7 +64,7 @@ class ComponentController(QObject):
 
     def _on_connection_opened(self, _: OpenSource) -> None:
         before = self._picture.settings
-        if before.component or before.polarised is not PolarisedView.MOSAIC:
+        if before.component or before.looks or before.polarised is not PolarisedView.MOSAIC:
             mosaic = PolarisedView.MOSAIC
-            self._picture.settings = replace(before, component="", polarised=mosaic)
+            self._picture.settings = replace(before, component="", looks={}, polarised=mosaic)
         self._actions.setPolarisedView(PolarisedView.MOSAIC)

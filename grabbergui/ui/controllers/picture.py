@@ -15,7 +15,7 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import Picture, PictureModel
 from grabbergui.models.picture.quantities import Levels
-from grabbergui.models.picture.readout import cursor_text, value_texts
+from grabbergui.models.picture.readout import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.picture.rendering import with_levels
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
@@ -108,6 +108,7 @@ class AcquisitionController(QObject):
         self._view.setPicture(picture.image, picture.width, picture.height)
         self._view.setComponents(picture.labels, picture.label)
         self._view.setScale(None if picture.quantity is None else picture.quantity.scale)
+        self._view.setBeside(picture.others)
         self._show_values(picture)
         if not self._actions.actionSnapshot.isEnabled():
             self._enable_actions()
@@ -124,7 +125,11 @@ class AcquisitionController(QObject):
         if picture is None or pixel is None or self._shown is None:
             self._view.setCursorText("")
             return
-        self._view.setCursorText(cursor_text(picture, pixel, self._picture.settings))
+        settings = self._picture.settings
+        texts = {other.label: beside_text(picture, other, pixel, settings) for other in picture.others}
+        if texts:
+            texts[picture.label] = value_at_text(picture, pixel, settings)
+        self._view.setCursorText(cursor_text(picture, pixel, settings), texts)
 
     # -- the connection --------------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:

@@ -7,8 +7,9 @@ checked or not. Setters never emit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Protocol
 
 from PyQt5.QtCore import QByteArray, pyqtBoundSignal
@@ -17,10 +18,13 @@ from PyQt5.QtWidgets import QAction
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
+from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.quantities import ColourScale, PolarisedView
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+
+NOTHING_BESIDE: Mapping[str, str] = MappingProxyType({})
 
 
 class FileQuestions(Protocol):
@@ -121,8 +125,11 @@ class PictureView(DrawableView, LivePictureView, Protocol):
     def setScale(self, scale: ColourScale | None) -> None:
         """Show what the colours mean, or nothing where they show light."""
 
-    def setCursorText(self, text: str) -> None:
-        """Describe the pixel under the cursor."""
+    def setBeside(self, pictures: Sequence[Picture]) -> None:
+        """Show these components beside the picture, or none."""
+
+    def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
+        """Describe the pixel under the cursor; `beside` has all components' values there by their labels."""
 
     def setClippingText(self, text: str) -> None:
         """Show how much of the frame is saturated and black."""
@@ -137,6 +144,10 @@ class ComponentView(Protocol):
     @property
     def componentChosen(self) -> pyqtBoundSignal:
         """The label of the component that the user chose."""
+
+    @property
+    def sideBySideToggled(self) -> pyqtBoundSignal:
+        """Whether the user wants to see all components at once."""
 
 
 class Layout(Protocol):
@@ -193,7 +204,10 @@ class DisplayActions(Protocol):
 
 
 class ComponentActions(Protocol):
-    """The choice of what is shown of a polarised mosaic."""
+    """The colours of a component, and the choice of what is shown of a polarised mosaic."""
+
+    def setColourMap(self, name: str) -> None:
+        """Mark the colour map of the component that is shown; empty for grey."""
 
     @property
     def polarisedViewChosen(self) -> pyqtBoundSignal:

@@ -353,13 +353,19 @@ class MainWindow(QMainWindow):
 
     def _group_colours(self) -> None:
         group = QActionGroup(self)
+        self._colour_maps: dict[str, QAction] = {}
         for name in ("", *COLOUR_MAPS):
             action = QAction(name or self.tr("Grey"), group)
             action.setCheckable(True)
             action.setChecked(not name)
             action.setData(name)
+            self._colour_maps[name] = action
         self.menuColours.addActions(group.actions())
         group.triggered.connect(lambda action: self.colourMapChosen.emit(action.data()))
+
+    def setColourMap(self, name: str) -> None:
+        """Mark the colours of the component that is shown."""
+        self._colour_maps[name].setChecked(True)
 
     def setPolarisedView(self, view: PolarisedView) -> None:
         """Mark what is shown of a polarised mosaic."""

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from PyQt5.QtCore import QPoint, QSignalBlocker, Qt, pyqtSignal
 from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import QLabel, QTabBar, QWidget
+from PyQt5.QtWidgets import QCheckBox, QLabel, QTabBar, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.views.bases import NOTHING_BESIDE
+from grabbergui.ui.widgets.component_pane import MARGIN, place_scale
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import PictureNote
+from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
 from grabbergui.ui.widgets.scale_bar import ScaleBar
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
-SCALE_HEIGHT = 260
 
 
 class PictureView(QWidget):
@@ -35,9 +40,13 @@ class PictureView(QWidget):
 
     componentChosen = pyqtSignal(str)
     """The label of a component of the frame."""
+    sideBySideToggled = pyqtSignal(bool)
 
     canvas: PictureCanvas
+    componentBar: QWidget
     componentTabs: QTabBar
+    sideBySideBox: QCheckBox
+    paneArea: PaneArea
     pauseBar: PauseBar
     playbackBar: PlaybackBar
     cursorLabel: QLabel
@@ -49,6 +58,8 @@ class PictureView(QWidget):
         super().__init__(parent)
         load_form("picture_view", self)
         self._labels: tuple[str, ...] = ()
+        self._shown = ""
+        "The component that is shown."
         self._asked = ""
         "The component that was chosen and is not shown yet."
         self.note = PictureNote(self)
@@ -65,6 +76,10 @@ class PictureView(QWidget):
         self.componentTabs.setDrawBase(False)
         self.componentTabs.setExpanding(False)
         self.componentTabs.currentChanged.connect(self._on_tab_changed)
+        self.sideBySideBox.toggled.connect(self.sideBySideToggled)
+        self.paneArea.take(self.canvas)
+        self.paneArea.canvasPlaced.connect(self._place_scale)
+        self.paneArea.paneChosen.connect(self._on_pane_chosen)
         self.drawing = DrawingTool(self.canvas)
         """Takes strokes of the mouse over the picture."""
         self.drawing.ended.connect(self.hintLabel.clear)
@@ -81,6 +96,7 @@ class PictureView(QWidget):
     def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
         """Offer these components of the frame in tabs, or none, and mark the one that is shown."""
         tabs = self.componentTabs
+        self._shown = shown
         if labels != self._labels:
             self._labels = labels
             with QSignalBlocker(tabs):
@@ -88,7 +104,7 @@ class PictureView(QWidget):
                     tabs.removeTab(0)
                 for label in labels:
                     tabs.addTab(label)
-            tabs.setVisible(bool(labels))
+            self.componentBar.setVisible(bool(labels))
             self._asked = ""
         if self._asked in ("", shown) and shown in labels and tabs.currentIndex() != labels.index(shown):
             with QSignalBlocker(tabs):
@@ -101,6 +117,10 @@ class PictureView(QWidget):
         if self.scaleBar.setScale(scale):
             self._place_scale()
 
+    def setBeside(self, pictures: Sequence[Picture]) -> None:
+        """Show these components beside the picture, or none."""
+        self.paneArea.setPictures(self._labels, self._shown, pictures)
+
     @property
     def empty(self) -> bool:
         """Whether no picture is shown."""
@@ -110,26 +130,31 @@ class PictureView(QWidget):
         """Dim a picture that nothing follows, and say how old it is; with None, show it as it is."""
         stale = seconds is not None and not self.empty
         self.canvas.setDimmed(stale)
+        self.paneArea.setDimmed(stale)
         self.ageLabel.setVisible(stale)
         if stale and seconds is not None:
             self.ageLabel.setText(self.tr("Last picture, {0} old").format(_age(seconds)))
             self.ageLabel.adjustSize()
-            self.ageLabel.move(self.canvas.pos() + QPoint(NOTE_MARGIN, NOTE_MARGIN))
+            top = self.paneArea.caption.height() if self.paneArea.panes else 0
+            self.ageLabel.move(self.paneArea.canvasPlace.topLeft() + QPoint(NOTE_MARGIN, NOTE_MARGIN + top))
             self.ageLabel.raise_()
 
     def clear(self) -> None:
         """Show nothing."""
         self.canvas.clear()
         self.setComponents((), "")
+        self.setBeside(())
         self.setScale(None)
         self.setAge(None)
         self.setCursorText("")
         self.setClippingText("")
         self.zoomLabel.clear()
 
-    def setCursorText(self, text: str) -> None:
-        """Show a text about the pixel under the cursor."""
+    def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
+        """Show a text about the pixel under the cursor, and the values of all components there."""
         self.cursorLabel.setText(text)
+        if self.paneArea.panes:
+            self.paneArea.setValueTexts(beside)
 
     def draw(self, purpose: Purpose) -> None:
         """Take the next stroke of the mouse for this, and say so."""
@@ -164,7 +189,7 @@ class PictureView(QWidget):
     def _place_note(self) -> None:
         if self.note.isHidden():
             return
-        canvas = self.canvas.geometry()
+        canvas = self.paneArea.geometry()
         width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
         # Wrapped labels know their height only once they know their width.
         height = self.note.heightForWidth(width)
@@ -173,18 +198,21 @@ class PictureView(QWidget):
         self.note.raise_()
 
     def _place_tasks(self) -> None:
-        canvas, height = self.canvas.geometry(), self.tasks.sizeHint().height()
+        canvas, height = self.paneArea.geometry(), self.tasks.sizeHint().height()
         width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
         x = canvas.x() + (canvas.width() - width) // 2
         self.tasks.setGeometry(x, canvas.bottom() - NOTE_MARGIN - height, width, height)
         self.tasks.raise_()
 
     def _place_scale(self) -> None:
-        canvas, bar = self.canvas.geometry(), self.scaleBar
-        height = min(SCALE_HEIGHT, canvas.height() - 2 * NOTE_MARGIN)
-        width = bar.sizeHint().width()
-        bar.setGeometry(canvas.right() - NOTE_MARGIN - width, canvas.top() + NOTE_MARGIN, width, height)
-        bar.raise_()
+        place = self.paneArea.canvasPlace
+        beside = bool(self.paneArea.panes)
+        text = place_scale(self.scaleBar, place, MARGIN if beside else NOTE_MARGIN, needed=not beside)
+        self.paneArea.setScaleText(text)
+
+    def _on_pane_chosen(self, label: str) -> None:
+        if label in self._labels:
+            self.componentTabs.setCurrentIndex(self._labels.index(label))
 
     def _on_tab_changed(self, index: int) -> None:
         if 0 <= index < len(self._labels):

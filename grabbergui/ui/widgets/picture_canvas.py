@@ -94,6 +94,44 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Whether no picture is shown."""
         return self._empty
 
+    @property
+    def seen(self) -> QRectF:
+        """The part of the picture that is seen, in fractions of it; more than all where there is room."""
+        (width, height), rect = self._item.frame_size, self._box.viewRect()
+        if not width or not height:
+            return QRectF(0, 0, 1, 1)
+        return QRectF(rect.x() / width, rect.y() / height, rect.width() / width, rect.height() / height)
+
+    def setSeen(self, part: QRectF) -> None:
+        """Show that part of the picture, in fractions of it, as if the user had moved it."""
+        width, height = self._item.frame_size
+        if not self._empty:
+            self._fitted = False
+            self._box.setRange(
+                QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height),
+                padding=0,
+            )
+            self._announce()
+
+    def setCursorAt(self, place: QPointF) -> None:
+        """Take the pixel at that place, in fractions of the picture, as the one under the cursor."""
+        width, height = self._item.frame_size
+        if not self._empty:
+            x, y = math.floor(place.x() * width), math.floor(place.y() * height)
+            self._cursor = (min(x, width - 1), min(y, height - 1))
+            self.cursorMoved.emit(*self._cursor)
+
+    def forgetCursor(self) -> None:
+        """The cursor is on no pixel."""
+        self._leave()
+
+    def toggleFit(self) -> None:
+        """Fit, or back to 1:1 where it is fitted."""
+        if self._fitted:
+            self.oneToOne()
+        else:
+            self.fit()
+
     def setDimmed(self, dimmed: bool) -> None:
         """Show the picture darker: it is not of now."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
@@ -166,10 +204,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         """Fit, or back to 1:1 where it is fitted."""
         super().mouseDoubleClickEvent(event)
-        if self._fitted:
-            self.oneToOne()
-        else:
-            self.fit()
+        self.toggleFit()
 
     # -- inside ------------------------------------------------------------------------------------
     def _zoom_to(self, zoom: float) -> None:

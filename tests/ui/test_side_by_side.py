@@ -1,0 +1,176 @@
+"""All components of a frame side by side: each with its own colours, looked at together."""
+
+import pytest
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent, QWheelEvent
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.core.region import Region
+from grabbergui.models.picture.components import MOST_BESIDE, beside
+from grabbergui.models.picture.geometry import scaled_region
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.widgets.pane_area import columns_for
+
+
+def send_components(grabber, *names):
+    for name in names:
+        grabber.write_feature("ComponentSelector", name)
+        grabber.write_feature("ComponentEnable", True)
+
+
+@pytest.fixture
+def desk(window_desk):
+    window_desk.connect("sim:?width=320&height=240")
+    send_components(window_desk.grabber, "Range", "Confidence")
+    picture = window_desk.window.picture
+    window_desk.until(lambda: picture.componentTabs.count() == 3)
+    picture.sideBySideBox.click()
+    window_desk.until(lambda: set(picture.paneArea.panes) == {"Range", "Confidence"})
+    return window_desk
+
+
+def send_mouse(widget, kind, place, button=Qt.NoButton):
+    held = Qt.NoButton if kind == QEvent.MouseButtonRelease else button
+    QApplication.sendEvent(widget.viewport(), QMouseEvent(kind, place, button, held, Qt.NoModifier))
+
+
+def middle(widget):
+    return QPointF(widget.width() / 2, widget.height() / 2)
+
+
+def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(desk):
+    area, canvas = desk.window.picture.paneArea, desk.window.picture.canvas
+    panes = area.panes
+    desk.until(lambda: panes["Range"].scaleBar.scale is not None)
+    assert panes["Range"].scaleBar.scale.unit == "mm" and panes["Confidence"].scaleBar.scale is None
+    assert panes["Range"].caption.text.startswith("Range")
+    assert area.caption.text.startswith("Intensity")
+    places = [canvas.geometry(), *(pane.geometry() for pane in panes.values())]
+    assert all(area.rect().contains(place) for place in places)
+    assert not any(a.intersects(b) for a in places for b in places if a is not b)
+    assert panes["Range"].accessibleName() == "Range"
+
+
+def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_colours(desk):
+    picture = desk.window.picture
+    area, settings = picture.paneArea, desk.program.picture
+    colours = {action.data(): action for action in desk.window.menuColours.actions()}
+    colours["Inferno"].trigger()
+    was, range_place = picture.canvas.geometry(), area.panes["Range"].geometry()
+
+    pane = area.panes["Range"]
+    send_mouse(pane, QEvent.MouseButtonPress, middle(pane), Qt.LeftButton)
+    send_mouse(pane, QEvent.MouseButtonRelease, middle(pane), Qt.LeftButton)
+    desk.until(lambda: set(area.panes) == {"Intensity", "Confidence"})
+    assert picture.componentTabs.currentIndex() == 1
+    desk.until(lambda: picture.canvas.geometry() == range_place)
+    assert area.panes["Intensity"].geometry() == was
+    assert colours[""].isChecked() and settings.settings.colour_map == ""
+    assert settings.settings.of_other("Intensity").colour_map == "Inferno"
+
+    colours["Viridis"].trigger()
+    desk.until(lambda: settings.latest.quantity is not None)
+    desk.until(lambda: settings.latest.quantity.scale.colour_map == "Viridis")
+    picture.componentTabs.setCurrentIndex(0)
+    desk.until(lambda: settings.latest.label == "Intensity" and settings.latest.others)
+    assert colours["Inferno"].isChecked()
+    others = {other.label: other for other in settings.latest.others}
+    assert others["Range"].quantity.scale.colour_map == "Viridis"
+
+
+def test_zoom_and_position_are_common_to_all(desk):
+    picture = desk.window.picture
+    canvas, pane = picture.canvas, picture.paneArea.panes["Confidence"]
+
+    def wheel(widget):
+        place = middle(widget)
+        event = QWheelEvent(
+            place, widget.mapToGlobal(place.toPoint()), QPoint(), QPoint(0, 240), Qt.NoButton,
+            Qt.NoModifier, Qt.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(widget.viewport(), event)
+
+    def agree():
+        seen = canvas.seen
+        views = [other._box.viewRect() for other in picture.paneArea.panes.values()]
+        return all(abs(view.width() / 320 - seen.width()) < 0.02 for view in views) and all(
+            abs(view.center().x() / 320 - seen.center().x()) < 0.02 for view in views
+        )
+
+    assert agree()
+    whole = canvas.seen.width()
+    wheel(pane)
+    desk.until(lambda: canvas.seen.width() < 0.9 * whole and agree())
+    closer = canvas.seen.width()
+    wheel(canvas)
+    desk.until(lambda: canvas.seen.width() < 0.95 * closer and agree())
+    latest = desk.program.picture
+    desk.until(lambda: latest.latest.image.region.width < 320)
+    desk.until(lambda: all(other.image.region.width < 320 for other in latest.latest.others))
+    desk.window.actionFit.trigger()
+    desk.until(lambda: canvas.fitted and agree())
+
+
+def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(desk):
+    picture = desk.window.picture
+    panes, canvas = picture.paneArea.panes, picture.canvas
+    pane = panes["Confidence"]
+    send_mouse(pane, QEvent.MouseMove, middle(pane))
+    desk.until(lambda: " mm" in panes["Range"].caption.text)
+    assert picture.cursorLabel.text().startswith("x 1")
+    assert any(digit in picture.paneArea.caption.text for digit in "0123456789")
+    assert panes["Range"].mark.isVisible() and not pane.mark.isVisible()
+    x, y = canvas.cursorPixel
+    assert abs(x - 160) <= 2 and abs(y - 120) <= 2
+
+    QApplication.sendEvent(pane, QEvent(QEvent.Leave))
+    desk.until(lambda: picture.cursorLabel.text() == "" and picture.paneArea.caption.text == "Intensity")
+    assert not panes["Range"].mark.isVisible()
+
+
+def test_one_picture_again_leaves_nothing_behind(desk):
+    picture = desk.window.picture
+    before = desk.program.picture
+    picture.sideBySideBox.click()
+    desk.until(lambda: not picture.paneArea.panes and not before.latest.others)
+    assert not picture.paneArea.caption.isVisible()
+    desk.until(lambda: picture.canvas.size() == picture.paneArea.size())
+
+    picture.sideBySideBox.click()
+    desk.until(lambda: len(picture.paneArea.panes) == 2)
+    desk.connect("sim:colour?width=320&height=240")
+    desk.until(lambda: not picture.paneArea.panes)
+    assert before.settings.looks == {} and picture.sideBySideBox.isChecked()
+
+
+@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
+def test_in_a_small_window_the_scale_is_text_and_the_pictures_are_seen(desk, qapp, theme):
+    desk.window.resize(800, 600)
+    dress(qapp, theme)
+    try:
+        picture = desk.window.picture
+        area = picture.paneArea
+        desk.until(lambda: desk.window.width() == 800)
+        desk.until(lambda: area.panes["Range"].scaleBar.scale is not None)
+        for pane in (*area.panes.values(), picture.canvas):
+            assert pane.width() >= 60 and pane.height() >= 40
+            assert area.rect().contains(pane.geometry())
+        pane = area.panes["Range"]
+        desk.until(lambda: pane.scaleBar.isVisible() != ("mm" in pane.caption.text))
+    finally:
+        dress(qapp, Theme.AUTO)
+
+
+def test_panes_are_arranged_so_that_the_pictures_are_largest():
+    assert columns_for(1, 800, 600, 4 / 3) == 1
+    assert columns_for(2, 1600, 600, 4 / 3) == 2
+    assert columns_for(2, 600, 1200, 4 / 3) == 1
+    assert columns_for(4, 800, 600, 4 / 3) == 2
+    assert columns_for(3, 1200, 300, 4 / 3) == 3
+
+
+def test_the_part_seen_of_a_smaller_component_is_scaled_and_many_are_bounded():
+    assert scaled_region(Region(10, 20, 31, 40), (320, 240), (160, 120)) == Region(5, 10, 16, 20)
+    assert scaled_region(Region(1, 1, 5, 5), (320, 240), (320, 240)) == Region(1, 1, 5, 5)
+    labels = tuple(str(number) for number in range(20))
+    assert len(beside(labels, "7")) == MOST_BESIDE - 1 and "7" not in beside(labels, "7")
