@@ -290,9 +290,11 @@ class CommandGate:
         if model.body is None or state.arm is None:
             return ""
         moved = model.arm.velocities_for(state.arm, hand) * LOOKAHEAD_S
-        here, there = (self._nearest(model.body, model.arm.clamped(state.arm + part)) for part in (0, moved))
+        there = self._nearest(model.body, model.arm.clamped(state.arm + moved))
+        if there.distance >= self._config.safety.clearance:
+            return ""
         # What is too near already may only go away.
-        if there.distance < self._config.safety.clearance and there.distance < here.distance:
+        if there.distance < self._nearest(model.body, model.arm.clamped(state.arm)).distance:
             return f"{there.part} would come within {1e3 * max(there.distance, 0):.0f} mm of {there.other}"
         return ""
 

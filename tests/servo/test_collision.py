@@ -12,7 +12,7 @@ from robots_for_tests import RecordingRobot
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.closed_loop import ClosedLoop
-from grabbergui.servo.collision import Box, Capsule, _segment_distance, nearest_box, parse_boxes
+from grabbergui.servo.collision import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.config import Config, LoopConfig
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots import teo
@@ -132,6 +132,15 @@ def test_a_hand_that_is_aimed_out_of_the_workspace_stays_inside(simulated, clock
     goal[2, 3] = -0.2
     gate = pushed(simulated, clock, config, goal, lambda arm: teo.RIGHT_ARM.forward(arm)[2, 3] < 0.095)
     assert "leave the workspace (z = 0.0" in gate.hindrance
+
+
+def test_a_free_motion_costs_one_look_at_the_body(simulated, monkeypatch):
+    looks = []
+    nearest = CapsuleBody.nearest
+    monkeypatch.setattr(CapsuleBody, "nearest", lambda body, arm: looks.append(arm) or nearest(body, arm))
+    gate = CommandGate(simulated, Config())
+    assert gate.send(Command(hand=np.array([0.05, 0, 0, 0, 0, 0])), 0.0)
+    assert len(looks) == 1
 
 
 def test_what_is_too_near_may_go_away(simulated, clock):

@@ -4,6 +4,7 @@ import itertools
 import json
 import math
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -30,6 +31,29 @@ def model():
 
 def some_angles(chain, count=10):
     return np.random.default_rng(4).uniform(chain.low, chain.high, (count, len(chain.low)))
+
+
+# -- collisions ------------------------------------------------------------------------------------
+def test_the_nearest_contact_is_the_least_distance_of_all_pairs_on_every_thread(model):
+    shapes = model.body._shapes
+    poses = [model.home, *some_angles(model.arm, 4)]
+
+    def brute_force(angles):
+        configuration, data = pinocchio.neutral(model.body._model), shapes.createData()
+        configuration[model.body._places] = angles
+        pinocchio.computeDistances(
+            model.body._model, model.body._model.createData(), shapes, data, configuration
+        )
+        return min(result.min_distance for result in data.distanceResults)
+
+    expected = [pytest.approx(brute_force(angles), abs=1e-6) for angles in poses]
+
+    def measured():
+        return [model.body.nearest(angles).distance for angles in poses]
+
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(lambda _: measured(), range(4))) == [expected] * 4
+    assert measured() == expected
 
 
 # -- kinematics ----------------------------------------------------------------------------------

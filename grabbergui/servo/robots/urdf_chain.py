@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,7 @@ class UrdfBody(Body):
                 shape.geometry = shape.geometry.convex
         self._pair(chain.joint_names, attached)
         self._places = [model.joints[model.getJointId(name)].idx_q for name in chain.joint_names]
+        self._scratch = threading.local()
 
     def _pair(self, joints: Sequence[str], attached: Sequence[str]) -> None:
         first = self._model.getJointId(joints[0])
@@ -107,17 +109,24 @@ class UrdfBody(Body):
 
     def nearest(self, arm: Vector) -> Contact:
         """By the hulls; all other joints are at rest, the torso at its lowest, where the base is nearest."""
+        shapes = self._shapes
+        if not len(shapes.collisionPairs):
+            return FREE
         angles = self._pinocchio.neutral(self._model)
         angles[self._places] = arm
-        shapes, data = self._shapes, self._shapes.createData()
-        self._pinocchio.computeDistances(self._model, self._model.createData(), shapes, data, angles)
-        distances = [result.min_distance for result in data.distanceResults]
-        if not distances:
-            return FREE
-        least = int(np.argmin(distances))
+        data, distances = self._data()
+        least = self._pinocchio.computeDistances(self._model, data, shapes, distances, angles)
         pair = shapes.collisionPairs[least]
         names = [shapes.geometryObjects[index].name.rpartition("_")[0] for index in (pair.first, pair.second)]
-        return Contact(float(distances[least]), *names)
+        return Contact(float(distances.distanceResults[least].min_distance), *names)
+
+    def _data(self) -> tuple[Any, Any]:
+        """Pinocchio's workspaces, one pair for each thread: making them takes several times a check."""
+        scratch = self._scratch
+        if not hasattr(scratch, "data"):
+            scratch.data = self._model.createData(), self._shapes.createData()
+        made: tuple[Any, Any] = scratch.data
+        return made
 
     def capsules(self, arm: Vector) -> list[Capsule]:
         """Those of `links`."""
