@@ -165,12 +165,12 @@ def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float, case: Case)
 def show(runner: Runner, seconds: float) -> None:
     """Let the run be seen in its window for some time."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from grabbergui.ui.run import standalone
+    from grabbergui.ui.run import servo_process
 
     def calibration(width: int, height: int) -> Calibration:
         return closed_loop.calibration().scaled_to(width, height)
 
-    standalone.servo(runner, calibration, seconds)
+    servo_process.show(runner, calibration, seconds)
 
 
 if __name__ == "__main__":

@@ -177,7 +177,7 @@ def _follow(
         return not runner.running or timed_out or (options.until_reached and outcome.reached)
 
     if window is not None:
-        window(runner, scene.calibration)
+        outcome.failure = window(runner, scene.calibration) or outcome.failure
     while options.headless and not over():
         if stop.is_set():
             runner.emergency_stop("interrupted")
@@ -197,15 +197,15 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Runner, CalibrationFor], None]:
+def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Runner, CalibrationFor], str]:
     try:
-        from grabbergui.ui.run import standalone
+        from grabbergui.ui.run import servo_process
         from grabbergui.ui.theme import Theme
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
     theme = Theme(options.theme)
     return partial(
-        standalone.servo, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
+        servo_process.show, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
     )
 
 

@@ -59,6 +59,10 @@ class Conversions:
         self._arrays: dict[str, NDArray[Any]] = {}
         self._lock = threading.RLock()  # pixels of an encoded image are made from its payload
 
+    def __reduce__(self) -> tuple[type[Conversions], tuple[()]]:
+        """In another process they are made again."""
+        return Conversions, ()
+
     def get(self, key: str, convert: Callable[[], NDArray[Any]]) -> NDArray[Any]:
         """Return what `convert` gave the first time, read-only."""
         with self._lock:

@@ -21,12 +21,11 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
+from grabbergui.models.servo_mirror import Run
 from grabbergui.servo import overlay
 from grabbergui.servo.config import Config
-from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import ControlCycle
+from grabbergui.servo.loop import ControlCycle, Moment
 from grabbergui.servo.overlay import Drawing
-from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 
 
@@ -128,17 +127,6 @@ class Shown:
     "Whether the calibration is only assumed."
 
 
-@dataclass(frozen=True, eq=False)
-class _Newest:
-    """The newest cycle of the loop."""
-
-    cycle: ControlCycle
-    sighting: Sighting | None
-    marker: Pose | None
-    goal: Pose | None
-    person: Vector | None
-
-
 class ServoModel:
     """Follows a runner. `take`, `curves` and `entries` may be called from any thread and wait for nothing."""
 
@@ -147,10 +135,10 @@ class ServoModel:
     entered = Signal(Entry)
     """Another state; on the loop's thread."""
 
-    def __init__(self, runner: Runner, calibration: CalibrationFor) -> None:
+    def __init__(self, runner: Run, calibration: CalibrationFor) -> None:
         self._runner = runner
         self._calibration = calibration
-        self._newest: _Newest | None = None
+        self._newest: Moment | None = None
         self._frame: Frame | None = None
         self._offer: Shown | None = None
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
@@ -208,10 +196,7 @@ class ServoModel:
 
     # -- loop thread -----------------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
-        loop = self._runner.loop
-        marker = loop.marker.pose
-        goal = None if marker is None else loop.arm.goal(marker)
-        self._newest = _Newest(cycle, loop.sighting, marker, goal, loop.person.point)
+        self._newest = self._runner.loop.moment(cycle)
         if frame is not None:
             self._frame = frame
             self._fresh.set()
@@ -257,7 +242,7 @@ class ServoModel:
             self._taken.wait(TAKE_WAIT)
             time.sleep(max(0.0, began + PERIOD - time.monotonic()))
 
-    def _made(self, newest: _Newest, frame: Frame | None) -> Shown:
+    def _made(self, newest: Moment, frame: Frame | None) -> Shown:
         cycle, image, size = newest.cycle, None, (0, 0)
         drawing, nominal = Drawing(), False
         if frame is not None:
@@ -269,7 +254,7 @@ class ServoModel:
             self._sight = _sight(calibration)
         return Shown(cycle, image, size, drawing, self._posture(newest), nominal)
 
-    def _posture(self, newest: _Newest) -> Posture | None:
+    def _posture(self, newest: Moment) -> Posture | None:
         state = newest.cycle.robot
         if state is None:
             return None

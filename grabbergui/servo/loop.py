@@ -38,6 +38,18 @@ class ControlCycle:
     robot: RobotState | None
 
 
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A control cycle and what the loop knew then, for a window. Poses and points are in the robot's base."""
+
+    cycle: ControlCycle
+    sighting: Sighting | None = None
+    marker: Pose | None = None
+    goal: Pose | None = None
+    "Of the hand, for this marker."
+    person: Vector | None = None
+
+
 class ServoLoop:
     """Tracks, controllers and the state machine, joined. Use from one thread."""
 
@@ -123,6 +135,12 @@ class ServoLoop:
         error = self.arm.error if marker is not None else (np.nan, np.nan)
         reason = f"{self.machine.reason} (dry run: nothing is sent)" if self._dry_run else self.machine.reason
         return ControlCycle(now, state, reason, command, (right, down), error, robot)
+
+    def moment(self, cycle: ControlCycle) -> Moment:
+        """Return what is known at the end of the newest cycle. On the loop's thread."""
+        marker = self.marker.pose
+        goal = None if marker is None else self.arm.goal(marker)
+        return Moment(cycle, self.sighting, marker, goal, self.person.point)
 
     def commanded(self, command: Command, held_back: str = "") -> None:
         """Note the command that reached the robot: not the one that the gate refused.

@@ -14,6 +14,7 @@ from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
+from grabbergui.models.servo_mirror import Run
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
@@ -34,7 +35,7 @@ class ServoController(QObject):
     refused = Signal(str)
     """*Start* failed; the reason as display text. Emitted on a thread of its own."""
 
-    def __init__(self, window: ServoWindow, runner: Runner, calibration: CalibrationFor) -> None:
+    def __init__(self, window: ServoWindow, runner: Run, calibration: CalibrationFor) -> None:
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
         """Open on top of the window."""
@@ -125,13 +126,16 @@ class ServoController(QObject):
             self._offer = None
 
     def _calibrate(self) -> None:
+        runner = self._runner
+        if not isinstance(runner, Runner):
+            return  # its camera is another process's
         if self.calibrating is not None:
             self.calibrating.raise_()
             return
-        _apart(lambda: self._runner.emergency_stop("stopped to calibrate"), "emergency stop")
+        _apart(lambda: runner.emergency_stop("stopped to calibrate"), "emergency stop")
         self.calibrating = CalibrationDialog(self._window)
         self.calibrating.closing.connect(self._on_calibrating_closing)
-        CalibratingController(self.calibrating, self._runner.grabber, self._on_calibration_saved)
+        CalibratingController(self.calibrating, runner.grabber, self._on_calibration_saved)
         self.calibrating.show()
 
     def _on_calibrating_closing(self) -> None:
@@ -143,7 +147,7 @@ class ServoController(QObject):
         except (UsageError, OSError) as error:
             self._window.messages.showError(error_text(error))
             return
-        if isinstance(self._calibration, CalibrationChoice):
+        if isinstance(self._calibration, CalibrationChoice) and isinstance(self._runner, Runner):
             self._calibration.exchange(chosen)
             self._runner.renew_detector()
             text = self.tr("{0} is in use; Start lets the robot move")

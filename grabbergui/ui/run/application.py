@@ -44,12 +44,7 @@ def application() -> QApplication:
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
-    places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
-    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
-        raise SourceUnavailableError(
-            "there is no display for a window; `grabbergui gui --offscreen` does without one, "
-            "and so do the other commands (`grabbergui --help`)"
-        )
+    require_display()
     log_qt_messages()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
@@ -59,6 +54,16 @@ def application() -> QApplication:
     app.setDesktopFileName("grabbergui")
     app.setWindowIcon(icons.window_icon())
     return app
+
+
+def require_display() -> None:
+    """Raise SourceUnavailableError where there is no display."""
+    places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
+        raise SourceUnavailableError(
+            "there is no display for a window; `grabbergui gui --offscreen` does without one, "
+            "and so do the other commands (`grabbergui --help`)"
+        )
 
 
 def look(theme: Theme, screenshot: bool = False) -> Theme:

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QDialog
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.servo.runner import Runner
+from grabbergui.models.servo_mirror import Run
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look
@@ -70,7 +70,7 @@ def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> Cali
 
 
 def servo(
-    runner: Runner,
+    runner: Run,
     calibration: CalibrationFor,
     seconds: float | None,
     screenshot: Path | None = None,

@@ -1,0 +1,367 @@
+"""A run as another process sees it: what its window shows goes there, what its operator wants comes back.
+
+A window paints for a quarter of the time, mostly with Python's global lock. In the loop's process that delays
+commands, longest on a busy computer, which takes the core from the painter while it holds the lock.
+`RunServer` is the loop's end, `RunMirror` the window's, which looks like a `Runner`. Two pipes carry pickles:
+`Report`s one way, `Wish`es the other.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import pickle
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from psygnal import Signal
+
+from grabbergui.calibration.fitted import CalibrationFor
+from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import GrabberError, SourceUnavailableError
+from grabbergui.core.frame import Frame
+from grabbergui.servo.config import Config
+from grabbergui.servo.loop import ControlCycle, Moment
+from grabbergui.servo.robots.robot import RobotState
+from grabbergui.servo.runner import Runner
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.04
+"Seconds between two reports."
+BEAT_S = 0.1
+"Seconds between two signs of life of the window."
+DEAF_S = 2.0
+"Seconds without one after which the robot is stopped: nobody could stop it in the window."
+CONFIRM_S = 0.5
+"Seconds in which the loop confirms a stop."
+_MOST_CYCLES = 200
+CLOSED = "the window has ended"
+MUTE = "the window does not answer"
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What happened since the report before."""
+
+    moments: list[Moment]
+    running: bool
+    halted: str
+    "Why the emergency stop is on."
+    config: Config
+    confirmed: int
+    "The newest stop that was carried out."
+    failures: list[str]
+    "What ended the loop, or kept it from starting."
+    frame: Frame | None = None
+    "The newest image, once the one before was taken."
+    calibration: Calibration | None = None
+    "Of `frame`."
+    skeleton: tuple[NDArray[np.float64], ...] = ()
+    camera: Pose | None = None
+    "The camera in the robot's base."
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the window wants: `stop` (a reason, and its number), `start`, `tune`.
+
+    Or what it has to say: `beat`, that it lives; `taken`, that the next image may come; `closed`, its end.
+    """
+
+    kind: str
+    reason: str = ""
+    number: int = 0
+    config: Config | None = None
+
+
+def write(pipe: IO[bytes], message: Report | Wish) -> None:
+    """Write one message. Raises OSError, ValueError once the pipe is closed."""
+    pickle.dump(message, pipe, pickle.HIGHEST_PROTOCOL)
+    pipe.flush()
+
+
+def read(pipe: IO[bytes]) -> Any:
+    """Wait for the next message; None at the end, also one in the midst of a message."""
+    try:
+        return pickle.load(pipe)
+    except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+        return None
+
+
+class RunServer:
+    """The loop's end. The robot is stopped when the window ends or hangs."""
+
+    def __init__(
+        self, runner: Runner, calibration: CalibrationFor, to_window: IO[bytes], from_window: IO[bytes]
+    ) -> None:
+        self.closed = threading.Event()
+        "Set once the window is gone, after the robot was stopped for it."
+        self._runner, self._calibration = runner, calibration
+        self._to, self._from = to_window, from_window
+        self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)
+        self._frame: Frame | None = None
+        self._taken = True
+        self._failures: deque[str] = deque(maxlen=10)
+        self._confirmed = 0
+        self._beaten: float | None = None
+        self._mute = False
+        self._threads = [
+            threading.Thread(target=self._send, name="servo reports", daemon=True),
+            threading.Thread(target=self._receive, name="servo wishes", daemon=True),
+        ]
+
+    def open(self) -> None:
+        """Report from now on."""
+        self._runner.cycle_done.connect(self._on_cycle)
+        self._runner.failed.connect(self._on_failed)
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        """Report no more; the threads end with the window. May be called twice."""
+        self.closed.set()
+        self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
+        self._runner.failed.disconnect(self._on_failed, missing_ok=True)
+
+    # -- the loop's thread ---------------------------------------------------------------------------
+    def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        if frame is not None:
+            self._frame = frame
+        self._moments.append(self._runner.loop.moment(cycle))
+        self._listen_for_life()  # here, as the thread that reports may wait for a window that hangs
+
+    def _on_failed(self, reason: str) -> None:
+        self._failures.append(reason)
+
+    # -- reports -------------------------------------------------------------------------------------
+    def _send(self) -> None:
+        try:
+            while not self.closed.wait(PERIOD):
+                write(self._to, self._report())
+        except (OSError, ValueError):
+            log.debug("the window takes no more reports")
+
+    def _report(self) -> Report:
+        runner, moments, failures = self._runner, _emptied(self._moments), _emptied(self._failures)
+        frame = calibration = None
+        if moments and self._taken and self._frame is not None:
+            newest, self._frame, self._taken = self._frame, None, False
+            frame = replace(newest, parts=(), chunks={}, chunk_payload=None)
+            try:
+                calibration = self._calibration(frame.width, frame.height)
+            except GrabberError as error:
+                log.debug("no calibration to show: %s", error)
+        state = moments[-1].cycle.robot if moments else None
+        return Report(
+            moments,
+            runner.running,
+            runner.gate.halted,
+            runner.config,
+            self._confirmed,
+            failures,
+            frame,
+            calibration,
+            () if state is None else tuple(runner.robot.skeleton(state)),
+            None if state is None else runner.robot.camera_pose(state.head),
+        )
+
+    def _listen_for_life(self) -> None:
+        """Stop the robot for a window that hangs: its button would not do it."""
+        silent = self._beaten is not None and time.monotonic() - self._beaten > DEAF_S
+        if silent and not self._mute:
+            log.error("%s: the robot is stopped", MUTE)
+            _apart(partial(self._runner.emergency_stop, MUTE), "emergency stop")
+        self._mute = silent
+
+    # -- wishes --------------------------------------------------------------------------------------
+    def _receive(self) -> None:
+        while (wish := read(self._from)) is not None:
+            self._beaten = time.monotonic()
+            if wish.kind == "stop":
+                # A thread for each: a robot whose network hangs must not hold up a second stop.
+                _apart(partial(self._stop, wish), "emergency stop")
+            elif wish.kind == "start":
+                _apart(self._start, "start")
+            elif wish.config is not None:
+                self._runner.tune(wish.config)
+            elif wish.kind == "taken":
+                self._taken = True
+            elif wish.kind == "closed":  # whoever showed it stops the run
+                self.closed.set()
+        self._beaten = None
+        if not self.closed.is_set():
+            self._runner.emergency_stop(CLOSED)
+        self.closed.set()
+
+    def _stop(self, wish: Wish) -> None:
+        self._runner.emergency_stop(wish.reason)
+        self._confirmed = max(self._confirmed, wish.number)
+
+    def _start(self) -> None:
+        runner = self._runner
+        if not runner.running:
+            runner.stop()  # its threads have ended; this takes them off its hands
+            runner.start()
+        if why_not := runner.resume():
+            self._failures.append(why_not)
+
+
+class RunMirror:
+    """The window's end: as much of a `Runner` as a window needs. The camera is out of its reach.
+
+    Reports arrive on a thread of its own, on which its signals are emitted.
+    """
+
+    cycle_done = Signal(object, object)
+    """As a Runner's, but not of every frame."""
+    failed = Signal(str)
+    """The loop ended, did not start, or did not confirm a stop; the reason as display text."""
+
+    def __init__(self, from_loop: IO[bytes], to_loop: IO[bytes], ended: Callable[[], None]) -> None:
+        """`ended` is called when the loop's process closes its end or dies. Waits for the first report."""
+        self.running = True
+        self.loop, self.robot, self.gate = _Loop(), _Robot(), _Gate()
+        self._from, self._to = from_loop, to_loop
+        self._ended = ended
+        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        self._confirmed = threading.Condition()
+        self._newest_stop = 0
+        self._calibration: Calibration | None = None
+        first = read(from_loop)
+        if first is None:
+            raise SourceUnavailableError("the servo program has ended before its window was there")
+        self.config: Config = first.config
+        self._first: Report | None = first
+        self._thread = threading.Thread(target=self._receive, name="servo reports", daemon=True)
+
+    def open(self) -> None:
+        """Take reports from now on."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Report that the window was closed, and wait for the loop's end of the pipe to close."""
+        self._wish(Wish("closed"))
+        self._thread.join(DEAF_S)
+
+    def calibration(self, width: int, height: int) -> Calibration:
+        """Return that of the newest image. Raises SourceUnavailableError before there is one."""
+        known = self._calibration
+        if known is None or (known.width, known.height) != (width, height):
+            raise SourceUnavailableError(f"the loop has no calibration for images of {width}×{height}")
+        return known
+
+    def beat(self) -> None:
+        """Show that the window lives; call it on the GUI thread, every `BEAT_S`."""
+        self._wish(Wish("beat"))
+
+    def emergency_stop(self, reason: str = "emergency stop") -> None:
+        """Stop the robot; waits until the loop confirms it, or reports that it does not. Any thread."""
+        number = next(self._numbers)
+        self._wish(Wish("stop", reason, number))
+        with self._confirmed:
+            if not self._confirmed.wait_for(lambda: self._newest_stop >= number, CONFIRM_S):
+                self.failed.emit(f"the loop has not confirmed the stop within {CONFIRM_S:g} s")
+
+    def start(self) -> None:
+        """Do nothing: `resume` starts a loop that has ended, too."""
+
+    def resume(self) -> str:
+        """Let the robot move; why it may not is reported by `failed`, later."""
+        self._wish(Wish("start"))
+        return ""
+
+    def stop(self) -> None:
+        """Do nothing: the loop is stopped by its own process."""
+
+    def tune(self, config: Config) -> None:
+        """Other gains, limits and rate from the next cycle on."""
+        self._wish(Wish("tune", config=config))
+
+    def _wish(self, wish: Wish) -> None:
+        try:
+            with self._lock:
+                write(self._to, wish)
+        except (OSError, ValueError):
+            log.debug("the loop takes no more wishes")
+
+    # -- the reports' thread -------------------------------------------------------------------------
+    def _receive(self) -> None:
+        report, self._first = self._first, None
+        while report is not None:
+            self._take(report)
+            report = read(self._from)
+        self.running = False
+        self._ended()
+
+    def _take(self, report: Report) -> None:
+        self.running, self.gate.halted, self.config = report.running, report.halted, report.config
+        self._calibration = report.calibration or self._calibration
+        if report.camera is not None:
+            self.robot.lines, self.robot.camera = list(report.skeleton), report.camera
+        with self._confirmed:
+            self._newest_stop = report.confirmed
+            self._confirmed.notify_all()
+        for moment in report.moments:
+            self.loop.newest = moment
+            newest = moment is report.moments[-1]
+            self.cycle_done.emit(moment.cycle, report.frame if newest else None)
+        if report.frame is not None:
+            self._wish(Wish("taken"))
+        for failure in report.failures:
+            self.failed.emit(failure)
+
+
+class _Loop:
+    """What a window reads of a `ServoLoop`."""
+
+    def __init__(self) -> None:
+        self.newest: Moment | None = None
+
+    def moment(self, cycle: ControlCycle) -> Moment:
+        """Return the newest; `cycle` is its own."""
+        return self.newest or Moment(cycle)
+
+
+class _Robot:
+    """What a window reads of a `Robot`: always of the newest report."""
+
+    def __init__(self) -> None:
+        self.lines: list[NDArray[np.float64]] = []
+        self.camera: Pose = np.eye(4)
+
+    def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
+        """As `Robot.skeleton`."""
+        return self.lines
+
+    def camera_pose(self, head: Vector) -> Pose:
+        """As `Robot.camera_pose`."""
+        return self.camera
+
+
+class _Gate:
+    """What a window reads of a `CommandGate`."""
+
+    halted = ""
+
+
+Run = Runner | RunMirror
+"A run in this process or in another."
+
+
+def _emptied(waiting: deque[Any]) -> list[Any]:
+    """Take all that waits; others may add meanwhile."""
+    return [waiting.popleft() for _ in range(len(waiting))]
+
+
+def _apart(function: Callable[[], None], name: str) -> None:
+    threading.Thread(target=function, name=name, daemon=True).start()

@@ -1,0 +1,198 @@
+"""A run and its mirror, joined by pipes as two processes join them."""
+
+import os
+import threading
+
+import numpy as np
+import pytest
+
+from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.pfnc import by_name
+from grabbergui.models import servo_mirror
+from grabbergui.models.servo_mirror import RunMirror, RunServer
+from grabbergui.models.servoing import ServoModel, Tuning
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.gate import Command
+from grabbergui.servo.loop import ControlCycle
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
+from grabbergui.servo.state_machine import State
+from patience import PATIENCE, until
+
+SIZE = closed_loop.WIDTH, closed_loop.HEIGHT
+
+
+class Pair:
+    """Both ends; the runner does not run: cycles are reported by hand."""
+
+    def __init__(self):
+        robot = SimRobot(teo.MODEL)
+        camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
+        self.runner = Runner(camera, robot, lambda frame: None)
+        (from_loop, to_window), (from_window, to_loop) = os.pipe(), os.pipe()
+        self.pipes = [os.fdopen(end, mode) for end, mode in ((to_window, "wb"), (from_window, "rb"))]
+        self.window_pipes = [os.fdopen(end, mode) for end, mode in ((from_loop, "rb"), (to_loop, "wb"))]
+        self.server = RunServer(self.runner, closed_loop.calibration().scaled_to, *self.pipes)
+        self.server.open()
+        self.ended = threading.Event()
+        self.mirror = RunMirror(*self.window_pipes, self.ended.set)
+        self.failures = []
+        self.mirror.failed.connect(self.failures.append)
+        self.mirror.open()
+
+    def cycle(self, seconds, frame=None, state=State.CENTRING):
+        state_of = self.runner.robot.state()
+        self.runner.cycle_done.emit(
+            ControlCycle(seconds, state, "", Command(), (0.0, 0.0), (0.1, 0.2), state_of), frame
+        )
+
+    def kill_window(self):
+        """What the kernel does for a process that dies; the mirror's reader ends with the loop's pipe."""
+        self.window_pipes[1].close()
+
+    def close(self):
+        self.server.close()
+        if not self.window_pipes[1].closed:
+            self.window_pipes[1].close()
+        assert self.server.closed.wait(PATIENCE)
+        for thread in self.server._threads:
+            thread.join(PATIENCE)
+        self.pipes[0].close()
+        self.mirror._thread.join(PATIENCE)
+        for pipe in (*self.pipes, *self.window_pipes):
+            pipe.close()
+
+
+@pytest.fixture
+def pair():
+    made = Pair()
+    yield made
+    made.close()
+
+
+def frame(number=1):
+    payload = np.full(SIZE[0] * SIZE[1], number, np.uint8)
+    return Frame(payload, *SIZE, by_name("Mono8"), number, status=FrameStatus.COMPLETE, captured=1.5)
+
+
+def test_cycles_and_images_reach_the_window_with_what_the_loop_knew(pair):
+    seen = []
+    pair.mirror.cycle_done.connect(lambda cycle, image: seen.append((cycle, image)))
+    for number in range(5):
+        pair.cycle(number / 10, frame(number) if number == 4 else None)
+    until(lambda: len(seen) == 5)
+    assert [cycle.time for cycle, _ in seen] == [0.0, 0.1, 0.2, 0.3, 0.4]
+    image = seen[-1][1]
+    assert (image.width, image.height, image.captured, int(image.raw()[7, 9])) == (*SIZE, 1.5, 4)
+    here = pair.runner.robot.state()
+    assert np.allclose(pair.mirror.robot.camera_pose(here.head), pair.runner.robot.camera_pose(here.head))
+    assert np.allclose(pair.mirror.robot.skeleton(here)[0], pair.runner.robot.skeleton(here)[0])
+    assert pair.mirror.calibration(*SIZE).matrix == pytest.approx(closed_loop.calibration().matrix)
+
+
+def test_a_window_shows_the_mirror_as_it_shows_a_run(pair):
+    model = ServoModel(pair.mirror, pair.mirror.calibration)
+    model.open()
+    shown = []
+    model.ready.connect(lambda: shown.append(model.take()))
+    try:
+        pair.cycle(0.0, frame())
+        until(lambda: any(one is not None and one.image is not None for one in shown))
+    finally:
+        model.close()
+    with_image = next(one for one in shown if one is not None and one.image is not None)
+    assert with_image.size == SIZE
+    assert with_image.posture.skeleton
+
+
+def test_a_stop_in_the_window_stops_the_robot_and_is_confirmed(pair):
+    pair.mirror.emergency_stop("stopped in the window")
+    assert pair.runner.gate.halted == "stopped in the window"
+    until(lambda: pair.mirror.gate.halted == "stopped in the window")
+    assert pair.failures == []
+
+
+def test_a_second_stop_does_not_wait_for_a_first_that_hangs(pair, monkeypatch):
+    hangs, stops = threading.Event(), []
+
+    def stop(reason):
+        stops.append(reason)
+        if reason == "first":
+            assert hangs.wait(PATIENCE)
+
+    monkeypatch.setattr(pair.runner, "emergency_stop", stop)
+    monkeypatch.setattr(servo_mirror, "CONFIRM_S", 0.2)
+    pair.mirror.emergency_stop("first")
+    assert pair.failures == ["the loop has not confirmed the stop within 0.2 s"]
+    pair.mirror.emergency_stop("second")
+    hangs.set()
+    assert stops == ["first", "second"]
+
+
+def test_start_ends_a_stop_and_a_refusal_is_reported(pair, monkeypatch):
+    monkeypatch.setattr(Runner, "running", property(lambda self: True))
+    pair.mirror.emergency_stop("stopped")
+    assert pair.mirror.resume() == ""
+    until(lambda: pair.runner.gate.halted == "")
+    monkeypatch.setattr(pair.runner, "resume", lambda: "the guardian has ended")
+    pair.mirror.resume()
+    until(lambda: pair.failures == ["the guardian has ended"])
+
+
+def test_tuning_reaches_the_loop(pair):
+    tuned = Tuning.of(Config())
+    tuned = Tuning(**{**vars(tuned), "rate": 20.0})
+    pair.mirror.tune(tuned.applied_to(pair.mirror.config))
+    until(lambda: pair.runner._tuned is not None)
+    assert pair.runner._tuned.loop.rate == 20.0
+
+
+def test_what_ends_the_loop_is_shown(pair):
+    pair.runner.failed.emit("the source was closed")
+    until(lambda: pair.failures == ["the source was closed"])
+
+
+def test_a_window_that_dies_stops_the_robot(pair):
+    pair.mirror.beat()
+    pair.kill_window()
+    assert pair.server.closed.wait(PATIENCE)
+    assert pair.runner.gate.halted == servo_mirror.CLOSED
+
+
+def test_a_window_that_was_closed_leaves_the_stop_to_whoever_showed_it(pair, monkeypatch):
+    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.05)
+    pair.mirror.close()
+    assert pair.server.closed.wait(PATIENCE)
+    assert pair.runner.gate.halted == ""
+
+
+def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
+    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.0)
+    pair.mirror.beat()
+    until(lambda: (pair.cycle(1.0), pair.runner.gate.halted)[1])
+    assert pair.runner.gate.halted == servo_mirror.MUTE
+    pair.runner.resume()
+    pair.cycle(2.0)
+    assert pair.runner.gate.halted == ""  # it was said once
+
+
+def test_a_window_that_takes_nothing_does_not_hold_up_the_loop(pair):
+    blocked = threading.Event()
+    pair.mirror.cycle_done.connect(lambda cycle, image: blocked.wait(PATIENCE))
+    try:
+        for number in range(3 * servo_mirror._MOST_CYCLES):
+            pair.cycle(number / 50, frame(number % 200))
+        assert len(pair.server._moments) <= servo_mirror._MOST_CYCLES
+    finally:
+        blocked.set()
+
+
+def test_the_mirror_ends_with_the_loops_process(pair):
+    pair.server.close()
+    for thread in pair.server._threads[:1]:
+        thread.join(PATIENCE)
+    pair.pipes[0].close()
+    assert pair.ended.wait(PATIENCE)
+    assert not pair.mirror.running

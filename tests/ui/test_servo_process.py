@@ -1,0 +1,69 @@
+"""The servoing window as a process: killed, or left alone by a loop that was killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import psutil
+import pytest
+
+from grabbergui.models.servo_mirror import CLOSED
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
+from grabbergui.ui.run import servo_process
+from patience import PATIENCE, until
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills processes by signals")
+
+
+def windows(of):
+    """Process ids of the windows that a process has started."""
+    children = psutil.Process(of).children()
+    return [child.pid for child in children if any("servo_process" in word for word in child.cmdline())]
+
+
+def await_window(of):
+    return until(lambda: windows(of), "a window")[0]
+
+
+def test_a_window_that_is_killed_stops_the_robot_and_says_so(monkeypatch):
+    monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker), fps=10)
+    camera.open()
+    runner = Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
+    runner.start()
+    told = []
+    showing = threading.Thread(
+        target=lambda: told.append(servo_process.show(runner, closed_loop.calibration().scaled_to, None))
+    )
+    showing.start()
+    try:
+        os.kill(await_window(os.getpid()), signal.SIGKILL)
+        showing.join(PATIENCE)
+        assert told == [f"the window has ended unexpectedly (exit status {-signal.SIGKILL})"]
+        assert runner.gate.halted == CLOSED
+    finally:
+        runner.stop()
+        camera.close()
+
+
+def test_a_window_closes_when_the_loops_process_is_killed():
+    program = subprocess.Popen(
+        [sys.executable, "-m", "grabbergui", "servo", "--robot", "sim-teo"],
+        env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        window = psutil.Process(await_window(program.pid))
+        program.kill()
+        program.wait()
+        window.wait(PATIENCE)
+    finally:
+        program.kill()
+        program.wait()
