@@ -238,6 +238,25 @@ class CurrentScan3d:
             self._stale.set()
 
 
+class FollowedScan3d:
+    """A grabber's Scan3d features for threads that must not block: read where a change is reported."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        """Blocks while the camera answers."""
+        self._grabber = grabber
+        grabber.features_changed.connect(self._on_features_changed)
+        self.value = Scan3d.read(grabber)
+        "The features as they were read last. Any thread."
+
+    def close(self) -> None:
+        """Follow the grabber no longer. May be called twice."""
+        self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        if may_change(names):
+            self.value = Scan3d.read(self._grabber)
+
+
 def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:
     """Give the images that a network offers beside a frame's own, by name.
 
@@ -262,6 +281,30 @@ def in_metres(image: Frame, scan: Scan3d) -> Frame:
         image,
         payload=metres.astype("<f4").reshape(-1).view(np.uint8),
         pixel_format=by_name("Coord3D_C32f"),
+        padding_x=0,
+        big_endian=False,
+        _conversions=Conversions(),
+    )
+
+
+def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
+    """Return an image of `in_metres` in the camera's own values again, as Coord3D_C32f, so that `scan` holds.
+
+    NaN stays NaN. Other images, and those of a camera that reports no scale, are returned as they are. Raises
+    PixelFormatError.
+    """
+    pixel_format = image.pixel_format
+    if pixel_format.name != "Coord3D_C32f" or scan.unit_of(pixel_format) != "mm":
+        return image
+    found = image.raw() * np.float32(1000)
+    if scan.disparity and scan.baseline is not None and scan.focal_length is not None:
+        with np.errstate(divide="ignore"):
+            found = np.float32(scan.baseline * scan.focal_length * scan.unit) / found
+    depth = scan.coordinates[COORDINATES.index("C")]
+    values = (found / np.float32(scan.unit) - np.float32(depth.offset)) / np.float32(depth.scale or 1.0)
+    return replace(
+        image,
+        payload=values.astype("<f4").reshape(-1).view(np.uint8),
         padding_x=0,
         big_endian=False,
         _conversions=Conversions(),

@@ -145,6 +145,7 @@ class YarpOptions:
     carrier: str = _option("fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mjpeg`")
     nameserver: str = _option("", "HOST:PORT", "another name server than the configured one")
     bind: str = _option("", "ADDRESS", "the address at which our receiving port listens")
+    components: bool = _option(True, "0|1", "`0`: the first image of each frame only", _switch)
 
 
 @dataclass(frozen=True)
@@ -157,6 +158,7 @@ class Ros2Options:
         "quality of service: `sensor_data` is best effort",
         _one_of("sensor_data", "reliable"),
     )
+    components: bool = _option(True, "0|1", "`0`: the first image of each frame only", _switch)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,19 @@
 """All components of a frame side by side: each with its own colours, looked at together."""
 
+from contextlib import ExitStack
+
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 
+from grabbergui import sources
 from grabbergui.core.region import Region
 from grabbergui.models.picture.components import MOST_BESIDE, beside
 from grabbergui.models.picture.geometry import scaled_region
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.widgets.pane_area import columns_for
 
@@ -174,3 +180,23 @@ def test_the_part_seen_of_a_smaller_component_is_scaled_and_many_are_bounded():
     assert scaled_region(Region(1, 1, 5, 5), (320, 240), (320, 240)) == Region(1, 1, 5, 5)
     labels = tuple(str(number) for number in range(20))
     assert len(beside(labels, "7")) == MOST_BESIDE - 1 and "7" not in beside(labels, "7")
+
+
+def test_a_remote_camera_shows_its_components_as_a_local_one(window_desk):
+    with ExitStack() as stack:
+        names = NameServer("127.65.0.1", 0)
+        names.open()
+        stack.callback(names.close)
+        camera = sources.create("sim:?width=160&height=120&fps=20")
+        camera.open()
+        stack.callback(camera.close)
+        send_components(camera, "Range")
+        address = f"127.65.0.1:{names.port_number}"
+        stack.enter_context(YarpGrabberServer(camera, "/side", names=NameClient.find(address)))
+        window_desk.connect(f"yarp:/side?nameserver={address}")
+        picture = window_desk.window.picture
+        window_desk.until(lambda: picture.componentTabs.count() == 2)
+        picture.componentTabs.setCurrentIndex(1)
+        window_desk.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
+        scale = picture.scaleBar.scale
+        assert scale.low <= 650 and 1200 <= scale.high <= 1400

@@ -27,6 +27,9 @@ log = logging.getLogger(__name__)
 
 FRAME_WAIT = 0.2
 "Seconds to wait for a frame at a time."
+COMPONENT_WAIT = 0.5
+"""Seconds for which frames that lack components are left out: over a network single ones get lost, and tabs
+that come and go cannot be read."""
 PAINT_WAIT = 0.5
 "Seconds to wait for the window to paint; it may be hidden, then nobody takes the pictures."
 
@@ -75,6 +78,8 @@ class PictureModel:
         self._latest: Picture | None = None
         self._components: tuple[Frame, dict[str, Frame]] | None = None
         "A frame, and its components as frames by their labels."
+        self._most: tuple[int, float] = (0, 0.0)
+        "The number of components that frames have, and `time.monotonic` of the last frame with so many."
         self._settings = DisplaySettings()
         self._again = threading.Event()
         "Set when the frame shown is to be converted once more."
@@ -126,6 +131,7 @@ class PictureModel:
             self._queue = queue
             self._frame = frame = other.frame if other is not None else None
         self._frozen = self._latest = self._components = None
+        self._most = (0, 0.0)
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -215,10 +221,21 @@ class PictureModel:
             self._again.clear()
             frozen = self._frozen
             if frozen is None:
+                if self._lacks_components(frame):
+                    continue
                 self._convert(frame, queue)
             elif again:
                 self._convert(frozen, queue)
             self._taken.wait(PAINT_WAIT)
+
+    def _lacks_components(self, frame: Frame) -> bool:
+        """Whether the frames just before had more components."""
+        count, now = len(frame.parts), time.monotonic()
+        most, seen = self._most
+        if count < most and now - seen < COMPONENT_WAIT:
+            return True
+        self._most = (count, now)
+        return False
 
     def _newest(self, queue: FrameQueue) -> Frame:
         """Return the newest frame available; the one shown before only if no other is queued."""

@@ -12,6 +12,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import DeviceLostError, GrabberError, OtherCameraError, SourceNotFoundError
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
+from grabbergui.net.ros2.client_components import ComponentSubscriptions
 from grabbergui.net.ros2.client_link import CameraLink, not_found
 from grabbergui.net.ros2.client_stream import ImageStream
 from grabbergui.net.ros2.runtime import Ros2Node
@@ -36,11 +37,13 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     publisher, a watcher thread finds it again with its current features.
     """
 
-    def __init__(self, name: str, uri: str = "", *, reliable: bool = False) -> None:
+    def __init__(self, name: str, uri: str = "", *, reliable: bool = False, components: bool = True) -> None:
+        """With `components`, frames have what a node of ours publishes as range/image … too."""
         name = "/" + name.strip("/")
         super().__init__(DeviceInfo(uri or f"ros2:{name}", bus="ROS 2", address=name))
         self._name = name
         self._reliable = reliable
+        self._with_components = components
         self._ros: Ros2Node | None = None
         self._link: CameraLink | None = None
         self._closing = threading.Event()
@@ -95,8 +98,16 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             if self._stream is None:
                 self._fanout.clear()
                 link = self._opened()
+                components = None
+                if self._with_components and link.ours:
+                    components = ComponentSubscriptions(link.node, link.topic, self, self._fanout.put)
                 self._stream = ImageStream(
-                    link.node, link.topic, self._fanout.put, self.noticed.emit, reliable=self._reliable
+                    link.node,
+                    link.topic,
+                    self._fanout.put,
+                    self.noticed.emit,
+                    reliable=self._reliable,
+                    components=components,
                 )
                 self._stream.open()
 

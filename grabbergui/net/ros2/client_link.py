@@ -108,6 +108,11 @@ class CameraLink:
         """Return whether the topic has a publisher. Any thread; never waits."""
         return bool(self.node.count_publishers(self.topic))
 
+    @property
+    def ours(self) -> bool:
+        """Whether the node is a server of ours, which has the whole feature tree. After `join`."""
+        return isinstance(self.features, TreeFeatures)
+
     def changes(self) -> frozenset[str]:
         """Return the names of features that others changed, from a server that must be asked."""
         return self.features.changes() if isinstance(self.features, TreeFeatures) else frozenset()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, PixelFormatError
@@ -23,6 +23,19 @@ REMIND = 5.0
 """Seconds after which a lasting problem is reported again."""
 
 
+class Components(Protocol):
+    """What a stream needs of its components."""
+
+    def image(self, frame: Frame) -> None:
+        """Deliver a frame once its components are there, or are not waited for any more."""
+
+    def look(self) -> None:
+        """Find component topics."""
+
+    def close(self) -> None:
+        """Unsubscribe."""
+
+
 class ImageStream:
     """Receives one topic's images. Messages come on the node's thread, which also delivers the frames.
 
@@ -38,8 +51,13 @@ class ImageStream:
         say: Callable[[str], None],
         *,
         reliable: bool = False,
+        components: Components | None = None,
     ) -> None:
-        """`say` is called with display text: why no images arrive, and how they changed."""
+        """`say` is called with display text: why no images arrive, and how they changed.
+
+        `components` adds what other topics of the camera carry.
+        """
+        self._components = components
         self._node = node
         self._topic = topic
         self._deliver = deliver
@@ -61,6 +79,11 @@ class ImageStream:
 
     def close(self) -> None:
         """Unsubscribe. May be called twice."""
+        self._unsubscribe()
+        if self._components is not None:
+            self._components.close()
+
+    def _unsubscribe(self) -> None:
         subscriptions, self._subscriptions = self._subscriptions, []
         for subscription in subscriptions:
             self._node.destroy_subscription(subscription)
@@ -89,8 +112,10 @@ class ImageStream:
             self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")
         reliable = self._reliable and not unable
         if reliable != self._subscribed_reliable or not self._subscriptions:
-            self.close()
+            self._unsubscribe()
             self._subscribe(reliable)
+        if self._components is not None:
+            self._components.look()
 
     def _subscribe(self, reliable: bool) -> None:
         from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -130,7 +155,10 @@ class ImageStream:
         self._rate.add(frame.payload.nbytes)
         for kind, text in self._continuity.remarks(frame).items():
             self._remark(text, kind)
-        self._deliver(frame)
+        if self._components is not None:
+            self._components.image(frame)
+        else:
+            self._deliver(frame)
 
     def _on_camera_info(self, message: Any) -> None:
         region = message.roi

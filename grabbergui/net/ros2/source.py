@@ -22,7 +22,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     if not uri.name.strip("/"):
         raise UsageError("ros2: which topic? Write ros2:/camera; `grabbergui list` shows the image topics")
     options = read_options(Ros2Options, uri)
-    return Ros2Grabber(uri.name, str(uri), reliable=options.qos == "reliable")
+    return Ros2Grabber(uri.name, str(uri), reliable=options.qos == "reliable", components=options.components)
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:

@@ -18,6 +18,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.net.remote_grabber import RemoteGrabber
+from grabbergui.net.yarp.client_components import ComponentReaders
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import PictureStream
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -30,6 +31,9 @@ ours."""
 
 SLOW_WATCH_PERIOD = 0.4
 """Period for a server of YARP's own, which must be asked for every value."""
+
+LOOKS_PER_SEARCH = 10
+"""Checks between two searches for component ports of the camera, which take the list of the name server."""
 
 BUS = "YARP"
 
@@ -51,20 +55,27 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         nameserver: str = "",
         carrier: str = "fast_tcp",
         bind: str = "",
+        components: bool = True,
         uri: str = "",
     ) -> None:
-        """A grabber for the port `name`; `nameserver` is HOST:PORT, by default the configured one."""
+        """A grabber for the port `name`; `nameserver` is HOST:PORT, by default the configured one.
+
+        With `components`, frames have what a server of ours sends on NAME/range, NAME/confidence … too.
+        """
         super().__init__(DeviceInfo(uri or f"yarp:{name}", bus=BUS, address=name, user_name=name))
         self._name = name
         self._nameserver = nameserver
         self._carrier = carrier
         self._bind = bind
+        self._with_components = components
         self._names: NameClient | None = None
         self._link: GrabberLink | None = None
         self._features: Features | None = None
         self._access = Access.CONTROL
         self._stopping = threading.Event()
         self._watcher: threading.Thread | None = None
+        self._looks = 0
+        "Since the stream was started."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -134,13 +145,24 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             if self._stream is not None:
                 return
             self._connected()
-            assert self._names
+            assert self._names and self._link
+            components = None
+            if self._with_components and self._link.ours:
+                components = ComponentReaders(
+                    self, self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
+                )
             stream = PictureStream(
-                self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
+                self._name,
+                self._names,
+                self._fanout.put,
+                carrier=self._carrier,
+                bind=self._bind,
+                components=components,
             )
             self._fanout.clear()
             stream.open()
             self._stream = stream
+            self._looks = 0
 
     # -- coming and going ------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> None:
@@ -195,6 +217,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._forget_seen(changed)
             if stream is not None and not stream.connected:
                 stream.connect()
+            if stream is not None and self._looks % LOOKS_PER_SEARCH == 0:
+                stream.look()
+            self._looks += 1
         if changed and late:  # a server may answer before it has its camera
             self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} has its camera")
         if changed:

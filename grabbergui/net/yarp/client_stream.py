@@ -8,7 +8,7 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -26,7 +26,15 @@ from grabbergui.net.yarp.os.values import Stamp
 log = logging.getLogger(__name__)
 
 FORMATS: Final = {
-    **{"mono": "Mono8", "mo16": "Mono16", "rgb": "RGB8", "bgr": "BGR8", "rgba": "RGBa8", "bgra": "BGRa8"},
+    **{
+        "mono": "Mono8",
+        "mo16": "Mono16",
+        "dec": "Coord3D_C32f",
+        "rgb": "RGB8",
+        "bgr": "BGR8",
+        "rgba": "RGBa8",
+        "bgra": "BGRa8",
+    },
     **{"grbg": "BayerGR8", "bggr": "BayerBG8", "gbrg": "BayerGB8", "rggb": "BayerRG8"},
     **{"gr16": "BayerGR16", "bg16": "BayerBG16", "gb16": "BayerGB16", "rg16": "BayerRG16"},
 }
@@ -34,6 +42,22 @@ FORMATS: Final = {
 
 _POLL = 0.5
 _numbers = itertools.count(1)
+
+
+class ComponentPorts(Protocol):
+    """What a stream needs of its components."""
+
+    def image(self, frame: Frame) -> None:
+        """Deliver a frame once its components are there, or are not waited for any more."""
+
+    def expire(self, most: float) -> float:
+        """Deliver what has waited long enough; return seconds until the next, at most `most`."""
+
+    def look(self) -> None:
+        """Find component ports."""
+
+    def close(self) -> None:
+        """Stop."""
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
@@ -68,8 +92,11 @@ class PictureStream:
         *,
         carrier: str = "fast_tcp",
         bind: str = "",
+        components: ComponentPorts | None = None,
     ) -> None:
+        """`components` adds what other ports of the camera send."""
         self._source = source
+        self._components = components
         self._carrier = carrier
         self._deliver = deliver
         self._port = InputPort(f"/grabbergui/{os.getpid()}/{next(_numbers)}{source}", names, bind=bind)
@@ -98,6 +125,8 @@ class PictureStream:
         """Disconnect and stop. May be called twice; never raises."""
         self._stopping.set()
         self._port.close()
+        if self._components is not None:
+            self._components.close()
         if self._thread.ident is not None:
             self._thread.join(5)
 
@@ -115,6 +144,11 @@ class PictureStream:
         self._port.remove_input(self._source)
         self.connect()
 
+    def look(self) -> None:
+        """Connect to component ports that appeared, and leave those that are gone. Raises TransportError."""
+        if self._components is not None:
+            self._components.look()
+
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters."""
         rate, bandwidth = self._rate.rates()
@@ -129,9 +163,11 @@ class PictureStream:
         )
 
     def _run(self) -> None:
+        components = self._components
+        deliver = self._deliver if components is None else components.image
         while not self._stopping.is_set():
             try:
-                message, envelope = self._port.read(_POLL)
+                message, envelope = self._port.read(_POLL if components is None else components.expire(_POLL))
             except FrameTimeoutError:
                 continue
             try:
@@ -143,7 +179,7 @@ class PictureStream:
                     log.warning("%s: %s", self._source, error)
                 continue
             self._count(frame)
-            self._deliver(frame)
+            deliver(frame)
 
     def _count(self, frame: Frame) -> None:
         gap = frame.frame_id - self._last_id - 1

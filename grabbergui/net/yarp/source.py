@@ -41,6 +41,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         nameserver=options.nameserver,
         carrier=options.carrier,
         bind=options.bind,
+        components=options.components,
         uri=str(uri),
     )
 

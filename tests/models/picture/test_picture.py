@@ -1,12 +1,14 @@
 """The picture to show: the newest frame, only as fast as it is painted, only what is looked at."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui.core import pfnc
+from grabbergui.core.component import ComponentKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.picture.picture import PictureModel
@@ -109,3 +111,21 @@ def test_the_last_frame_stays_after_the_source_is_closed(stream, picture):
     until(picture.take)
     assert picture.detach(2)
     assert picture.frame.frame_id == 9
+
+
+def test_a_frame_that_lacks_components_of_those_before_is_left_out_for_a_moment(stream, picture, monkeypatch):
+    monkeypatch.setattr("grabbergui.models.picture.picture.COMPONENT_WAIT", 1000.0)
+    whole, lacking = frame(1), frame(2)
+    whole.parts = (whole.components[0], replace(whole.components[0], kind=ComponentKind.RANGE))
+    stream.send(whole)
+    assert until(picture.take).labels == ("Intensity", "Range")
+    stream.send(lacking)
+    until(lambda: picture.received == 2)
+    after = replace(whole, frame_id=3)
+    stream.send(after)
+    assert until(picture.take).frame.frame_id == 3
+
+    monkeypatch.setattr("grabbergui.models.picture.picture.COMPONENT_WAIT", 0.0)
+    stream.send(frame(4))
+    shown = until(picture.take)
+    assert (shown.labels, shown.frame.frame_id) == ((), 4)

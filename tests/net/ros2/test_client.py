@@ -3,6 +3,7 @@
 import queue
 import time
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
@@ -119,3 +120,36 @@ def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back
     serve("/other")
     until(lambda: reported.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
     assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"
+
+
+def test_a_frame_has_all_components_that_the_server_publishes(server, camera, opened):
+    from grabbergui.core.scan3d import Scan3d
+
+    for name in ("Range", "Confidence"):
+        camera.write_feature("ComponentSelector", name)
+        camera.write_feature("ComponentEnable", True)
+    remote = opened("ros2:/cam")
+    frames = remote.open_queue()
+    remote.start()
+    frame = until(lambda: len((seen := frames.get(PATIENCE)).components) == 3 and seen)
+
+    assert [part.name for part in frame.components] == ["intensity", "range", "confidence"]
+    distances, scan = frame.components[1], Scan3d.read(remote)
+    assert scan.unit_of(distances.pixel_format) == "mm"
+    found = scan.distances(distances.raw(), distances.pixel_format)
+    assert np.isnan(found).any() and 550 < np.nanmin(found) < np.nanmax(found) < 1500
+    assert frame.rgb().shape == (240, 320, 3)
+
+    camera.write_feature("ComponentSelector", "Range")
+    camera.write_feature("ComponentEnable", False)
+    until(lambda: [part.name for part in frames.get(PATIENCE).components] == ["intensity", "confidence"])
+
+
+def test_only_the_first_component_is_subscribed_to_where_one_asks_for_that(server, camera, opened):
+    camera.write_feature("ComponentSelector", "Confidence")
+    camera.write_feature("ComponentEnable", True)
+    remote = opened("ros2:/cam?components=0")
+    frames = remote.open_queue()
+    remote.start()
+    for _ in range(20):
+        assert len(frames.get(PATIENCE).components) == 1

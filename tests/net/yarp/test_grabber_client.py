@@ -22,7 +22,9 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
+from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
@@ -424,3 +426,75 @@ def test_every_pixel_code_becomes_a_frame(code: str) -> None:
     assert np.array_equal(frame.raw(), pixels)
     assert frame.rgb().shape == (4, 6, 3)
     assert (frame.frame_id, frame.timestamp_ns, frame.received_ns) == (7, 1_234_500_000_000, 99)
+
+
+def components_of(frame: Frame) -> list[str]:
+    return [part.name for part in frame.components]
+
+
+@pytest.fixture
+def ranging(scene: Stage) -> Iterator[Stage]:
+    """The camera with three components; as it was behind the test."""
+
+    def enable(enabled: bool) -> None:
+        for name in ("Range", "Confidence"):
+            scene.grabber.write_feature("ComponentSelector", name)
+            scene.grabber.write_feature("ComponentEnable", enabled)
+
+    enable(True)
+    yield scene
+    enable(False)
+
+
+def test_a_frame_has_all_components_that_the_server_sends(ranging: Stage) -> None:
+    with ranging.share():
+        remote = connect(ranging)
+        remote.open()
+        try:
+            queue = remote.open_queue(2)
+            remote.start()
+            frame = until(lambda: len((seen := queue.get(PATIENCE)).components) == 3 and seen)
+            assert components_of(frame) == ["intensity", "range", "confidence"]
+            local = ranging.grabber.open_queue(1)
+            theirs = Scan3d.read(ranging.grabber)
+            mine = Scan3d.read(remote)
+            wanted = next(part for part in local.get(PATIENCE).components if part.name == "range")
+            part = frame.components[1]
+            assert part.pixel_format.is_coordinate and mine.unit_of(part.pixel_format) == "mm"
+            found = mine.distances(part.raw(), part.pixel_format)
+            expected = theirs.distances(wanted.raw(), wanted.pixel_format)
+            assert np.nanmin(found) > 500 and np.nanmax(found) < 1500  # the scene moves
+            assert abs(np.nanmedian(found) - np.nanmedian(expected)) < 50
+            assert frame.components[2].raw().shape == (100, 168)
+        finally:
+            remote.close()
+
+
+def test_only_the_first_component_is_received_where_one_asks_for_that(ranging: Stage) -> None:
+    with ranging.share() as server:
+        remote = connect(ranging, "yarp:/grabber?components=0")
+        remote.open()
+        try:
+            queue = remote.open_queue(2)
+            remote.start()
+            until(lambda: len(server.places()) >= 5)
+            for _ in range(20):
+                assert len(queue.get(PATIENCE).components) == 1
+            assert server.readers == 1
+        finally:
+            remote.close()
+
+
+def test_a_component_that_ends_leaves_the_first_one_running(ranging: Stage) -> None:
+    with ranging.share():
+        remote = connect(ranging)
+        remote.open()
+        try:
+            queue = remote.open_queue(2)
+            remote.start()
+            until(lambda: len(queue.get(PATIENCE).components) == 3)
+            ranging.grabber.write_feature("ComponentSelector", "Range")
+            ranging.grabber.write_feature("ComponentEnable", False)
+            until(lambda: components_of(queue.get(PATIENCE)) == ["intensity", "confidence"])
+        finally:
+            remote.close()

@@ -1,0 +1,168 @@
+"""Frames put together again whose components came one by one over a network, matched by their stamps."""
+
+from __future__ import annotations
+
+import re
+from collections import OrderedDict, deque
+from dataclasses import dataclass, replace
+from typing import Final
+
+from grabbergui.core.component import Component, ComponentKind
+from grabbergui.core.frame import Frame
+
+WAIT: Final = 0.1
+"""Seconds that an image waits for components that came in time before."""
+MOST_WAITING: Final = 4
+"""Images of each kind that are kept until their companions come; the oldest gives way."""
+MOST_COMPONENTS: Final = 16
+"""Kinds of component of one camera; more are not believed."""
+_REMEMBERED: Final = 32
+"""Delivered images whose time of arrival is known, to tell how late a component is."""
+
+_NAME = re.compile(r"([a-z]+)(?:_\d{1,2})?")
+_KINDS: Final = {kind.name.lower(): kind for kind in ComponentKind if kind is not ComponentKind.METADATA}
+
+
+def kind_of(name: str) -> ComponentKind | None:
+    """Return the kind of a component that a network names: `range`, `range_2`; None for any other name."""
+    match = _NAME.fullmatch(name)
+    return _KINDS.get(match[1]) if match else None
+
+
+@dataclass
+class _Waiting:
+    """An image whose components are on their way."""
+
+    frame: Frame
+    arrived: float
+    missing: set[str]
+    parts: dict[str, Frame]
+
+
+class ComponentJoiner:
+    """Adds to each image the components with the same `timestamp_ns`. No I/O, no clock; one thread at a time.
+
+    An image waits only for components that came in time for the images before, at most `WAIT` seconds, and no
+    longer than until a later image of that component shows that its own was lost. Images are
+    returned in the order in which they came. A component that comes later is dropped.
+    """
+
+    def __init__(self, wait: float = WAIT) -> None:
+        self._wait = wait
+        self._waiting: deque[_Waiting] = deque()
+        self._parts: dict[str, OrderedDict[int, Frame]] = {}
+        self._punctual: set[str] = set()
+        "The components that are waited for."
+        self._arrivals: OrderedDict[int, float] = OrderedDict()
+        "Of images that were returned, by their stamps."
+        self.late = 0
+        "Components that came when their image had been returned."
+
+    @property
+    def deadline(self) -> float | None:
+        """When `due` has something to return; None while no image waits."""
+        return self._waiting[0].arrived + self._wait if self._waiting else None
+
+    def image(self, frame: Frame, now: float) -> list[Frame]:
+        """Take an image that arrived at `now` (seconds); return what is complete."""
+        stamp = frame.timestamp_ns
+        parts = {name: images.pop(stamp) for name, images in self._parts.items() if stamp in images}
+        wanted = self._punctual if stamp else set()
+        missing = {name for name in wanted - parts.keys() if not self._passed(name, stamp)}
+        self._waiting.append(_Waiting(frame, now, missing, parts))
+        if len(self._waiting) > MOST_WAITING:
+            self._waiting[0].missing.clear()
+        return self._complete()
+
+    def component(self, name: str, frame: Frame, now: float) -> list[Frame]:
+        """Take a component that arrived at `now`; return what is complete. The name is one of `kind_of`."""
+        stamp = frame.timestamp_ns
+        if name not in self._parts:
+            if len(self._parts) >= MOST_COMPONENTS:
+                return []
+            self._parts[name] = OrderedDict()
+        if stamp in self._arrivals:
+            self.late += 1
+            if now - self._arrivals[stamp] <= self._wait:
+                self._punctual.add(name)
+            return []
+        for waiting in self._waiting:
+            if waiting.frame.timestamp_ns == stamp:
+                waiting.parts[name] = frame
+                self._punctual.add(name)
+            if waiting.frame.timestamp_ns <= stamp:
+                waiting.missing.discard(name)  # one stream keeps its order: an earlier one was lost
+        if not any(waiting.frame.timestamp_ns == stamp for waiting in self._waiting):
+            images = self._parts[name]
+            images[stamp] = frame
+            while len(images) > MOST_WAITING:
+                images.popitem(last=False)
+        return self._complete()
+
+    def due(self, now: float) -> list[Frame]:
+        """Return the images that have waited long enough; what they lack is not waited for any more."""
+        for waiting in self._waiting:
+            if now - waiting.arrived >= self._wait:
+                self._punctual -= waiting.missing
+                waiting.missing.clear()
+        return self._complete()
+
+    def forget(self, name: str) -> list[Frame]:
+        """Wait no longer for a component that is not sent any more; return what is complete."""
+        self._punctual.discard(name)
+        self._parts.pop(name, None)
+        for waiting in self._waiting:
+            waiting.missing.discard(name)
+        return self._complete()
+
+    def _passed(self, name: str, stamp: int) -> bool:
+        """Whether a later image of a component has come already."""
+        return any(other > stamp for other in self._parts.get(name, ()))
+
+    def _complete(self) -> list[Frame]:
+        done = []
+        while self._waiting and not self._waiting[0].missing:
+            waiting = self._waiting.popleft()
+            stamp = waiting.frame.timestamp_ns
+            self._arrivals[stamp] = waiting.arrived
+            while len(self._arrivals) > _REMEMBERED:
+                self._arrivals.popitem(last=False)
+            for images in self._parts.values():
+                for earlier in [key for key in images if key < stamp]:
+                    del images[earlier]
+            done.append(joined(waiting.frame, waiting.parts))
+        return done
+
+
+def joined(frame: Frame, parts: dict[str, Frame]) -> Frame:
+    """Return the frame with these images as its components after its own; without any, the frame itself.
+
+    An image of distances is its camera's `range` already.
+    """
+    (own,) = frame.components or (None,)
+    if own is not None and own.kind is ComponentKind.RANGE:
+        parts = {name: part for name, part in parts.items() if name != "range"}
+    if own is None or not parts:
+        return frame
+    further = [
+        _component(part, kind_of(name) or ComponentKind.UNDEFINED)
+        for name, part in sorted(parts.items(), key=lambda entry: _place(entry[0]))
+    ]
+    return replace(frame, parts=(own, *further))
+
+
+def _place(name: str) -> tuple[int, str]:
+    kind = kind_of(name)
+    return (len(_KINDS) if kind is None else int(kind), name)
+
+
+def _component(frame: Frame, kind: ComponentKind) -> Component:
+    return Component(
+        frame.payload,
+        frame.width,
+        frame.height,
+        frame.pixel_format,
+        kind,
+        padding_x=frame.padding_x,
+        big_endian=frame.big_endian,
+    )
