@@ -39,6 +39,10 @@ def _switch(text: str) -> bool:
     raise ValueError(text)
 
 
+def _auto_or_switch(text: str) -> str:
+    return text if text == "auto" else str(int(_switch(text)))
+
+
 def _number(low: float, high: float, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
     def read(text: str) -> Any:
         number = kind(text)
@@ -109,13 +113,14 @@ class GigeUriOptions:
         "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
     plain: bool = _option(False, "0|1", "one system call per packet, for comparison", _switch)
-    packet_ring: bool = _option(
-        False,
-        "0|1",
-        "no system call at all: the kernel writes packets into memory that it shares with us. About 30 % "
-        "less CPU where packets come singly; needs CAP_NET_RAW (root, or `setcap cap_net_raw+ep`) on Linux, "
-        "x86-64, and sees packets that a firewall on this computer drops",
-        _switch,
+    packet_ring: str = _option(
+        "auto",
+        "auto|0|1",
+        "no system call for receiving packets: the kernel writes them into memory that it shares with us. "
+        "Takes about half the CPU time where packets come singly; needs CAP_NET_RAW (root, or `setcap "
+        "cap_net_raw+ep`) on Linux, x86-64, and sees packets that a firewall on this computer drops. `auto` "
+        "does so where it may and the packets allow it, `1` warns if it may not, `0` never does",
+        _auto_or_switch,
     )
 
 

@@ -37,6 +37,7 @@ from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.stream.channel import Stream, tick_frequency
 from grabbergui.driver.gige.stream.channels import Streams, chosen_channels
+from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
@@ -63,8 +64,8 @@ class GigeOptions:
     "Index of the stream channel to receive, or `ALL_CHANNELS`."
     batched: bool = True
     "Many datagrams in one system call, if the system can."
-    packet_ring: bool = False
-    "No system calls at all, if we may open packet sockets; see `stream.packet_ring`."
+    packet_ring: RingUse = RingUse.AUTO
+    "No system calls for receiving packets, if we may open packet sockets; see `stream.packet_ring`."
     search_timeout: float = 1.0
     "Seconds in which a camera must answer a search for its name."
 

@@ -16,6 +16,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.stream.channels import ALL_CHANNELS
+from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
@@ -32,7 +33,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         packet_delay=PacketDelayPolicy.parse(chosen.packet_delay, chosen.bandwidth),
         stream_channel=_channel(uri, chosen.stream_channel),
         multicast=_checked_group(uri, chosen.multicast),
-        packet_ring=chosen.packet_ring,
+        packet_ring=RingUse(chosen.packet_ring),
         batched=not chosen.plain,
     )
     device = GigeDevice(uri.name, options)

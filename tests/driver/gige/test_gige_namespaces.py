@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from in_namespace import EXPOSURE, MANY
 
-from patience import PATIENCE, TRIES, allowance
+from patience import PATIENCE, TRIES, allowance, until
 
 HERE = Path(__file__).parent
 CAMERA, HOST = "10.77.0.1", "10.77.0.2"
@@ -77,17 +77,17 @@ class Network:
             stack.callback(run, "ip", "netns", "del", namespace)
             run("ip", "-n", namespace, "link", "set", "lo", "up")
 
-    def join(self) -> None:
+    def join(self, device: str = "eth0", camera: str = CAMERA, host: str = HOST) -> None:
         """By a pair of virtual Ethernet devices."""
         made = run(
-            *("ip", "link", "add", self.device, "netns", self.camera, "type", "veth"),
-            *("peer", "name", self.device, "netns", self.host),
+            *("ip", "link", "add", device, "netns", self.camera, "type", "veth"),
+            *("peer", "name", device, "netns", self.host),
         )
         if made.returncode:
             pytest.skip(f"no virtual Ethernet devices here: {made.stderr.strip()}")
-        for namespace, address in ((self.camera, CAMERA), (self.host, HOST)):
-            run("ip", "-n", namespace, "addr", "add", f"{address}/24", "dev", self.device)
-            run("ip", "-n", namespace, "link", "set", self.device, "up")
+        for namespace, address in ((self.camera, camera), (self.host, host)):
+            run("ip", "-n", namespace, "addr", "add", f"{address}/24", "dev", device)
+            run("ip", "-n", namespace, "link", "set", device, "up")
 
     def impair(self) -> bool:
         """Make the joint a bad one by netem; whether the kernel can."""
@@ -114,13 +114,13 @@ class Network:
         """Pull the host's cable (`down`), or put it back (`up`)."""
         assert not run("ip", "-n", self.host, "link", "set", self.device, state).returncode
 
-    def start_camera(self, settings: str) -> None:
+    def start_camera(self, settings: str, address: str = CAMERA, device: str = "eth0") -> None:
         camera = self.programs.start(
-            self.camera, "-m", "grabbergui", "simulate", "--gige", CAMERA, "--camera", settings,
-            GRABBERGUI_INTERFACES=self.device,
+            self.camera, "-m", "grabbergui", "simulate", "--gige", address, "--camera", settings,
+            GRABBERGUI_INTERFACES=device,
         )  # fmt: skip
         assert camera.stdout is not None
-        assert CAMERA in camera.stdout.readline()
+        assert address in camera.stdout.readline()
 
 
 class Host:
@@ -215,3 +215,56 @@ def pull_cable(network: Network, host: Host) -> tuple[float, float]:
     back = time.monotonic()
     first = host.wait_for("frame")
     return lost["at"] - pulled, first["at"] - back
+
+
+# -- the packet ring ---------------------------------------------------------------------------------
+SECOND_CAMERA, SECOND_HOST, SECOND_DEVICE = "10.78.0.1", "10.78.0.2", "eth1"
+
+
+class RingHost:
+    """A program that streams through packet rings, and what it reports of each camera."""
+
+    def __init__(self, network: Network, *uris: str) -> None:
+        script = str(HERE / "ring_in_namespace.py")
+        self._process = network.programs.start(network.host, script, *uris, GRABBERGUI_INTERFACES="")
+        self.wait_for_frames()
+
+    def ask(self) -> list[dict[str, Any]]:
+        assert self._process.stdin is not None and self._process.stdout is not None
+        print(file=self._process.stdin, flush=True)
+        found: list[dict[str, Any]] = json.loads(self._process.stdout.readline())
+        return found
+
+    def wait_for_frames(self) -> None:
+        """Of all cameras, five each."""
+        before = [camera["frames"] for camera in self.ask()]
+        until(lambda: all(camera["frames"] > old + 5 for camera, old in zip(self.ask(), before, strict=True)))
+
+    def all_by_ring(self) -> bool:
+        return all(camera["ring"] for camera in self.ask())
+
+
+def test_two_cameras_on_two_cables_keep_their_packet_rings(network: Network) -> None:
+    """One cable is pulled for less than the heartbeat allows, and its interface is replaced by another."""
+    network.join()
+    network.join(SECOND_DEVICE, SECOND_CAMERA, SECOND_HOST)
+    for device, camera in ((network.device, CAMERA), (SECOND_DEVICE, SECOND_CAMERA)):
+        network.start_camera("sim:?width=320&height=240&fps=30", camera, device)
+    host = RingHost(network, f"gige:{CAMERA}", f"gige:{SECOND_CAMERA}")
+    assert host.all_by_ring()
+    network.set_link("down")
+    network.set_link("up")
+    host.wait_for_frames()
+    run("ip", "-n", network.host, "link", "del", SECOND_DEVICE)
+    network.join("eth2", SECOND_CAMERA, SECOND_HOST)
+    host.wait_for_frames()
+    assert host.all_by_ring()
+
+
+def test_two_cameras_on_one_cable_share_it_with_a_ring_each(network: Network) -> None:
+    network.join()
+    run("ip", "-n", network.camera, "addr", "add", "10.77.0.3/24", "dev", network.device)
+    network.start_camera("sim:?width=320&height=240&fps=30", CAMERA)
+    network.start_camera("sim:?width=320&height=240&fps=30", "10.77.0.3")
+    host = RingHost(network, f"gige:{CAMERA}", "gige:10.77.0.3")
+    assert host.all_by_ring()

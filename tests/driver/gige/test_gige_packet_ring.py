@@ -1,8 +1,7 @@
-"""A stream through a packet ring: the same frames as through the socket, without its system calls."""
+"""A stream through a packet ring, the default where it is allowed: the same frames as through the socket."""
 
 from __future__ import annotations
 
-import errno
 import logging
 import socket
 from collections.abc import Iterator
@@ -10,34 +9,29 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from packet_sockets import may_open_packet_sockets, without_the_right
 
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.gige.stream import packet_ring
+from grabbergui.driver.gige.stream import channel, recvmmsg
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
 from patience import PATIENCE
 
-ADDRESS = "127.16.7.1"
+ADDRESS, OTHER = "127.16.7.1", "127.16.7.3"
 WIDTH, HEIGHT = 640, 256
-
-
-def may_open_packet_sockets() -> bool:
-    try:
-        socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, 0).close()
-    except (PermissionError, AttributeError):
-        return False
-    return True
 
 
 pytestmark = pytest.mark.skipif(not may_open_packet_sockets(), reason="packet sockets need CAP_NET_RAW")
 
 
 @contextmanager
-def streaming(*, segmentation: bool = False, loss: float = 0.0, options: str = "") -> Iterator[FrameGrabber]:
+def streaming(
+    *, at: str = ADDRESS, segmentation: bool = False, loss: float = 0.0, options: str = ""
+) -> Iterator[FrameGrabber]:
     camera = GigeCamera(
-        ADDRESS,
+        at,
         segmentation=segmentation,
         faults=Faults(loss=loss),
         power_on={
@@ -48,7 +42,7 @@ def streaming(*, segmentation: bool = False, loss: float = 0.0, options: str = "
             reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
         },
     )
-    grabber = sources.create(f"gige:{ADDRESS}?packet_size=1500&packet_ring=1{options}")
+    grabber = sources.create(f"gige:{at}?packet_size=1500{options}")
     try:
         grabber.open()
         yield grabber
@@ -74,7 +68,7 @@ def system_calls_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("a datagram was read from the socket")
 
-    monkeypatch.setattr(packet_ring, "BatchSource", refuse)
+    monkeypatch.setattr(recvmmsg, "BatchSource", refuse)
 
 
 def test_frames_come_without_a_system_call(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,14 +88,6 @@ def test_lost_packets_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
         assert grabber.statistics().packets_resent > 0
 
 
-def test_the_ring_goes_round(monkeypatch: pytest.MonkeyPatch) -> None:
-    system_calls_forbidden(monkeypatch)
-    monkeypatch.setattr(packet_ring, "LEAST_SLOTS", 300)
-    monkeypatch.setattr(packet_ring, "MOST_BYTES", 300 * 1500)
-    with streaming() as grabber:
-        check_frames(grabber, 20)
-
-
 def test_packets_from_elsewhere_are_kept_out_by_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     system_calls_forbidden(monkeypatch)
     with streaming() as grabber:
@@ -118,23 +104,57 @@ def test_packets_from_elsewhere_are_kept_out_by_the_kernel(monkeypatch: pytest.M
 def test_packets_that_come_joined_are_taken_from_the_socket(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO), streaming(segmentation=True) as grabber:
         check_frames(grabber)
-    assert [record for record in caplog.records if "packets come joined" in record.getMessage()]
+        counters = grabber.statistics()
+    assert [record for record in caplog.records if "no longer through a packet ring" in record.getMessage()]
+    assert (counters.incomplete, counters.lost) == (0, 0)
 
 
+def ring_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("a packet ring was opened")
+
+    monkeypatch.setattr(channel, "PacketRing", refuse)
+
+
+def test_the_socket_serves_where_no_ring_is_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    ring_forbidden(monkeypatch)
+    with streaming(options="&packet_ring=0") as grabber:
+        check_frames(grabber)
+        assert grabber.statistics().packets_ignored == 0
+
+
+@pytest.mark.parametrize(("options", "level"), [("", "DEBUG"), ("&packet_ring=1", "WARNING")])
 def test_without_the_right_to_it_the_socket_serves(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    caplog: pytest.LogCaptureFixture, options: str, level: str
 ) -> None:
-    monkeypatch.setattr(packet_ring.socket, "socket", _NoPacketSockets)
-    with streaming() as grabber:
+    caplog.set_level(logging.DEBUG, channel.__name__)
+    with without_the_right(), streaming(options=options) as grabber:
         check_frames(grabber, 2)
-    warned = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert any("Operation not permitted; it needs CAP_NET_RAW" in text for text in warned)
+    said = [(record.levelname, record.getMessage()) for record in caplog.records]
+    reason = "Operation not permitted; it needs CAP_NET_RAW"
+    assert [logged for logged, text in said if reason in text] == [level]
 
 
-class _NoPacketSockets(socket.socket):
-    """As an unprivileged process meets them."""
+def test_two_cameras_and_two_channels_have_a_ring_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    system_calls_forbidden(monkeypatch)
+    with streaming(options="&stream_channel=all") as first, streaming(at=OTHER) as second:
+        queue = first.open_queue(8)
+        first.start()
+        check_frames(second)
+        channels = {queue.get(PATIENCE).stream_channel for _ in range(8)}
+        queue.close()
+        assert channels == {0, 1}
+        for grabber in (first, second):
+            assert grabber.statistics().packets_ignored == grabber.statistics().packets_duplicate == 0
 
-    def __init__(self, family: int = socket.AF_INET, *arguments: int, **options: int) -> None:
-        if family == socket.AF_PACKET:
-            raise PermissionError(errno.EPERM, "Operation not permitted")
-        super().__init__(family, *arguments, **options)
+
+def test_a_camera_that_starts_again_has_a_ring_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As after a lost connection."""
+    system_calls_forbidden(monkeypatch)
+    with streaming() as grabber:
+        for _ in range(3):
+            check_frames(grabber, 2)
+            grabber.stop()
+            grabber.close()
+            grabber.open()
+        check_frames(grabber, 2)

@@ -26,7 +26,7 @@ from grabbergui.driver.gige.discovery.interfaces import Interface
 from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_ring import PacketRing, usable
+from grabbergui.driver.gige.stream.packet_ring import PacketRing, RingUse, usable
 from grabbergui.driver.gige.stream.packet_settings import (
     PacketDelayPolicy,
     PacketSizePolicy,
@@ -71,7 +71,7 @@ class Stream:
         resend: ResendPolicy,
         channel: int = 0,
         batched: bool = True,
-        packet_ring: bool = False,
+        packet_ring: RingUse = RingUse.AUTO,
         multicast: str = "",
     ) -> None:
         """`interface` is the host's, on the way to the device. Nothing is done before `open`.
@@ -220,29 +220,32 @@ class Stream:
     def _open_source(self, receiver: socket.socket, payload_size: int) -> DatagramSource:
         if not self._batched or not recvmmsg.available():
             return PlainSource(receiver, self._device_ip)
-        if self._packet_ring and (ring := self._open_ring(receiver, payload_size)):
+        if self._packet_ring is not RingUse.NEVER and (ring := self._open_ring(receiver, payload_size)):
             return ring
+        return self._open_batches(receiver, payload_size)
+
+    def _open_batches(self, receiver: socket.socket, payload_size: int) -> recvmmsg.BatchSource:
         # A datagram to a multicast group would arrive at each of the sockets.
         alone = self._memory.writable and not self._multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
         return recvmmsg.BatchSource(receiver, self._device_ip, more)
 
     def _open_ring(self, receiver: socket.socket, payload_size: int) -> PacketRing | None:
-        """Return None, with a warning, if this process or machine cannot have one."""
-        wanted = wanted_bytes(payload_size)
+        """Return None if this process or machine cannot have one; log a warning if it was asked for."""
         try:
             if usable(self._interface, self.packet_size):
                 return PacketRing(
                     receiver,
                     self._device_ip,
-                    self._interface,
+                    lambda: self._open_batches(receiver, payload_size),
                     packet_size=self.packet_size,
-                    wanted=wanted,
+                    wanted=wanted_bytes(payload_size),
                 )
             reason = "it needs Linux on x86-64 and packets no larger than the interface's"
         except OSError as error:
             reason = f"{error.strerror}; it needs CAP_NET_RAW"
-        log.warning("packets are received by system calls, not through a packet ring: %s", reason)
+        level = logging.WARNING if self._packet_ring is RingUse.ALWAYS else logging.DEBUG
+        log.log(level, "packets are received by system calls, not through a packet ring: %s", reason)
         return None
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:

@@ -1,14 +1,19 @@
 """Packets from memory that the kernel shares with us, without a system call for receiving them. Linux.
 
 A packet socket with a ring (`packet(7)`, PACKET_RX_RING, TPACKET_V2) has each packet written into a slot of
-fixed length while it arrives; the process only reads the slots. This needs CAP_NET_RAW, and receives what
-arrives at the interface, before any firewall. A filter in the kernel admits only the stream's packets, and
-another keeps them from the UDP socket, which stays open to reserve its port.
+fixed length while it arrives; the process only reads the slots. This needs CAP_NET_RAW, and receives packets
+before any firewall. The socket listens on all interfaces, so that a route may change and an interface may
+vanish and return; a filter in the kernel admits only the stream's packets.
+
+The UDP socket stays open to reserve its port. A ring does not see every packet that a UDP socket receives
+whole: fragments, packets joined on their way, multicast from this host, packets unpacked by IPsec. So after
+each silence both receive, until the ring has proved that it sees the stream; then a filter empties the UDP
+socket. Where the ring fails, the UDP socket takes over for the rest of the stream.
 """
 
 from __future__ import annotations
 
-import ctypes
+import contextlib
 import logging
 import mmap
 import platform
@@ -16,46 +21,76 @@ import socket
 import struct
 import sys
 import time
-from typing import Final
+from collections.abc import Callable
+from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
+from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
-from grabbergui.driver.gige.stream.packet_source import PacedSource
-from grabbergui.driver.gige.stream.recvmmsg import BatchSource
+from grabbergui.driver.gige.stream.packet_filters import NOTHING, attach, detach, stream_filter
+from grabbergui.driver.gige.stream.packet_source import DatagramSource, PacedSource
+from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 log = logging.getLogger(__name__)
 
+
+class RingUse(Enum):
+    """Whether a stream is received through a packet ring."""
+
+    AUTO = "auto"
+    "If this process may and the packets allow it."
+    ALWAYS = "1"
+    "As `AUTO`, with a warning if this process may not."
+    NEVER = "0"
+
+
 AF_PACKET = 17
 "The socket module names it on Linux only."
 SOL_PACKET, PACKET_RX_RING, PACKET_VERSION, TPACKET_V2 = 263, 5, 10, 1
-SO_ATTACH_FILTER, SO_DETACH_FILTER = 26, 27
 ETH_P_IP = 0x0800
 OURS = 1
 "TP_STATUS_USER: the slot holds a packet, and belongs to us until 0 is written."
 IP_AT = 80
 "Bytes of a slot before the IP header: `struct tpacket2_hdr`, `struct sockaddr_ll` and what aligns them."
-PAYLOAD_AT, UDP_BYTES = 28, 8
-"From the IP header on, which has no options: the filter rejects others."
-_UDP_LENGTH = slice(24, 26)
-ALIGNMENT = 16
+PAYLOAD_AT = IP_AT + IP_UDP_BYTES
+ALIGNMENT = 512
+"Of a slot: few pages then hold a whole number of slots, and the ring is one array."
+PAGE = 4096
 BLOCK_BYTES = 1 << 18
-"Contiguous memory of the kernel; slots do not span two."
-LEAST_SLOTS = 4096
-MOST_BYTES = 64 << 20
+"Contiguous memory of the kernel, at most. Slots do not span two blocks."
+LEAST_BYTES, MOST_BYTES = 8 << 20, 64 << 20
+AT_ONCE = 1024
+"Packets taken before their slots are returned."
+FIRST_LOOK = 16
+"Slots looked at first; the range grows while all of them are full."
+PROOF = 16
+"Packets through the ring after which the UDP socket is emptied."
+SILENCE = 0.5
+"Seconds without a packet after which the UDP socket receives again."
+MOST_DISCARDED = 1 << 16
+"Packets discarded at a time, should more arrive meanwhile."
+GRACE = 0.02
+"Seconds in which a packet that reached the UDP socket must be in the ring, too."
 
 _HEADER = np.dtype(
-    [("status", "<u4"), ("length", "<u4"), ("captured", "<u4"), ("link", "<u2"), ("network", "<u2")]
+    [
+        ("status", "<u4"),
+        ("length", "<u4"),
+        ("captured", "<u4"),
+        ("link", "<u2"),
+        ("network", "<u2"),
+    ]
 )
 "The beginning of `struct tpacket2_hdr`."
-_LOAD_BYTE, _LOAD_HALF, _LOAD_WORD = 0x30, 0x28, 0x20
-_JUMP_IF_EQUAL, _JUMP_IF_SET, _RETURN = 0x15, 0x45, 0x06
-_PACKET_TYPE, _OUTGOING = 0xFFFFF004, 4
-"SKF_AD_OFF + SKF_AD_PKTTYPE: on the loopback each packet passes twice."
-_NOTHING: Final = [(_RETURN, 0, 0, 0)]
+_IP_LENGTH_SHIFT, _IP_LENGTH_MASK = np.uint64(32), np.uint64(0xFFFF)
+_IP_KIND = np.uint64(0xFF00_0000_0000_3FFF)
+"Version, header length, fragmentation in an IP header's first eight bytes."
+_IP_PLAIN = np.uint64(0x4500_0000_0000_0000)
 
 
 def usable(interface: Interface, packet_size: int) -> bool:
@@ -64,142 +99,221 @@ def usable(interface: Interface, packet_size: int) -> bool:
     return known and packet_size <= interface.mtu
 
 
+class Geometry:
+    """Sizes of a ring whose slots are the rows of one array."""
+
+    def __init__(self, packet_size: int, wanted: int) -> None:
+        """Choose them for `wanted` bytes of packets, each of `packet_size` bytes from its IP header on."""
+        self.slot = -(-(IP_AT + packet_size) // ALIGNMENT) * ALIGNMENT
+        pages = self.slot // int(np.gcd(self.slot, PAGE)) * PAGE
+        self.block = max(BLOCK_BYTES // pages, 1) * pages
+        packets = -(-min(max(wanted, LEAST_BYTES), MOST_BYTES) // packet_size)
+        self.blocks = -(-packets * self.slot // self.block)
+        self.slots = self.blocks * self.block // self.slot
+        self.bytes = self.blocks * self.block
+
+
 class PacketRing(PacedSource):
-    """Feeds an assembler from a ring; from the UDP socket once packets arrive that do not fit its slots."""
+    """Feeds an assembler from a ring; if the ring does not see the stream, from the source in reserve."""
 
     def __init__(
         self,
         receiver: socket.socket,
         device_ip: str,
-        interface: Interface,
+        reserve: Callable[[], DatagramSource],
         *,
         packet_size: int,
         wanted: int,
     ) -> None:
-        """Make a ring for `wanted` bytes of payload, to receive in place of the bound socket `receiver`.
+        """Make a ring for `wanted` bytes of packets, to receive in place of the bound socket `receiver`.
 
-        `packet_size` counts the headers of IP and UDP. Raises OSError, PermissionError without CAP_NET_RAW.
+        `packet_size` counts the headers of IP and UDP. `reserve` makes a source that reads `receiver`. Raises
+        OSError, PermissionError without CAP_NET_RAW.
         """
         self._receiver = receiver
         self._device_ip = device_ip
-        self._fallback: BatchSource | None = None
-        slot = -(-(IP_AT + packet_size) // ALIGNMENT) * ALIGNMENT
-        in_block = BLOCK_BYTES // slot
-        slots = max(min(wanted, MOST_BYTES) // packet_size, LEAST_SLOTS)
-        blocks = -(-slots // in_block)
-        packets = blocks * in_block
-        super().__init__(Pace(int(packets * kernel_bytes(packet_size)), packets))
-        self._socket = socket.socket(AF_PACKET, socket.SOCK_DGRAM, 0)
+        self._make_reserve = reserve
+        self._reserve: DatagramSource | None = None
+        size = Geometry(packet_size, wanted)
+        super().__init__(Pace(int(size.slots * kernel_bytes(packet_size)), size.slots))
+        # With a protocol it listens to all interfaces at once; what comes before the ring is discarded.
+        self._socket = socket.socket(AF_PACKET, socket.SOCK_DGRAM, socket.htons(ETH_P_IP))
         try:
+            attach(self._socket, stream_filter(device_ip, *receiver.getsockname()[:2]))
             self._socket.setsockopt(SOL_PACKET, PACKET_VERSION, TPACKET_V2)
-            geometry = struct.pack("=4I", BLOCK_BYTES, blocks, slot, packets)
+            geometry = struct.pack("=4I", size.block, size.blocks, size.slot, size.slots)
             self._socket.setsockopt(SOL_PACKET, PACKET_RX_RING, geometry)
-            self._memory = mmap.mmap(self._socket.fileno(), blocks * BLOCK_BYTES)
-            _attach(self._socket, _stream_filter(device_ip, receiver.getsockname()[1]))
-            self._socket.bind((interface.name, ETH_P_IP))
-            _attach(receiver, _NOTHING)
+            self._memory = mmap.mmap(self._socket.fileno(), size.bytes)
+            _empty(receiver)  # test packets that the ring has not seen
         except BaseException:
             self._socket.close()
             raise
-        strides = (BLOCK_BYTES, slot)
-        self._headers = np.ndarray((blocks, in_block), _HEADER, self._memory, 0, strides)
-        self._packets = np.ndarray(
-            (blocks, in_block, slot - IP_AT), np.uint8, self._memory, IP_AT, (*strides, 1)
-        )
-        self._block = self._slot = 0
-        "Position of the next packet."
+        self._slots = np.frombuffer(self._memory, np.uint8).reshape(size.slots, size.slot)
+        self._headers = self._slots[:, : _HEADER.itemsize].view(_HEADER)[:, 0]
+        self._statuses = self._headers["status"]
+        self._ip_headers = self._slots[:, IP_AT : IP_AT + 8].view(">u8")[:, 0]
+        self._at = 0
+        "Index of the next slot."
+        self._proved: int | None = 0
+        "Packets through the ring since the UDP socket receives too; None while it does not."
+        self._last_packet = time.monotonic()
         self._wait = waiter([self._socket])
+        self._wait_for_both = waiter([self._socket, receiver])
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """Take packets from the ring, or since they do not fit its slots, from the socket."""
-        if self._fallback is None:
+        """Take packets from the ring, or once it has failed, from the reserve."""
+        if self._reserve is None:
             super().receive(assembler, timeout)
         else:
-            self._fallback.receive(assembler, timeout)
+            self._reserve.receive(assembler, timeout)
 
     def close(self) -> None:
         """Release the memory."""
-        self._socket.close()
-        # The memory is unmapped with the last array that is a view of it.
-        del self._headers, self._packets, self._memory
-        if self._fallback is not None:
-            self._fallback.close()
+        self._release()
+        if self._reserve is not None:
+            self._reserve.close()
 
+    @property
+    def failed(self) -> bool:
+        """Whether the reserve took over."""
+        return self._reserve is not None
+
+    # -- the ring --------------------------------------------------------------------------------
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        if timeout and not self._headers["status"][self._block, self._slot] & OURS:
-            self._wait(timeout)
+        if timeout and not self._statuses[self._at] & OURS and not self._await_packets(timeout):
+            return time.monotonic()
         now = time.monotonic()
-        blocks, in_block = self._headers.shape
-        for _ in range(blocks + 1):
-            statuses = self._headers["status"][self._block, self._slot :]
-            ready = (statuses & OURS).astype(bool)
-            count = len(ready) if ready.all() else int(ready.argmin())
-            if count and not self._take(assembler, count, now):
+        for _ in range(len(self._slots) // AT_ONCE + 2):
+            count = self._full_slots()
+            if not count:
                 return now
-            statuses[:count] = 0
-            self._slot += count
-            if self._slot < in_block:
+            if not self._take(assembler, count, now):
                 return now
-            self._block, self._slot = (self._block + 1) % blocks, 0
+            self._statuses[self._at : self._at + count] = 0
+            self._at = (self._at + count) % len(self._slots)
+            self._note_packets(count, now)
+            if count < AT_ONCE and self._at:
+                return now
             now = time.monotonic()
         self._drained = False
         return now
 
+    def _full_slots(self) -> int:
+        """Return how many slots from the next one on hold packets, up to the end of the array."""
+        statuses = self._statuses[self._at : self._at + AT_ONCE]
+        end = FIRST_LOOK
+        while end < len(statuses) and statuses[end - 1] & OURS:
+            end *= 4
+        empty = (statuses[:end] & OURS) == 0
+        first = int(empty.argmax())
+        return first if empty[first] else len(empty)
+
     def _take(self, assembler: BlockAssembler, count: int, now: float) -> bool:
-        """Give packets to the assembler, those of equal length at once; return False if some do not fit."""
-        headers = self._headers[self._block, self._slot : self._slot + count]
-        packets = self._packets[self._block, self._slot : self._slot + count]
-        if (headers["captured"] < headers["length"]).any() or (headers["network"] != IP_AT).any():
-            self._fall_back()
-            return False
-        # Not the captured length: Ethernet pads short packets.
-        lengths = packets[:, _UDP_LENGTH].view(">u2")[:, 0].astype(np.intp) - UDP_BYTES
-        lengths = np.clip(lengths, 0, headers["captured"].astype(np.intp) - PAYLOAD_AT)
-        breaks = ((lengths[1:] != lengths[:-1]).nonzero()[0] + 1).tolist()
+        """Give packets to the assembler, those of equal length at once; return False if some are no packets.
+
+        The ring has failed then.
+        """
+        taken = slice(self._at, self._at + count)
+        lengths, odd = self._lengths(taken)
+        if odd.any():
+            # While the UDP socket receives too, it has all of them.
+            count = 0 if self._proved is not None else int(odd.argmax())
+        slots = self._slots[taken]
+        breaks = ((lengths[1:count] != lengths[: max(count - 1, 0)]).nonzero()[0] + 1).tolist()
         for begin, end in zip([0, *breaks], [*breaks, count], strict=True):
-            payload = packets[begin:end, PAYLOAD_AT : PAYLOAD_AT + int(lengths[begin])]
-            assembler.receive_rows(payload, now)
-        return True
+            if begin < end:
+                _hand_over(slots[begin:end, PAYLOAD_AT : PAYLOAD_AT + int(lengths[begin])], assembler, now)
+        if count == len(odd):
+            return True
+        del slots
+        self._fail("packets are fragments, joined, or longer than announced")
+        return False
+
+    def _lengths(self, taken: slice) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Return the length of each UDP payload, and which slots do not hold exactly one packet."""
+        headers, words = self._headers[taken], self._ip_headers[taken].astype(np.uint64)
+        captured = headers["captured"]
+        # Not the captured length: Ethernet pads short packets.
+        ends = (words >> _IP_LENGTH_SHIFT & _IP_LENGTH_MASK).astype(np.intp)
+        odd = (words & _IP_KIND) != _IP_PLAIN
+        odd |= captured < headers["length"]
+        odd |= headers["network"] != IP_AT
+        odd |= (ends < IP_UDP_BYTES) | (ends > captured)
+        return ends - IP_UDP_BYTES, odd
 
     def _discard(self) -> None:
         # All slots at once: a packet that the kernel writes meanwhile counts as lost at worst.
-        statuses = self._headers["status"]
-        waiting = (statuses & OURS).astype(bool)
+        waiting = (self._statuses & OURS).astype(bool)
         taken = int(waiting.sum())
-        statuses[waiting] = 0
-        in_block = statuses.shape[1]
-        at = self._block * in_block + self._slot + taken
-        self._block, self._slot = divmod(at % statuses.size, in_block)
+        self._statuses[waiting] = 0
+        self._at = (self._at + taken) % len(self._slots)
 
-    def _fall_back(self) -> None:
-        """Receive from the UDP socket: packets are joined on their way (GRO), and longer than a slot."""
-        log.info("packets come joined: they are received by system calls, not through a packet ring")
-        self._receiver.setsockopt(socket.SOL_SOCKET, SO_DETACH_FILTER, 0)
-        self._wait = waiter([])
-        _attach(self._socket, _NOTHING)
-        self._fallback = BatchSource(self._receiver, self._device_ip)
+    # -- the UDP socket --------------------------------------------------------------------------
+    def _await_packets(self, timeout: float) -> bool:
+        """Wait at most `timeout` seconds for a packet; return False if the ring has failed."""
+        if self._proved == 0:
+            ready = self._wait_for_both(timeout)
+            missed = ready and self._socket.fileno() not in ready and self._socket_has_stream()
+            if missed and not self._wait(GRACE):
+                self._fail("it does not see packets that the UDP socket receives")
+                return False
+            return True
+        if not self._wait(timeout) and time.monotonic() - self._last_packet > SILENCE:
+            self._listen_again()
+        return True
+
+    def _socket_has_stream(self) -> bool:
+        """Return whether the UDP socket holds a packet from the device; discard those of others before it."""
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(MOST_DISCARDED):
+                _, (source, _) = self._receiver.recvfrom(1, DONT_WAIT | socket.MSG_PEEK)
+                if source == self._device_ip:
+                    return True
+                self._receiver.recv(1, DONT_WAIT)
+        return False
+
+    def _note_packets(self, count: int, now: float) -> None:
+        """Empty the UDP socket, for as long as packets arrive, once the ring has taken enough of them."""
+        self._last_packet = now
+        if self._proved is not None:
+            self._proved += count
+            if self._proved >= PROOF:
+                attach(self._receiver, NOTHING)
+                _empty(self._receiver)
+                self._proved = None
+
+    def _listen_again(self) -> None:
+        """Let the UDP socket receive, too: a change of the network may hide the stream from the ring."""
+        if self._proved is None:
+            detach(self._receiver)
+        else:
+            _empty(self._receiver)
+        self._proved = 0
+
+    def _fail(self, why: str) -> None:
+        log.info("packets are received by system calls, no longer through a packet ring: %s", why)
+        if self._proved is None:
+            detach(self._receiver)
+        self._release()
+        self._reserve = self._make_reserve()
+
+    def _release(self) -> None:
+        if self._socket.fileno() < 0:
+            return
+        self._socket.close()
+        # The memory is unmapped with the last array that is a view of it.
+        del self._statuses, self._headers, self._ip_headers, self._slots, self._memory
 
 
-def _stream_filter(device_ip: str, port: int) -> list[tuple[int, int, int, int]]:
-    """Return a filter that admits unfragmented UDP packets from the device to our port, and nothing else."""
-    source = int.from_bytes(socket.inet_aton(device_ip), "big")
-    checks = [
-        (_LOAD_BYTE, _PACKET_TYPE, _JUMP_IF_EQUAL, _OUTGOING, False),
-        (_LOAD_BYTE, 0, _JUMP_IF_EQUAL, 0x45, True),  # IPv4 without options
-        (_LOAD_BYTE, 9, _JUMP_IF_EQUAL, socket.IPPROTO_UDP, True),
-        (_LOAD_HALF, 6, _JUMP_IF_SET, 0x3FFF, False),  # a fragment
-        (_LOAD_WORD, 12, _JUMP_IF_EQUAL, source, True),
-        (_LOAD_HALF, 22, _JUMP_IF_EQUAL, port, True),
-    ]
-    program: list[tuple[int, int, int, int]] = []
-    for index, (load, offset, jump, value, wanted) in enumerate(checks):
-        refuse = 2 * (len(checks) - index - 1) + 1
-        program += [(load, 0, 0, offset), (jump, *((0, refuse) if wanted else (refuse, 0)), value)]
-    return [*program, (_RETURN, 0, 0, 0xFFFF), *_NOTHING]
+def _hand_over(packets: NDArray[np.uint8], assembler: BlockAssembler, now: float) -> None:
+    if len(packets) == 1:
+        assembler.receive(packets[0].data, now)
+    else:
+        assembler.receive_rows(packets, now)
 
 
-def _attach(target: socket.socket, program: list[tuple[int, int, int, int]]) -> None:
-    encoded = b"".join(struct.pack("=HBBI", *instruction) for instruction in program)
-    code = ctypes.create_string_buffer(encoded, len(encoded))
-    header = struct.pack("@HP", len(program), ctypes.addressof(code))
-    target.setsockopt(socket.SOL_SOCKET, SO_ATTACH_FILTER, header)
+def _empty(receiver: socket.socket) -> None:
+    """Discard what a socket has received."""
+    with contextlib.suppress(BlockingIOError):
+        for _ in range(MOST_DISCARDED):
+            receiver.recv(1, DONT_WAIT)
