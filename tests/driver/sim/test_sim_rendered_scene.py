@@ -6,6 +6,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
+from grabbergui.driver.sim.rendered import world
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, pinhole
 from grabbergui.driver.sim.rendered.world import Panel, draw, marker_board
 from grabbergui.driver.sim.sensor import Sensor
@@ -118,3 +119,14 @@ def test_it_is_a_source():
         assert frame.mono().std() > 5
     finally:
         grabber.close()
+
+
+def test_the_smaller_copies_of_a_texture_go_with_it():
+    """A board drawn as large as it is printed takes 20 MB with them, and each camera has its own."""
+    before = len(world._pyramids)
+    texture = marker_board(0, 20).copy()
+    picture = np.zeros((512, 608, 3), np.uint16)
+    draw(Panel(at(0.8, 0, 0.5), 0.16, 0.16, texture), picture, np.linalg.inv(CAMERA), pinhole(settings()))
+    assert picture.any() and len(world._pyramids) == before + 1
+    del texture
+    assert len(world._pyramids) == before

@@ -8,6 +8,7 @@ blue reflectance 0 to 1 and opacity; they are drawn once, without any image file
 from __future__ import annotations
 
 import math
+import weakref
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -168,21 +169,23 @@ class Panel:
         return float((eye - self.pose[:3, 3]) @ self.pose[:3, 2])
 
 
-_pyramids: dict[int, tuple[Texture, list[NDArray[np.uint16]]]] = {}
+_pyramids: dict[int, list[NDArray[np.uint16]]] = {}
+"By the texture's id, as long as that lives."
 
 
 def _pyramid(texture: Texture) -> list[NDArray[np.uint16]]:
     """Return a texture's radiance and opacity (65535 is solid) at full size, half size and so on."""
-    held = _pyramids.get(id(texture))
-    if held is None or held[0] is not texture:
+    levels = _pyramids.get(id(texture))
+    if levels is None:
         scale = np.array([UNIT * answer for answer in ILLUMINANT] + [65535.0], np.float32)
         levels = [np.rint(texture * scale).astype(np.uint16)]
         while len(levels) < _LEVELS and min(levels[-1].shape[:2]) > 8:
             height, width = levels[-1].shape[:2]
             half = cv2.resize(levels[-1], (width // 2, height // 2), interpolation=cv2.INTER_AREA)
             levels.append(np.asarray(half, np.uint16))
-        held = _pyramids[id(texture)] = (texture, levels)
-    return held[1]
+        _pyramids[id(texture)] = levels
+        weakref.finalize(texture, _pyramids.pop, id(texture), None)
+    return levels
 
 
 def draw(panel: Panel, out: NDArray[np.uint16], view: Matrix, pinhole: Matrix) -> None:
