@@ -1,11 +1,16 @@
 """A camera that sends several images in a frame: each can be looked at, distances in millimetres."""
 
+from contextlib import closing
+
 import numpy as np
 from PyQt5.QtCore import QEvent, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication
 
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.models.picture.quantities import PolarisedView
+from patience import PATIENCE
 
 
 def send_components(grabber, *names):
@@ -68,13 +73,16 @@ def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_s
     desk, window = window_desk, window_desk.window
     desk.connect("sim:")
     degree = next(a for a in window.menuPolarised.actions() if a.data() is PolarisedView.DEGREE)
+    assert not degree.isEnabled(), "nothing says that the sensor is polarised"
+    window.actionPolarised.trigger()
     degree.trigger()
     desk.until(lambda: window.picture.scaleBar.scale is not None)
     assert (window.picture.scaleBar.scale.low, window.picture.scaleBar.scale.high) == (0.0, 1.0)
 
     desk.connect("sim:colour")
     desk.until(lambda: window.picture.scaleBar.scale is None)
-    assert not degree.isChecked()
+    desk.until(lambda: not window.actionPolarised.isChecked())
+    assert not degree.isChecked() and not degree.isEnabled()
     assert desk.program.picture.settings.polarised is PolarisedView.MOSAIC
 
 
@@ -92,3 +100,19 @@ def test_the_point_cloud_is_drawn_and_turned_in_a_window_of_its_own(window_desk)
     desk.until(lambda: not np.array_equal(points.model.image.pixels, before))
     points.dialog.close()
     desk.until(lambda: points.model.stop(0.1))
+
+
+def test_the_channels_of_a_camera_are_tabs_and_not_one_image_that_alternates(window_desk):
+    desk = window_desk
+    small = {reg.WIDTH: 256, reg.HEIGHT: 128, reg.FRAME_RATE: 20.0}
+    with closing(GigeCamera("127.65.0.7", power_on=small)):
+        desk.connect("gige:127.65.0.7?stream_channel=all")
+        desk.until(lambda: tabs_of(desk) == ["Intensity, source 0", "Intensity, source 1"])
+        shown = []
+        desk.program.picture.ready.connect(
+            lambda: shown.append(desk.program.picture.latest.frame.stream_channel)
+        )
+        desk.watch(8)
+        assert set(shown) == {0}
+        desk.program.connection.close_all()
+        assert desk.program.connection.wait_closed(PATIENCE)

@@ -18,8 +18,11 @@ def labels(frame: Frame) -> tuple[str, ...]:
         return ()
     seen: Counter[str] = Counter()
     found = []
+    several = len({part.source for part in frame.parts}) > 1
     for part in frame.parts:
         name = _name(part)
+        if several:
+            name = translate("Components", "{0}, source {1}").format(name, part.source)
         seen[name] += 1
         found.append(f"{name} {seen[name]}" if seen[name] > 1 else name)
     return tuple(found)

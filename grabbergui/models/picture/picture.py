@@ -17,6 +17,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
+from grabbergui.models.picture.channels import StreamChannels
 from grabbergui.models.picture.components import beside, chosen, own_label
 from grabbergui.models.picture.components import labels as component_labels
 from grabbergui.models.picture.geometry import scaled_region
@@ -78,6 +79,7 @@ class PictureModel:
         self._latest: Picture | None = None
         self._components: tuple[Frame, dict[str, Frame]] | None = None
         "A frame, and its components as frames by their labels."
+        self._channels = StreamChannels()
         self._most: tuple[int, float] = (0, 0.0)
         "The number of components that frames have, and `time.monotonic` of the last frame with so many."
         self._settings = DisplaySettings()
@@ -132,6 +134,7 @@ class PictureModel:
             self._frame = frame = other.frame if other is not None else None
         self._frozen = self._latest = self._components = None
         self._most = (0, 0.0)
+        self._channels.clear()
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -241,13 +244,15 @@ class PictureModel:
         """Return the newest frame available; the one shown before only if no other is queued."""
         newest = queue.get(FRAME_WAIT)
         arrived = int(newest is not self._frame)
+        if arrived:
+            newest = self._channels.merged(newest, time.monotonic())
         while True:
             try:
                 frame = queue.get(0)
             except FrameTimeoutError:
                 break
             if frame is not self._frame:
-                newest = frame
+                newest = self._channels.merged(frame, time.monotonic())
                 arrived += 1
         if arrived:
             dropped = queue.dropped

@@ -187,10 +187,11 @@ def quantity_of(
 
 
 def is_mosaic(frame: Frame) -> bool:
-    """Return whether a frame may be a polarised mosaic: unsigned grey (no format marks one)."""
+    """Return whether a frame of a polarised sensor may be its mosaic: unsigned brightness."""
     pixel_format = frame.pixel_format
-    grey = pixel_format.family is Family.MONO and pixel_format.kind == "u" and not pixel_format.is_coordinate
-    return grey and 8 <= pixel_format.depth <= 16 and frame.width >= 2 and frame.height >= 2
+    grey = pixel_format.family is Family.MONO and pixel_format.kind == "u"
+    bright = pixel_format.name.startswith("Mono") or pixel_format.guessed
+    return grey and bright and 8 <= pixel_format.depth <= 16 and frame.width >= 2 and frame.height >= 2
 
 
 def intensity_of(frame: Frame) -> Frame:

@@ -11,6 +11,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.coordinate_watch import CoordinateWatch
 from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.picture.polarisation import PolarisationWatch
 from grabbergui.models.picture.quantities import PolarisedView
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import ComponentActions, ComponentView
@@ -38,6 +39,9 @@ class ComponentController(QObject):
         view.sideBySideToggled.connect(self._on_side_by_side_toggled)
         actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
         bridge = Bridge(self)
+        self._polarisation = PolarisationWatch(connection)
+        actions.actionPolarised.toggled.connect(self._on_polarised_toggled)
+        bridge.bind(self._polarisation.found, self._actions.setPolarised)
         bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
         bridge.bind(connection.opened, self._on_connection_opened)
 
@@ -58,6 +62,11 @@ class ComponentController(QObject):
 
     def _on_polarised_view_chosen(self, view: PolarisedView) -> None:
         self._picture.settings = replace(self._picture.settings, polarised=view)
+
+    def _on_polarised_toggled(self, polarised: bool) -> None:
+        if not polarised and self._picture.settings.polarised is not PolarisedView.MOSAIC:
+            self._on_polarised_view_chosen(PolarisedView.MOSAIC)
+            self._actions.setPolarisedView(PolarisedView.MOSAIC)
 
     def _on_coordinates_changed(self, scan: Scan3d) -> None:
         self._picture.settings = replace(self._picture.settings, scan=scan)

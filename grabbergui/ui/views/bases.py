@@ -209,6 +209,11 @@ class ComponentActions(Protocol):
     def setColourMap(self, name: str) -> None:
         """Mark the colour map of the component that is shown; empty for grey."""
 
+    actionPolarised: QAction
+
+    def setPolarised(self, polarised: bool) -> None:
+        """Offer views of a polarised mosaic, or none; the user may change that by `actionPolarised`."""
+
     @property
     def polarisedViewChosen(self) -> pyqtBoundSignal:
         """The `PolarisedView` that the user chose."""

@@ -111,6 +111,7 @@ class MainWindow(QMainWindow):
     actionStop: QAction
     actionSnapshot: QAction
     actionPointCloud: QAction
+    actionPolarised: QAction
     actionShowPoints: QAction
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
@@ -367,6 +368,10 @@ class MainWindow(QMainWindow):
         """Mark the colours of the component that is shown."""
         self._colour_maps[name].setChecked(True)
 
+    def setPolarised(self, polarised: bool) -> None:
+        """Offer views of a polarised mosaic, or none."""
+        self.actionPolarised.setChecked(polarised)
+
     def setPolarisedView(self, view: PolarisedView) -> None:
         """Mark what is shown of a polarised mosaic."""
         self._polarised[view].setChecked(True)
@@ -385,7 +390,15 @@ class MainWindow(QMainWindow):
             action.setData(view)
         self._polarised[PolarisedView.MOSAIC].setChecked(True)
         self.menuPolarised.addActions(group.actions())
+        self.menuPolarised.addSeparator()
+        self.menuPolarised.addAction(self.actionPolarised)
+        self.actionPolarised.toggled.connect(self._on_polarised_toggled)
+        self._on_polarised_toggled(False)
         group.triggered.connect(lambda action: self.polarisedViewChosen.emit(action.data()))
+
+    def _on_polarised_toggled(self, polarised: bool) -> None:
+        for view, action in self._polarised.items():
+            action.setEnabled(polarised or view is PolarisedView.MOSAIC)
 
     def _group_themes(self) -> None:
         self._themes = {

@@ -1,0 +1,21 @@
+"""GenDC: one component header, anywhere in a container."""
+
+from __future__ import annotations
+
+from fuzz._gendc import check_component, placed
+from fuzz._input import Input, refusing
+from grabbergui.driver.gendc import Component
+
+
+def seeds() -> list[bytes]:
+    """Two bytes of offset, and a container."""
+    return placed(Component)
+
+
+def one_input(data: bytes) -> None:
+    """A component is refused, or its parts lie in the container."""
+    source = Input(data)
+    at, container = source.number(2), source.rest()
+    component = refusing(Component.decode, container, at)
+    if component is not None:
+        check_component(component, container)
