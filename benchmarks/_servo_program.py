@@ -1,14 +1,15 @@
 """`grabbergui servo` with a hand that never arrives: `python _servo_program.py OPTIONS`.
 
 All of the command is real but the marker. Whatever the images show, it is far above the hand's first place
-or far below, so that the hand goes up and down at full speed for ever. Lines of standard input are what a
-person does in the window: `click startButton`, `click stopButton`, `press Space`, `press Escape`.
+or far below, so that the hand goes up and down at full speed for ever. With a window,
+`_servo_window` reads the terminal.
 """
 
 import os
 import sys
 from argparse import Namespace
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -73,40 +74,17 @@ def assembled(options: Namespace, config: Config, stack: ExitStack) -> servo_rob
     return scene
 
 
-def obey_in_window() -> Any:
-    """Click and press as standard input says; return the object that does it."""
-    from PyQt5.QtCore import QSocketNotifier, Qt
-    from PyQt5.QtTest import QTest
-
-    from grabbergui.ui.run.application import application
-    from grabbergui.ui.views.servo_window import ServoWindow
-
-    app, lines = application(), sys.stdin.fileno()
-    hands: Any = QTest  # the stubs take its functions for methods
-
-    def obey(*_: object) -> None:
-        window = next((each for each in app.topLevelWidgets() if isinstance(each, ServoWindow)), None)
-        for verb, name in map(str.split, os.read(lines, 1024).decode().splitlines()):
-            if window is None:
-                continue
-            if verb == "click":
-                hands.mouseClick(getattr(window, name), Qt.MouseButton.LeftButton)
-            else:
-                hands.keyClick(app.focusWidget() or window, getattr(Qt.Key, f"Key_{name}"))
-
-    notifier = QSocketNotifier(lines, QSocketNotifier.Type.Read)  # type: ignore[arg-type]
-    notifier.activated.connect(obey)
-    return notifier
-
-
 def main(arguments: list[str]) -> int:
     """Run the command until it is ended."""
     run_as_others()  # whoever starts it stands for a robot, and has priority
-    notifier = None if "--headless" in arguments else obey_in_window()
-    with patch.object(servo_robots, "assemble", assembled):
-        code = cli.main(["servo", *arguments])
-    del notifier  # it must live as long as the window
-    return code
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(servo_robots, "assemble", assembled))
+        if "--headless" not in arguments:
+            from grabbergui.ui.run import servo_process
+
+            window = [str(Path(__file__).with_name("_servo_window.py")), os.ttyname(sys.stdin.fileno())]
+            stack.enter_context(patch.object(servo_process, "PROGRAM", window))
+        return cli.main(["servo", *arguments])
 
 
 if __name__ == "__main__":

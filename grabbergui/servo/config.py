@@ -162,8 +162,8 @@ class SafetyConfig:
     "Seconds since the newest picture was exposed."
     robot_timeout: float = 0.15
     "Seconds since the robot's encoders were read."
-    freeze: float = 0.6
-    "Seconds that encoders may stand still while motion is commanded."
+    freeze: float = 0.3
+    "Seconds of commanded motion for which new readings may repeat the old one: drives and slow encoders do."
     stuck: float = 3.0
     "Seconds of approaching in which the hand comes no nearer, after which it gives up."
     search_after: float = 2.0

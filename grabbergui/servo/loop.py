@@ -154,7 +154,7 @@ class ServoLoop:
     def _feel(self, now: float, robot: RobotState) -> None:
         """Take in where the robot is."""
         self._history.add(robot.time, robot.head)
-        self._watch.look(now, robot)
+        self._watch.look(robot)
         self._judge_encoders(now, robot)
 
     def _command(

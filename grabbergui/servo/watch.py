@@ -24,12 +24,13 @@ _OTHER_GOAL = (0.02, np.radians(5))
 
 
 _COUNTED = 0.2
-"Seconds that one command counts for at most; a robot stands still by then."
+"Seconds that one reading counts for at most; without another command a robot stands still by then."
 
 
 class EncoderWatch:
-    """Compares readings with the commands that reached the robot. No clock: time is an argument.
+    """Compares readings with the commands that reached the robot. No clock: readings carry their time.
 
+    Readings that do not come are another fault, and no repetition: a busy computer must not blame encoders.
     It adds up the seconds of commanded motion without a change of the readings. Pauses do not count, nor do
     they begin the count again: a camera that loses every tenth frame must not hide dead encoders.
     """
@@ -55,9 +56,9 @@ class EncoderWatch:
         self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
         self._hand.moves = self._hand.is_fast(command.hand)
 
-    def look(self, now: float, robot: RobotState) -> None:
-        """Judge a reading."""
-        elapsed, self._last = min(max(now - self._last, 0.0), _COUNTED), now
+    def look(self, robot: RobotState) -> None:
+        """Judge the newest reading."""
+        elapsed, self._last = min(max(robot.time - self._last, 0.0), _COUNTED), robot.time
         self._head.look(elapsed, robot.head)
         self._hand.look(elapsed, robot.hand)
 

@@ -16,7 +16,9 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import Guard, Verdict
 from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.state_machine import State
+from grabbergui.servo.watch import EncoderWatch
 from patience import PATIENCE, until
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
@@ -424,3 +426,18 @@ def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
     assert not bench.gate.expire(late)
     assert bench.gate.expire(captured + 0.18)
     assert not bench.robot.moving
+
+
+# -- readings ---------------------------------------------------------------------------------------
+def test_readings_that_do_not_come_are_no_repetition():
+    """A program that was held up for half a second must not blame the robot's encoders."""
+    watch = EncoderWatch(0.3)
+    reading = RobotState(1.0, np.zeros(2), np.eye(4))
+    watch.look(reading)
+    watch.commanded(Command(hand=np.full(6, 0.1)))
+    for _ in range(50):
+        watch.look(reading)
+    assert not watch.arm_frozen
+    for number in range(20):
+        watch.look(dataclasses.replace(reading, time=1.0 + 0.02 * (number + 1)))
+    assert watch.arm_frozen

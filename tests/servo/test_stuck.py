@@ -1,5 +1,6 @@
 """An approach that cannot come to its end: it is noticed, and said why, instead of pushing for ever."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -65,12 +66,42 @@ def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
 
 
 class CoarseEncoders(SimRobot):
-    """Steps of a tenth make an arm that creeps along its limits stand still, to the last bit."""
+    """Steps of a tenth of a degree make an arm that creeps along its limits stand still, to the last bit."""
+
+    STEP = math.radians(0.1)
 
     def state(self):
         state = super().state()
-        arm = np.round(state.arm, 1)
-        return RobotState(state.time, state.head, self.model.arm.forward(arm), arm)
+        arm, head = (self.STEP * np.round(angles / self.STEP) for angles in (state.arm, state.head))
+        return RobotState(state.time, head, self.model.arm.forward(arm), arm)
+
+
+class SlowEncoders(CoarseEncoders):
+    """Coarse readings at 20 Hz, 20 ms late. With much slower ones nothing moves at all."""
+
+    PERIOD, DELAY = 0.05, 0.02
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self._readings = []
+
+    def state(self):
+        state = super().state()
+        if not self._readings or state.time >= self._readings[-1].time + self.PERIOD - 1e-9:
+            self._readings.append(state)
+        arrived = [reading for reading in self._readings[-9:] if reading.time + self.DELAY <= state.time]
+        if not arrived:
+            return state
+        return dataclasses.replace(arrived[-1], time=arrived[-1].time + self.DELAY)
+
+
+def test_an_honest_robot_with_slow_and_coarse_encoders_is_not_taken_for_a_dead_one():
+    chase = Chase(REACHABLE, SlowEncoders)
+    chase.run(8)
+    states = [step.state for step in chase.loop.machine.transitions]
+    assert State.STOPPED not in states
+    assert State.APPROACHING in states
+    assert geometry.distance(chase.robot.state().hand, chase.loop.arm.goal(chase.loop.marker.pose)) < 0.02
 
 
 @pytest.mark.parametrize("board", [ROLLED, FAR])

@@ -67,10 +67,12 @@ def pack_colour(rgb: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> Non
             rgb[..., ["RGB".index(name) for name in pixel_format.order]] >> drops, pixel_format, out
         )
     else:
-        alpha = np.full((height, width, 1), (1 << depth) - 1, rgb.dtype)
-        values = np.concatenate((rgb, alpha), axis=2)[
-            ..., ["RGBa".index(name) for name in pixel_format.order]
-        ]
+        values = rgb
+        if "a" in pixel_format.order:
+            alpha = np.full((height, width, 1), (1 << depth) - 1, rgb.dtype)
+            values = np.concatenate((rgb, alpha), axis=2)
+        if pixel_format.order != "RGB":
+            values = values[..., ["RGBa".index(name) for name in pixel_format.order]]
         _write(values, pixel_format, out)
 
 

@@ -28,6 +28,8 @@ from grabbergui.ui.theme import Theme
 
 log = logging.getLogger(__name__)
 
+PROGRAM = ["-m", "grabbergui.ui.run.servo_process"]
+"What Python runs as the window's process."
 _LOOK_S = 0.1
 "Seconds between looks at whether the window is still there."
 _END_S = 5.0
@@ -62,7 +64,7 @@ def show(
         standalone.servo(runner, calibration, seconds, screenshot, theme, stop)
         return ""
     process = subprocess.Popen(
-        [sys.executable, "-m", "grabbergui.ui.run.servo_process"],
+        [sys.executable, *PROGRAM],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=os.environ | {"PYTHONSAFEPATH": "1"},

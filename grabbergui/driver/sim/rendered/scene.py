@@ -126,6 +126,8 @@ class RenderedScene(Scene):
         self._lock = threading.Lock()
         rest = np.array([[0, -0.26, 0.97, 0.1], [-1, 0, 0, 0], [0, -0.97, -0.26, 0.72], [0, 0, 0, 1.0]])
         self._camera: Callable[[int], Matrix] = lambda time_ns: rest
+        self._seen: tuple[bytes, NDArray[np.uint16]] | None = None
+        "The empty room as it was seen last, and from where."
 
     def mount(self, camera_pose: Callable[[int], Matrix]) -> None:
         """Put the camera on something: device time in ns → pose (z forward, x right, y down)."""
@@ -147,13 +149,22 @@ class RenderedScene(Scene):
         view = np.eye(4)
         view[:3, :3] = pose[:3, :3].T
         view[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-        picture = np.zeros((height, width, 3), np.uint16)
-        for panel in self._room:
-            draw(panel, picture, view, matrix)
+        picture = self._empty_room(view, matrix, width, height)
         standing = self._standing(time_ns * 1e-9)
         for panel in sorted(standing, key=lambda panel: -panel.distance_from(pose[:3, 3])):
             draw(panel, picture, view, matrix)
         return picture
+
+    def _empty_room(self, view: Matrix, matrix: Matrix, width: int, height: int) -> NDArray[np.uint16]:
+        """Draw the room, or copy it while the camera rests."""
+        key = view.tobytes() + matrix.tobytes() + bytes(f"{width} {height}", "ascii")
+        seen = self._seen
+        if seen is None or seen[0] != key:
+            drawn = np.zeros((height, width, 3), np.uint16)
+            for panel in self._room:
+                draw(panel, drawn, view, matrix)
+            self._seen = seen = key, drawn
+        return seen[1].copy()
 
     def _standing(self, seconds: float) -> list[Panel]:
         panels = []

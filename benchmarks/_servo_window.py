@@ -1,0 +1,44 @@
+"""The servoing window's process with a person before it: `python _servo_window.py TERMINAL`.
+
+Lines of the terminal are what the person does: `click startButton`, `click stopButton`, `press Space`, `press
+Escape`; `kill` ends the process by SIGKILL.
+"""
+
+import os
+import signal
+import sys
+from typing import Any
+
+from PyQt5.QtCore import QSocketNotifier, Qt
+from PyQt5.QtTest import QTest
+
+from grabbergui.ui.run import servo_process
+from grabbergui.ui.run.application import application
+from grabbergui.ui.views.servo_window import ServoWindow
+
+
+def obey(terminal: str) -> Any:
+    """Click and press as the terminal says; return the object that does it."""
+    app, lines = application(), os.open(terminal, os.O_RDONLY | os.O_NOCTTY)
+    hands: Any = QTest  # the stubs take its functions for methods
+
+    def act(*_: object) -> None:
+        window = next((each for each in app.topLevelWidgets() if isinstance(each, ServoWindow)), None)
+        for verb, _space, name in (
+            line.partition(" ") for line in os.read(lines, 1024).decode().splitlines()
+        ):
+            if verb == "kill":
+                os.kill(os.getpid(), signal.SIGKILL)
+            elif window is not None and verb == "click":
+                hands.mouseClick(getattr(window, name), Qt.MouseButton.LeftButton)
+            elif window is not None and verb == "press":
+                hands.keyClick(app.focusWidget() or window, getattr(Qt.Key, f"Key_{name}"))
+
+    notifier = QSocketNotifier(lines, QSocketNotifier.Type.Read)  # type: ignore[arg-type]
+    notifier.activated.connect(act)
+    return notifier
+
+
+if __name__ == "__main__":
+    notifier = obey(sys.argv[1])  # it must live as long as the window
+    servo_process.main()
