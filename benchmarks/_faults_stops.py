@@ -151,7 +151,7 @@ STOPS = {
     ),
     "window_killed": Stop(
         "the window's process gets SIGKILL",
-        AT_ONCE_MM,
+        SILENT_MM,  # the kernel closes its pipe once it has taken down the rest of it
         lambda scene: scene.program.do("kill"),
         window=True,
         ends=True,
