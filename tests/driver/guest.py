@@ -33,12 +33,16 @@ class Guest:
         self._status = folder / "guest.status"
 
     def start(self) -> None:
-        """Start it, behind everything else that wants the machine's cores. Once in a run."""
+        """Start it, behind everything else that wants the machine's cores. Once in a run.
+
+        The guest's kernel is kept for later runs, which need not fetch and unpack it again.
+        """
         part = f"{self._status}.part"
         command = f'"$@" >"{self._said}" 2>&1; echo $? >"{part}"; mv "{part}" "{self._status}"'
         isolation.start_for_the_run(
             [
-                *("nice", "-n", "5", "sh", "-c", command, "sh"),
+                *("nice", "-n", "5", "env", f"XDG_CACHE_HOME={REPOSITORY / 'build'}"),
+                *("sh", "-c", command, "sh"),
                 *(HERE / "usbvm", "-t", str(GUEST_SECONDS), "--"),
                 *(sys.executable, HERE / "in_guest.py", "vhci", "gadget", "webcam"),
             ],
