@@ -17,8 +17,7 @@ import numpy as np
 
 from grabbergui import cli
 from grabbergui.calibration import geometry
-from grabbergui.calibration.marker_pose import MarkerDetection
-from grabbergui.calibration.markers import Grey
+from grabbergui.calibration.markers import Grey, MarkerDetection
 from grabbergui.cli import servo_robots
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

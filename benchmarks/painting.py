@@ -29,7 +29,7 @@ from benchmarks.conversion import random_frame
 from grabbergui.core import pixels
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.ui.views.picture_view import PictureView
 
 WARM = 30

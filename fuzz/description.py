@@ -21,7 +21,8 @@ from grabbergui.config import ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.driver.device import DataLayout, Device, unpack
-from grabbergui.driver.genapi import loading, messages, node_features
+from grabbergui.driver.genapi import loading, node_features
+from grabbergui.driver.genapi import port as genapi_port
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.gige.control.description import fetch_description, parse_url
@@ -85,7 +86,7 @@ def _xml(source: Input) -> None:
 def _chunks(source: Input) -> None:
     payload = np.frombuffer(source.rest(), np.uint8)
     for layout in DataLayout:
-        kept = messages.without_pictures(payload, layout)
+        kept = genapi_port.without_pictures(payload, layout)
         if len(kept) > len(payload):
             raise AssertionError(kept)
 

@@ -13,11 +13,10 @@ from grabbergui.driver import gendc
 from grabbergui.driver.h264 import LARGEST_SIDE, scan
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import complete, payload_bytes
+from grabbergui.driver.sim.contents import H264Encoder, complete, payload_bytes
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import settings_of
-from grabbergui.driver.sim.video import H264Encoder
 
 
 def seeds() -> list[bytes]:

@@ -12,7 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from fuzz._input import Input, erring, refusing
 from grabbergui.calibration import camera_info
-from grabbergui.core import picture_files
+from grabbergui.core import encoded_image
 from grabbergui.core.calibration import Calibration
 from grabbergui.recording import ros_image
 from grabbergui.recording.mcap_file import McapRecording
@@ -92,8 +92,8 @@ def _notes(source: Input) -> None:
 
 
 def _picture(source: Input) -> None:
-    picture = refusing(picture_files.decode, np.frombuffer(source.rest(), np.uint8))
-    if picture is not None and picture.shape[0] * picture.shape[1] > picture_files.MOST_PIXELS:
+    picture = refusing(encoded_image.decode, np.frombuffer(source.rest(), np.uint8))
+    if picture is not None and picture.shape[0] * picture.shape[1] > encoded_image.MOST_PIXELS:
         raise AssertionError(picture.shape)
 
 

@@ -11,8 +11,13 @@ from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.block_assembler import BlockAssembler
-from grabbergui.driver.u3v.bootstrap import ManifestEntry, StreamRequirements, string
-from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor, split
+from grabbergui.driver.u3v.bootstrap import (
+    DeviceInfoDescriptor,
+    ManifestEntry,
+    StreamRequirements,
+    split,
+    string,
+)
 from grabbergui.driver.u3v.gencp import Event, Packet
 from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
 

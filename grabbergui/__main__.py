@@ -13,7 +13,7 @@ def main() -> int:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who ignores it means it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     if sys.argv[1:2] == ["--complete"]:  # a shell asks while somebody types: without the commands' imports
-        from grabbergui.setup.words import main as complete
+        from grabbergui.setup.completion import main as complete
 
         return complete(sys.argv[2:])
     from grabbergui.cli import main as run

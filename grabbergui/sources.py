@@ -16,16 +16,16 @@ from typing import Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import (
+from grabbergui.core.uri import (
     GigeUriOptions,
     NoOptions,
     PlaybackOptions,
     Ros2Options,
     SimulatedOptions,
+    SourceUri,
     U3vOptions,
     YarpOptions,
 )
-from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ class SourceKind(str, Enum):
 
     @property
     def options(self) -> type[Any]:
-        """The dataclass of this kind's options, as in `core.source_options`."""
+        """The dataclass of this kind's options, as in `core.uri`."""
         return _OPTIONS.get(self, NoOptions)
 
     @property

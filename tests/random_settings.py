@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import random
 
-from grabbergui.core.companions import automatic_mode_of, is_on
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import describe
 from grabbergui.core.selection import SettingKey, instances
+from grabbergui.core.sfnc import automatic_mode_of, is_on
 from grabbergui.models.settings.feature_set import FeatureSet, compare, every_instance
 
 NOT_WRITTEN = ("DeviceReset", "UserSet", "File", "Ptp", "Gev", "Test")

@@ -19,7 +19,7 @@ HOMES = {
         "recording/movie_file.py",
         "recording/movie_writer.py",
         "driver/h264.py",
-        "driver/sim/video.py",
+        "driver/sim/contents.py",
     ),
     "numba": ("core/compiled_loops.py",),
     "psutil": ("driver/gige/discovery/interfaces.py",),

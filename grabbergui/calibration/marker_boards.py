@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.calibration.marker_pose import MarkerDetection, located
-from grabbergui.calibration.markers import ArucoDetector, Grey, dictionary_by_name
+from grabbergui.calibration.markers import ArucoDetector, Grey, MarkerDetection, dictionary_by_name, located
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 

@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import opened
+from grabbergui.cli.parsing import count, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError, UsageError
 

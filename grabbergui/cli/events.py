@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.parsing import count, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FeatureError, FeatureValueError, UsageError
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli.features import assignment, write
-from grabbergui.cli.numbers import count, counted, positive
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
+from grabbergui.cli.parsing import count, counted, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.shipped_files import check_folder_of
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError

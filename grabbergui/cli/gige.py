@@ -8,8 +8,8 @@ import time
 from contextlib import ExitStack, closing
 from typing import Any
 
-from grabbergui.cli.numbers import count, counted, key, not_negative, positive
 from grabbergui.cli.opening import opened
+from grabbergui.cli.parsing import count, counted, key, not_negative, positive
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
@@ -96,7 +96,7 @@ def _force_ip(options: argparse.Namespace) -> int:
 
 def _persistent_ip(options: argparse.Namespace) -> int:
     from grabbergui.driver.gige.device import GigeDevice
-    from grabbergui.driver.gige.discovery.ip_configuration import (
+    from grabbergui.driver.gige.discovery.commands import (
         check_addresses,
         forget_address,
         keep_address,

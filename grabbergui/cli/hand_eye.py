@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import servo, servo_robots
-from grabbergui.cli.numbers import count, part
+from grabbergui.cli.parsing import count, part
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import UsageError
 
@@ -123,7 +123,7 @@ def _print(result: HandEyeResult, placement: Placement, options: argparse.Namesp
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:
-    from grabbergui.servo.frames_ros2 import StaticFrame
+    from grabbergui.servo.ros2 import StaticFrame
 
     frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(result.camera))
     frame.open()

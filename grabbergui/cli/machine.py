@@ -1,19 +1,29 @@
-"""Commands about this machine: `list` shows the sources in reach, `doctor` checks its configuration."""
+"""Commands about this machine: `list` and `doctor` look at it, `setup` and `paths` are about the program."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
+from collections.abc import Callable
+from itertools import chain
+from pathlib import Path
 from typing import Any
 
 from grabbergui import sources
-from grabbergui.cli.numbers import positive
+from grabbergui.cli.parsing import positive
 from grabbergui.cli.process import dies_of_interrupt
-from grabbergui.doctor.finding import Level
+from grabbergui.config.shipped_files import MANUAL, RESOURCES
+from grabbergui.core import environment
+from grabbergui.core.environment import program
+from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.doctor import Level
+from grabbergui.setup import completion, udev
+from grabbergui.setup.completion import SHELLS
+from grabbergui.setup.desktop import DesktopEntry
 from grabbergui.setup.seen import Seen, somebody_types
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
-
 
 _ROS2, _ROS2_MORE = "ros2:", 2.0
 """DDS participants announce themselves every three seconds: whoever missed an announcement hears the next one
@@ -24,6 +34,7 @@ def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     _add_list(commands)
     _add_doctor(commands)
+    _add_setup(commands)
 
 
 def _add_list(commands: Any) -> None:
@@ -71,7 +82,7 @@ def _add_doctor(commands: Any) -> None:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from grabbergui.doctor import network, shared_memory, software, usb
+    from grabbergui.doctor import checks, shared_memory
 
     if options.fix_udev:
         from grabbergui.setup import udev
@@ -84,14 +95,146 @@ def _doctor(options: argparse.Namespace) -> int:
         return 0
     findings = []
     with dies_of_interrupt():
-        for checks in (network, usb, software, shared_memory):
-            for finding in checks.check():
-                findings.append(finding)
-                if not options.json:
-                    print(f"{finding.level.value:8}{finding.text}", flush=True)
-                    if finding.remedy:
-                        print(f"{'':8}→ {finding.remedy}", flush=True)
+        for finding in chain(checks.check(), shared_memory.check()):
+            findings.append(finding)
+            if not options.json:
+                print(f"{finding.level.value:8}{finding.text}", flush=True)
+                if finding.remedy:
+                    print(f"{'':8}→ {finding.remedy}", flush=True)
     if options.json:
         rows = [{"level": each.level.value, "text": each.text, "remedy": each.remedy} for each in findings]
         print(json.dumps(rows, indent=2))
     return 1 if any(finding.level is Level.PROBLEM for finding in findings) else 0
+
+
+_PARTS = {
+    "ros2": "ROS 2 and our interface package, into this program's environment",
+    "udev": "the rule that lets users open USB3 Vision cameras (as root)",
+    "desktop": "entry in the menu, icon, types of files and man page, for this user",
+    "completion": "completion of commands, sources and features in your shell",
+}
+
+
+def _add_setup(commands: Any) -> None:
+    parser = commands.add_parser(
+        "setup",
+        help="add to this machine: ROS 2, the udev rule, the desktop's entry, the shell's completion",
+        example="grabbergui setup desktop",
+    )
+    parser.add_argument(
+        "part", choices=_PARTS, help="; ".join(f"{part}: {meaning}" for part, meaning in _PARTS.items())
+    )
+    parser.add_argument("--remove", action="store_true", help="take it away again (not ros2)")
+    parser.add_argument(
+        "--shell", choices=SHELLS, help="the shell whose completion is meant (the one that you log in with)"
+    )
+    parser.add_argument(
+        "--also",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FOLDER",
+        help="ros2: build this package of interfaces too, unless there is one of its name; repeatable",
+    )
+    parser.add_argument("--json", action="store_true", help="print the files as a JSON array")
+    parser.set_defaults(run=_setup)
+
+    parser = commands.add_parser(
+        "paths",
+        help="show where the files that come with the program are",
+        example="grabbergui paths systemd",
+    )
+    parser.add_argument("name", nargs="?", choices=list(_paths()), help="print only this one's path")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_show_paths)
+
+
+def _setup(options: argparse.Namespace) -> int:
+    if options.shell is not None and options.part != "completion":
+        raise UsageError(f"--shell says nothing to `setup {options.part}`, only to `setup completion`")
+    if options.also and options.part != "ros2":
+        raise UsageError(f"--also says nothing to `setup {options.part}`, only to `setup ros2`")
+    done: Callable[[argparse.Namespace], tuple[list[Path], str]] = {
+        "ros2": _ros2,
+        "udev": _udev,
+        "desktop": _desktop,
+        "completion": _completion,
+    }[options.part]
+    files, advice = done(options)
+    if options.json:
+        print(json.dumps([str(file) for file in files], indent=2))
+        return 0
+    for file in files:
+        print(f"{'removed' if options.remove else 'wrote'} {file}")
+    if options.remove and not files:
+        print("there was nothing to remove")
+    if advice:
+        print(advice)
+    return 0
+
+
+def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
+    from grabbergui.setup import ros2
+
+    if options.remove:
+        raise UsageError("ROS 2 is removed with the environment that it is in: pip uninstall ros-rclpy …")
+    for folder in options.also:
+        if not (folder / "package.xml").is_file():
+            raise MissingFileError(f"{folder} has no package.xml, so it is no ROS 2 package")
+    ros2.install(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
+    return [], "ROS 2 is ready: rclpy and grabber_interfaces"
+
+
+def _udev(options: argparse.Namespace) -> tuple[list[Path], str]:
+    if options.remove:
+        removed = udev.remove()
+        return ([removed] if removed else []), ""
+    return [udev.install()], "plug the camera in again"
+
+
+def _desktop(options: argparse.Namespace) -> tuple[list[Path], str]:
+    entry = DesktopEntry(environment.data_home())
+    files = entry.remove() if options.remove else entry.install(program())
+    entry.refresh()
+    return files, ""
+
+
+def _completion(options: argparse.Namespace) -> tuple[list[Path], str]:
+    shell = options.shell or completion.login_shell()
+    if options.remove:
+        removed = completion.remove(shell)
+        return ([removed] if removed else []), ""
+    file = completion.install(shell, program())
+    return [file], completion.advice(shell, file)
+
+
+def _paths() -> dict[str, Path]:
+    """Name what users look for, the manual's name first."""
+    return {
+        "resources": RESOURCES,
+        "manual": MANUAL,
+        "udev": udev.RULE,
+        "systemd": RESOURCES / "systemd" / "grabbergui.service",
+        "ros2": RESOURCES / "ros2",
+        "fastdds": RESOURCES / "ros2" / "fastdds.xml",
+        "yarp": RESOURCES / "yarp",
+        "servo": RESOURCES / "servo",
+        "scripts": RESOURCES / "scripts",
+        "cache": environment.cache_home() / "grabbergui",
+        "program": Path(program()[0]),
+    }
+
+
+def _show_paths(options: argparse.Namespace) -> int:
+    paths = _paths()
+    if options.name is not None:
+        paths = {options.name: paths[options.name]}
+    if options.json:
+        print(json.dumps({name: str(path) for name, path in paths.items()}, indent=2))
+    elif options.name is not None:
+        print(paths[options.name])
+    else:
+        width = max(map(len, paths))
+        for name, path in paths.items():
+            print(f"{name:{width}}  {path}")
+    return 0

@@ -1,8 +1,12 @@
-"""The parser of every command: its help has an example, keeps to the terminal's width, and ends by itself."""
+"""The parser of every command, and the types of its arguments.
+
+Help has an example, keeps to the terminal's width, and ends by itself. The types refuse nonsense at once.
+"""
 
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import textwrap
 from typing import Any
@@ -39,3 +43,83 @@ class CommandParser(argparse.ArgumentParser):
         """Return usage, description, arguments, and the example."""
         text = super().format_help()
         return f"{text}\nexample:\n  {self.example}\n" if self.example else text
+
+
+def count(text: str) -> int:
+    """A whole number from 1 on."""
+    return _whole(text, 1, None)
+
+
+def count_or_none(text: str) -> int:
+    """A whole number from 0 on."""
+    return _whole(text, 0, None)
+
+
+def port(text: str) -> int:
+    """A TCP port; 0 stands for any that is free."""
+    return _whole(text, 0, 0xFFFF)
+
+
+def key(text: str) -> int:
+    """32 bits, decimal or hexadecimal."""
+    try:
+        return _whole(text, 0, 0xFFFFFFFF)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 to 0xFFFFFFFF") from None
+
+
+def positive(text: str) -> float:
+    """More than nothing, and finite."""
+    value = _finite(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not more than 0")
+    return value
+
+
+def not_negative(text: str) -> float:
+    """From nothing on, and finite."""
+    value = _finite(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is less than 0")
+    return value
+
+
+def part(text: str) -> float:
+    """`1%` or `0.01`."""
+    value = not_negative(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    if value > 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is more than all; write 1% or 0.01")
+    return value
+
+
+def seconds(text: str) -> float:
+    """`5ms`, `0.005s` or `0.005`."""
+    if text.endswith("ms"):
+        return not_negative(text.removesuffix("ms")) / 1000
+    return not_negative(text.removesuffix("s"))
+
+
+def counted(number: int, noun: str) -> str:
+    """`1 frame`, `2 frames`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _whole(text: str, least: int, most: int | None) -> int:
+    try:
+        value = int(text, 0)
+    except ValueError:
+        value = least - 1
+    if value < least or (most is not None and value > most):
+        limits = f"from {least} on" if most is None else f"from {least} to {most}"
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number {limits}")
+    return value
+
+
+def _finite(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number")
+    return value

@@ -19,7 +19,7 @@ from grabbergui.cli.metrics import MetricsServer, parse_address, read_token
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.cli.yarp_server import add_name_server_options, named_server
-from grabbergui.config import ini, resource_finder
+from grabbergui.config import ini
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, UsageError
@@ -177,7 +177,7 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
     options = ServeOptions(**given)
     name = getattr(arguments, "file", None)
     if name is not None:
-        path = resource_finder.find(name, getattr(arguments, "context", ""))
+        path = ini.find(name, getattr(arguments, "context", ""))
         sections = ini.parse(path.read_text("utf-8", errors="replace"), str(path))
         options = options.with_file(sections[""], frozenset(given), str(path))
     if not (options.yarp or options.ros2 or options.window or options.terminal or options.with_name_server):
@@ -194,7 +194,7 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
 @contextmanager
 def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
     """Return the grabber for networks that may not change it; users of this machine still may."""
-    from grabbergui.core.read_only import ReadOnlyGrabber
+    from grabbergui.core.shared import ReadOnlyGrabber
 
     shown = ReadOnlyGrabber(grabber)
     shown.open()

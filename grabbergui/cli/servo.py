@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import servo_robots
-from grabbergui.cli.numbers import part, positive
+from grabbergui.cli.parsing import part, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError

@@ -271,7 +271,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 def _described_urdf(stack: ExitStack) -> Path | None:
     """A file with what the robot says of itself on `/robot_description`; None if it says nothing."""
     from grabbergui.servo.robots.tiago_manager import receive_description
-    from grabbergui.servo.ros2_packages import ROBOT, require_packages
+    from grabbergui.servo.ros2 import ROBOT, require_packages
 
     require_packages(*ROBOT)
     description = receive_description()

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli import servo_robots
-from grabbergui.cli.numbers import count_or_none, not_negative, part, port, seconds
+from grabbergui.cli.parsing import count_or_none, not_negative, part, port, seconds
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.core.errors import UsageError

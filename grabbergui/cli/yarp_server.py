@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli.numbers import port
+from grabbergui.cli.parsing import port
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import UsageError

@@ -1,8 +1,12 @@
-"""One frame: a payload, what it is, and the two views robots use (raw and RGB)."""
+"""One frame: a payload in a pooled buffer, what it is, and the two views robots use (raw and RGB)."""
 
 from __future__ import annotations
 
+import ctypes
+import threading
 import time
+import weakref
+from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Any
@@ -15,6 +19,57 @@ from grabbergui.core import pixels
 from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pfnc import PixelFormat
+
+POOL_MEMORY = 512 << 20
+"""Default limit of the memory for one stream's buffers, in bytes."""
+FEWEST_BUFFERS, MOST_BUFFERS = 8, 1024
+"""Buffers, however large or small they are."""
+
+
+class BufferPool:
+    """Buffers of one size for one stream. Thread-safe.
+
+    Page faults make a fresh 8 MB buffer cost more than filling it, so buffers are reused; memory stays
+    bounded because `take` gives nothing beyond `limit` buffers in use.
+    """
+
+    def __init__(self, size: int, limit: int | None = None) -> None:
+        """`limit`: as many as `POOL_MEMORY` holds where it is None."""
+        self.size = size
+        "Bytes of each buffer."
+        self.limit = limit or min(max(POOL_MEMORY // max(size, 1), FEWEST_BUFFERS), MOST_BUFFERS)
+        "How many may be in use at once."
+        self._free: deque[bytearray] = deque()
+        self._in_use = 0
+        # Reentrant: a garbage collection inside `take` may run a finaliser, which calls `_give_back`.
+        self._lock = threading.RLock()
+
+    @property
+    def in_use(self) -> int:
+        """Buffers that somebody still looks into."""
+        return self._in_use
+
+    def take(self) -> NDArray[np.uint8] | None:
+        """A writable array of `size` bytes with undefined content; None when all are in use, or memory is."""
+        with self._lock:
+            if self._in_use >= self.limit:
+                return None
+            try:
+                storage = self._free.pop() if self._free else bytearray(self.size)
+            except MemoryError:
+                return None  # a frame is lost; the thread that receives must go on
+            self._in_use += 1
+        # numpy collapses chains of array bases, but not this object: it lives as long as any view.
+        lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage)
+        weakref.finalize(lease, self._give_back, storage).atexit = False
+        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
+        return array
+
+    def _give_back(self, storage: bytearray) -> None:
+        with self._lock:
+            self._in_use -= 1
+            self._free.append(storage)
+
 
 MOST_AGE = 60.0
 "Seconds that a frame may have been on its way."

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from psygnal import Signal
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.companions import Companions, is_on
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import (
     AccessMode,
@@ -27,6 +26,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
 from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
+from grabbergui.core.sfnc import Companions, is_on
 
 if TYPE_CHECKING:
     from grabbergui.core.scan3d import Scan3d

@@ -1,9 +1,13 @@
-"""Payload bytes to arrays and images: the one door to `unpacking` and `colour`."""
+"""Payload bytes to arrays and images: the only way to `unpacking` and `colour`.
+
+A `Region` names a part of an image. Quantities are computed from the values of sensors that measure something
+else than light: millimetres of 3D coordinates, polarisation from mosaics.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import cv2
 import numpy as np
@@ -11,8 +15,36 @@ from numpy.typing import NDArray
 
 from grabbergui.core import colour, unpacking
 from grabbergui.core.pfnc import Family
-from grabbergui.core.region import Region
 from grabbergui.core.unpacking import SensorPicture
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle in a frame's own pixels: (0, 0) is the first pixel of its payload."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    @property
+    def right(self) -> int:
+        """The first column beyond it."""
+        return self.x + self.width
+
+    @property
+    def bottom(self) -> int:
+        """The first line below it."""
+        return self.y + self.height
+
+    def clipped(self, width: int, height: int) -> Region:
+        """The part inside a picture of that size, which is at least one pixel.
+
+        A region that lies outside altogether becomes the pixel of the picture that is nearest to it.
+        """
+        left, top = min(max(self.x, 0), width - 1), min(max(self.y, 0), height - 1)
+        right, bottom = min(max(self.right, left + 1), width), min(max(self.bottom, top + 1), height)
+        return Region(left, top, right - left, bottom - top)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,3 +198,44 @@ def _reduced(picture: NDArray[np.uint8], region: Region, size: tuple[int, int] |
             NDArray[np.uint8], cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR)
         )
     return np.ascontiguousarray(picture)
+
+
+def millimetres(
+    raw: NDArray[Any], scale: float, offset: float = 0.0, invalid: float | None = None
+) -> NDArray[np.float32]:
+    """Return coordinates in millimetres: raw × scale + offset, NaN where nothing was measured.
+
+    `raw` is as `Frame.raw` gives it, or one of its components. Scale, offset and invalid value are the
+    features Scan3dCoordinateScale, Scan3dCoordinateOffset and Scan3dInvalidDataValue (SFNC, 3D Scan Control).
+    """
+    values = np.asarray(raw, np.float64) * scale + offset
+    if invalid is not None:
+        values[raw == invalid] = np.nan
+    return values.astype(np.float32)
+
+
+class Polarisation(NamedTuple):
+    """Linear polarisation, each (height // 2, width // 2) float32."""
+
+    intensity: NDArray[np.float32]
+    "The mean of the four angles' values, in the sensor's."
+    degree: NDArray[np.float32]
+    "0 (none) to 1; more than 1 only by noise."
+    angle: NDArray[np.float32]
+    "Degrees, 0 up to 180; of no meaning where the degree is 0."
+
+
+def polarisation(mosaic: NDArray[Any]) -> Polarisation:
+    """Compute linear polarisation from a mosaic of 90°, 45° over 135°, 0°: Sony's polarised sensors.
+
+    `mosaic` is (height, width) of at least 2×2; a last line or column that is no whole cell is left out.
+    """
+    height, width = mosaic.shape[0] & ~1, mosaic.shape[1] & ~1
+    values = mosaic[:height, :width].astype(np.float32)
+    at_90, at_45 = values[0::2, 0::2], values[0::2, 1::2]
+    at_135, at_0 = values[1::2, 0::2], values[1::2, 1::2]
+    total = (at_0 + at_45 + at_90 + at_135) / 2  # Stokes' S0, S1, S2
+    across, diagonal = at_0 - at_90, at_45 - at_135
+    degree = np.hypot(across, diagonal) / np.maximum(total, np.finfo(np.float32).tiny)
+    angle = np.degrees(np.arctan2(diagonal, across)) / 2 % 180
+    return Polarisation(*(np.asarray(found, np.float32) for found in (total / 2, degree, angle)))

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.component import Component, Conversions, further_components, own_component
-from grabbergui.core.derived import millimetres
 from grabbergui.core.errors import GrabberError, PixelFormatError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import PixelFormat, by_name
+from grabbergui.core.pixels import millimetres
 from grabbergui.core.selection import SettingKey
 
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}

@@ -13,12 +13,11 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from grabbergui.core.companions import Companions, is_on
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, same_value
-from grabbergui.core.sfnc import AUTO_ONCE
+from grabbergui.core.sfnc import AUTO_ONCE, Companions, is_on
 
 MAX_PASSES = 6
 "More than any chain of dependencies among SFNC's features is long."

@@ -1,10 +1,18 @@
-"""How a source is named everywhere: `sim:`, `gige:192.168.0.10`, `yarp:/grabber?carrier=mjpeg`."""
+"""How a source is named everywhere: `sim:`, `gige:192.168.0.10`, `yarp:/grabber?carrier=mjpeg`.
+
+The options of each kind of source are a dataclass, whose fields are the only list of them: `read_options`
+turns a URI into an instance, and `option_rows` lists them for `--help` and for the reference in the docs. No
+function here opens a socket or imports a driver.
+"""
 
 from __future__ import annotations
 
+import difflib
 import ipaddress
 import re
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 from grabbergui.core.errors import UsageError
@@ -57,3 +65,202 @@ def is_ip_address(name: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+@dataclass(frozen=True)
+class NoOptions:
+    """For kinds of source that have none."""
+
+
+class OptionRow(NamedTuple):
+    """One option as documented."""
+
+    name: str
+    form: str
+    "The values that it takes, as in `0|1` or `BYTES`."
+    default: str
+    "The value that applies without it; empty where that is the camera's own or nothing."
+    meaning: str
+
+
+def _switch(text: str) -> bool:
+    if text.lower() in ("1", "true", "on", "yes", ""):
+        return True
+    if text.lower() in ("0", "false", "off", "no"):
+        return False
+    raise ValueError(text)
+
+
+def _auto_or_switch(text: str) -> str:
+    return text if text == "auto" else str(int(_switch(text)))
+
+
+def _number(low: float, high: float, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
+    def read(text: str) -> Any:
+        number = kind(text)
+        if not low <= number <= high:
+            raise ValueError(text)
+        return number
+
+    return read
+
+
+def _one_of(*choices: str) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in choices:
+            raise ValueError(text)
+        return text
+
+    return read
+
+
+def _option(default: Any, form: str, meaning: str, read: Callable[[str], Any] = str) -> Any:
+    """Return a field. `read` turns an option's text into its value and raises ValueError for a bad one."""
+    return field(default=default, metadata={"form": form, "meaning": meaning, "read": read})
+
+
+@dataclass(frozen=True)
+class SimulatedOptions:
+    """`sim:` values at power-on. The registers of the simulated camera check them."""
+
+    width: str = _option("", "PIXELS", "width of the image")
+    height: str = _option("", "PIXELS", "height of the image")
+    fps: str = _option("", "HZ", "frame rate; the exposure time is shortened to allow it")
+    pixel_format: str = _option("", "FORMAT", "a PFNC name that the camera has, as in `BayerRG8`")
+    exposure: str = _option("", "US", "exposure time in microseconds")
+    gain: str = _option("", "DB", "gain in decibels")
+    test_pattern: str = _option("", "NAME", "a test pattern instead of the scene, as in `GreyHorizontalRamp`")
+    setting_latency: str = _option("", "FRAMES", "frames until a changed setting shows in the image")
+    serial: str = _option("", "TEXT", "serial number")
+    user_id: str = _option("", "TEXT", "user-defined name")
+
+
+@dataclass(frozen=True)
+class GigeUriOptions:
+    """`gige:` how the stream is sent and received."""
+
+    packet_size: str = _option(
+        "auto",
+        "auto|keep|BYTES",
+        "size of the stream's IP packets. `auto` requests test packets and uses the largest size that "
+        "arrives (on the loopback the camera's own), `keep` leaves the camera's size as it is",
+    )
+    incomplete: bool = _option(
+        False, "0|1", "deliver frames with missing packets too; otherwise they are only counted", _switch
+    )
+    resend: bool = _option(True, "0|1", "request lost packets again", _switch)
+    packet_delay: str = _option(
+        "", "TIME", "pause between packets, as in `10us` (`ns`, `us`, `ms`); otherwise the camera's own"
+    )
+    bandwidth: str = _option(
+        "", "RATE", "the same as bytes that the camera may send in a second, as in `60MB`"
+    )
+    multicast: str = _option(
+        "", "ADDRESS", "send to a group, as in `239.192.0.1`, so that others can listen in"
+    )
+    stream_channel: str = _option(
+        "0",
+        "INDEX|all",
+        "the stream channel to receive, of a camera with several (`GevStreamChannelCount`): often one for "
+        "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
+    )
+    plain: bool = _option(False, "0|1", "one system call per packet, for comparison", _switch)
+    packet_ring: str = _option(
+        "auto",
+        "auto|0|1",
+        "no system call for receiving packets: the kernel writes them into memory that it shares with us. "
+        "Takes about half the CPU time where packets come singly; needs CAP_NET_RAW (root, or `setcap "
+        "cap_net_raw+ep`) on Linux, x86-64, and sees packets that a firewall on this computer drops. `auto` "
+        "does so where it may and the packets allow it, `1` warns if it may not, `0` never does",
+        _auto_or_switch,
+    )
+
+
+@dataclass(frozen=True)
+class U3vOptions:
+    """`u3v:` how transfers are requested."""
+
+    transfer_size: int = _option(
+        1 << 20,
+        "BYTES",
+        "largest bulk transfer, a number from 1024 to 16777216; `65536` if a controller loses data in long "
+        "ones",
+        _number(1024, 1 << 24, int),
+    )
+    transfers: int = _option(
+        64,
+        "COUNT",
+        "transfers in flight, a number from 1 to 1024; `1` uses pyusb's synchronous calls only",
+        _number(1, 1024, int),
+    )
+
+
+@dataclass(frozen=True)
+class YarpOptions:
+    """`yarp:` how the port is found and images travel."""
+
+    carrier: str = _option("fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mjpeg`")
+    nameserver: str = _option("", "HOST:PORT", "another name server than the configured one")
+    bind: str = _option("", "ADDRESS", "the address at which our receiving port listens")
+    components: bool = _option(True, "0|1", "`0`: the first image of each frame only", _switch)
+
+
+@dataclass(frozen=True)
+class Ros2Options:
+    """`ros2:` how images are subscribed to."""
+
+    qos: str = _option(
+        "sensor_data",
+        "sensor_data|reliable",
+        "quality of service: `sensor_data` is best effort",
+        _one_of("sensor_data", "reliable"),
+    )
+    components: bool = _option(True, "0|1", "`0`: the first image of each frame only", _switch)
+
+
+@dataclass(frozen=True)
+class PlaybackOptions:
+    """`file:` how a recording is played."""
+
+    loop: bool = _option(True, "0|1", "begin again at the end", _switch)
+    speed: float = _option(
+        1.0, "FACTOR", "speed, a number from 0.05 to 20; `2` is twice as fast", _number(0.05, 20)
+    )
+
+
+Options = TypeVar("Options")
+
+
+def read_options(kind: type[Options], uri: SourceUri) -> Options:
+    """Return the options of a URI. Raises UsageError naming the option and the values that it takes."""
+    known = {row.name: row for row in option_rows(kind)}
+    readers = {entry.name: entry.metadata["read"] for entry in fields(kind)}  # type: ignore[arg-type]
+    values: dict[str, Any] = {}
+    for name, text in uri.options.items():
+        if not known:
+            raise UsageError(f"{uri}: {uri.scheme}: sources have no options")
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+            raise UsageError(f"{uri}: there is no option {name}; {hint}")
+        try:
+            values[name] = readers[name](text)
+        except ValueError:
+            row = known[name]
+            takes = row.form if "|" in row.form else f"{row.form}, {row.meaning}"
+            raise UsageError(f"{uri}: {name}={text}: write {takes.replace('|', ' or ')}") from None
+    return kind(**values)
+
+
+def option_rows(kind: type[Any]) -> list[OptionRow]:
+    """List the options of a dataclass in their order."""
+    return [
+        OptionRow(entry.name, entry.metadata["form"], _text(entry.default), entry.metadata["meaning"])
+        for entry in fields(kind)
+    ]
+
+
+def _text(default: Any) -> str:
+    if isinstance(default, bool):
+        return str(int(default))
+    return f"{default:g}" if isinstance(default, float) else str(default)

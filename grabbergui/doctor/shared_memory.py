@@ -16,9 +16,9 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.core.invocation import shell_command, sudo_command
-from grabbergui.doctor.finding import Finding, good, note
+from grabbergui.doctor import Finding, good, note
 
 FOLDER = Path("/dev/shm")
 PROCESSES = Path("/proc")

@@ -14,8 +14,8 @@ from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, instances
 from grabbergui.driver.device import Device, StreamRequest
-from grabbergui.driver.genapi.messages import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.genapi.port import ChunkReader
 
 log = logging.getLogger(__name__)
 

@@ -7,13 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from grabbergui.core.companions import Companions, is_on, regulated_by_mode, switched_off, switched_on
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, ValueChange, WriteResult, instances
 from grabbergui.core.settling import settle
-from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE, FILE_ACCESS
+from grabbergui.core.sfnc import (
+    AUTO_OFF,
+    AUTO_ONCE,
+    FILE_ACCESS,
+    Companions,
+    is_on,
+    regulated_by_mode,
+    switched_off,
+    switched_on,
+)
 from grabbergui.driver.acquisition import NOT_SETTINGS
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 

@@ -22,10 +22,8 @@ from grabbergui.core.grabber import DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role
-from grabbergui.library.callbacks import Callbacks, Occasion
 from grabbergui.library.effect import Effects, SettingEffect
-from grabbergui.library.features import FeatureAccess
-from grabbergui.library.files import CameraFiles
+from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture

@@ -1,14 +1,23 @@
-"""A camera's features as attributes and items of a Python object."""
+"""Features of a camera as attributes and items of a Python object, its files, and its events.
+
+Events are passed to callbacks that may use the camera.
+"""
 
 from __future__ import annotations
 
+import logging
+import queue
 import re
-from collections.abc import Iterator
-from typing import Any, Generic, TypeVar, cast, overload
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeVar, cast, get_args, overload
 
-from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError
+from grabbergui.core import file_access
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.file_access import CameraFile, Written
+from grabbergui.core.grabber import ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.text import typed_value
@@ -148,3 +157,107 @@ class FeatureAccess:
 def attribute_name(feature: str) -> str:
     """Return a feature's name in Python's spelling: `GevSCPSPacketSize` is `gev_scps_packet_size`."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", feature).lower()
+
+
+class CameraFiles:
+    """The files in a camera (SFNC FileAccessControl): look-up tables, shading data, user sets, firmware.
+
+    Names are those of FileSelector. Any thread may call; others use the camera meanwhile. Raises UsageError
+    for a name that the camera does not list and for a camera without files, `CameraFileError` for what the
+    camera refuses, and TransportError. Remote sources list files, and raise FeatureAccessError for all else.
+    """
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+
+    def list(self) -> tuple[CameraFile, ...]:
+        """Return the files with `name`, `size` in bytes, `modes`, and the maker's `details`."""
+        return tuple(file_access.list_files(self._grabber))
+
+    def read(self, name: str) -> bytes:
+        """Return a file's bytes."""
+        return file_access.read_file(self._grabber, name)
+
+    def write(self, name: str, content: bytes | Path, *, replace_firmware: bool = False) -> Written:
+        """Replace a file by bytes, or by a file on this computer, and read it back.
+
+        An upload that ends early cannot be resumed: write the whole file again. Firmware is refused without
+        `replace_firmware`: a wrong file, or a power cut meanwhile, may leave the camera useless.
+        """
+        data = content.read_bytes() if isinstance(content, Path) else content
+        return file_access.write_file(self._grabber, name, data, replace_firmware=replace_firmware)
+
+    def delete(self, name: str) -> None:
+        """Delete a file; firmware is refused."""
+        file_access.delete_file(self._grabber, name)
+
+
+log = logging.getLogger(__name__)
+
+Occasion = Literal["change", "event", "lost", "back", "notice"]
+
+
+class Callbacks:
+    """Hands signals of a grabber to callbacks, on a thread that begins with the first of them."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+        self._by_occasion: dict[str, list[Callable[[Any], object]]] = {}
+        self._waiting: queue.SimpleQueue[tuple[str, Any] | None] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None
+        self._lost = False
+
+    def add(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
+        """Call `callback` on an occasion; the returned function ends that. Raises UsageError."""
+        if occasion not in get_args(Occasion):
+            raise UsageError(f"on({occasion!r}): there are {', '.join(get_args(Occasion))}")
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="camera callbacks", daemon=True)
+            self._thread.start()
+            self._grabber.features_changed.connect(self._on_features_changed)
+            self._grabber.event_received.connect(self._on_event)
+            self._grabber.connection_changed.connect(self._on_connection_changed)
+            self._grabber.noticed.connect(self._on_noticed)
+        callbacks = self._by_occasion.setdefault(occasion, [])
+        callbacks.append(callback)
+        return lambda: callbacks.remove(callback) if callback in callbacks else None
+
+    def close(self) -> None:
+        """End all callbacks; wait for one that runs, unless it is the caller."""
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        self._grabber.features_changed.disconnect(self._on_features_changed)
+        self._grabber.event_received.disconnect(self._on_event)
+        self._grabber.connection_changed.disconnect(self._on_connection_changed)
+        self._grabber.noticed.disconnect(self._on_noticed)
+        self._by_occasion.clear()
+        self._waiting.put(None)
+        if thread is not threading.current_thread():
+            thread.join()
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        self._waiting.put(("change", names))
+
+    def _on_event(self, event: DeviceEvent) -> None:
+        self._waiting.put(("event", event))
+
+    def _on_noticed(self, text: str) -> None:
+        self._waiting.put(("notice", text))
+
+    def _on_connection_changed(self, state: ConnectionState, why: str) -> None:
+        if state is ConnectionState.LOST and not self._lost:
+            self._lost = True
+            self._waiting.put(("lost", why))
+        elif state is ConnectionState.OPEN and self._lost:
+            self._lost = False
+            self._waiting.put(("back", why))
+
+    def _run(self) -> None:
+        while (happened := self._waiting.get()) is not None:
+            occasion, what = happened
+            for callback in tuple(self._by_occasion.get(occasion, ())):
+                try:
+                    callback(what)
+                except Exception:
+                    log.exception("a callback for %r failed", occasion)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError
 from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_sink import FrameSink
+from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.sfnc import Role
 from grabbergui.library.camera import Camera
 

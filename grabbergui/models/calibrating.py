@@ -17,14 +17,12 @@ from psygnal import Signal
 
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.collector import Collector, Result, Verdict
-from grabbergui.calibration.coverage import Coverage
+from grabbergui.calibration.collector import Collector, Coverage, Result, Verdict
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_sink import FrameSink
+from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.pixels import DisplayImage, for_display
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render

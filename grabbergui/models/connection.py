@@ -14,8 +14,7 @@ from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGr
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
-from grabbergui.models.link_messages import LinkMessages
-from grabbergui.models.messages import Cause, MessageModel
+from grabbergui.models.messages import Cause, LinkMessages, MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 
 CLOSE_PATIENCE = 10.0

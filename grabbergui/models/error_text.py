@@ -26,9 +26,8 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature
-from grabbergui.models.driver_texts import driver_text
 from grabbergui.models.features.text import access_text, range_text
-from grabbergui.models.language import is_translated, translate
+from grabbergui.models.language import driver_text, is_translated, translate
 
 MOST_PROBLEMS = 3
 "Of those that are listed in one line; the log has them all."

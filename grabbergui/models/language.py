@@ -1,13 +1,15 @@
-"""Sentences of the models in the user's language, though no model knows a toolkit.
+"""Sentences of the models and the drivers in the user's language, though neither knows a toolkit.
 
-Whoever shows them sets a translator; until then they are as they are written. `scripts/translations` finds
-the calls of `translate` as it finds Qt's own.
+Drivers and networks know no languages: their errors are English sentences with names and figures in them. The
+list here has those that the window translates; all others stay as they are written. A sentence is recognised
+by its words, and the text at a placeholder may be such a sentence again.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cache
 
 Translator = Callable[[str, str], str]
 """Context and text to the text in another language."""
@@ -51,3 +53,70 @@ def set_translator(translator: Translator | None, decimal_point: str = ".") -> N
 def is_translated() -> bool:
     """Return whether the user's language is another one than texts are written in."""
     return _translator is not _as_written
+
+
+_CONTEXT = "Drivers"
+
+
+def QT_TRANSLATE_NOOP(context: str, text: str) -> str:
+    """Mark a text for `scripts/translations`, which finds calls of this name; translate it later."""
+    return text
+
+
+_SENTENCES = (
+    # A camera that is lost
+    QT_TRANSLATE_NOOP("Drivers", "the camera is lost: {0}"),
+    QT_TRANSLATE_NOOP("Drivers", "the camera did not answer for {0} s"),
+    QT_TRANSLATE_NOOP("Drivers", "another application took control of the camera for itself alone"),
+    QT_TRANSLATE_NOOP("Drivers", "another application, at {0}, took control of the camera"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "the camera took our control back; its heartbeat may have expired, or it has restarted"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "{0} was lost while it was opened"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} is not open"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} was unplugged"),
+    # A camera that does not answer
+    QT_TRANSLATE_NOOP("Drivers", "{0} was not acknowledged within {1} s ({2} tries)"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} was not acknowledged within {1} s; the camera had asked for patience"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} did not answer in time"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} did not answer within {1} s"),
+    QT_TRANSLATE_NOOP("Drivers", "the device takes no commands; unplug it and plug it in again"),
+    # A camera that somebody else uses
+    QT_TRANSLATE_NOOP("Drivers", "another application at {0} controls {1}; close it there"),
+    QT_TRANSLATE_NOOP("Drivers", "another application controls {0}; close it there"),
+    QT_TRANSLATE_NOOP("Drivers", "another application controls the camera: {0}"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} is in use by another application; close it there"),
+    QT_TRANSLATE_NOOP("Drivers", "the camera is open for reading only; another application may control it"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "the camera answers reads but not this write; another application may control it"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "the camera is served read-only"),
+    # A camera that returned with other settings
+    QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),
+)
+"""From the special to the general."""
+
+
+def driver_text(text: object) -> str:
+    """Return a driver's sentence in the user's language; as it is where it is not known."""
+    sentence = str(text)
+    if not is_translated():
+        return sentence
+    for template, pattern in _patterns():
+        if (found := pattern.fullmatch(sentence)) is not None:
+            parts = (driver_text(part) for part in found.groups())
+            return translate(_CONTEXT, template).format(*map(_number, parts))
+    return sentence
+
+
+@cache
+def _patterns() -> tuple[tuple[str, re.Pattern[str]], ...]:
+    return tuple(
+        (text, re.compile(re.sub(r"\\{\d\\}", "(.+?)", re.escape(text)), re.DOTALL)) for text in _SENTENCES
+    )
+
+
+def _number(part: str) -> str:
+    """Write numbers with the user's decimal point; names and addresses stay."""
+    return localized(part) if re.fullmatch(r"[-+]?\d+\.\d+", part) else part

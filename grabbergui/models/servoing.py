@@ -17,8 +17,7 @@ from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.models.servo_mirror import Run

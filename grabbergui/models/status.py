@@ -13,10 +13,9 @@ from enum import Enum
 
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 from grabbergui.models.connection import Connection
-from grabbergui.models.diagnosis import CameraFacts
+from grabbergui.models.diagnosis import CameraFacts, Health, HealthMeter, StreamHealth
 from grabbergui.models.language import localized, translate
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.stream_health import Health, HealthMeter, StreamHealth
 
 LEAST_RATE = 0.05
 "Frames per second below which a tile shows no rate."

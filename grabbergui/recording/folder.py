@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from typing_extensions import override
 
-from grabbergui.core import pfnc, picture_files
+from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
@@ -67,7 +67,7 @@ class FolderRecording(Recording):
         if note is not None and file.suffix == ".raw":
             return rebuilt(content, note, received_ns)
         try:
-            pixels = picture_files.decode(content)
+            pixels = encoded_image.decode(content)
         except RemoteProtocolError as error:
             raise RecordingError(f"{file}: {error}") from None
         if note is None:

@@ -1,6 +1,7 @@
 """A recording as a source: `file:folder`, `file:movie.mp4`, `file:recording.mcap`.
 
-It is paced by the times at which its frames were recorded. Its options are in `PlaybackOptions`.
+It is paced by the times at which its frames were recorded. Its options are in `PlaybackOptions`; its features
+are where it plays, how fast, and whether again and again.
 """
 
 from __future__ import annotations
@@ -8,18 +9,25 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from typing_extensions import override
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
-from grabbergui.core.features import Category, Feature, FeatureValue
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+    Representation,
+)
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.core.source_options import PlaybackOptions, read_options
-from grabbergui.core.uri import SourceUri
-from grabbergui.recording import playback_features as features
+from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
 from grabbergui.recording.recording import Recording, open_recording
 
 log = logging.getLogger(__name__)
@@ -44,7 +52,7 @@ class PlaybackGrabber(FrameGrabber):
         self._path = path
         self._defaults = (loop, speed)
         self._recording: Recording | None = None
-        self._state = features.PlaybackState(0, 0.0)
+        self._state = PlaybackState(0, 0.0)
         self._changed = threading.Condition(threading.RLock())
         self._starting = threading.Lock()
         "Held for a whole start or stop, so that no player begins before the one before has ended."
@@ -66,7 +74,7 @@ class PlaybackGrabber(FrameGrabber):
             try:
                 recording = open_recording(self._path)
                 loop, speed = self._defaults
-                state = features.PlaybackState(len(recording), recording.duration, loop=loop, speed=speed)
+                state = PlaybackState(len(recording), recording.duration, loop=loop, speed=speed)
                 first = recording.frame(0, 0)
             except BaseException:
                 if recording is not None:
@@ -102,17 +110,17 @@ class PlaybackGrabber(FrameGrabber):
     # -- features --------------------------------------------------------------------------------
     @override
     def feature_tree(self) -> Category:
-        return features.TREE
+        return TREE
 
     @override
     def has_feature(self, name: str) -> bool:
-        return name in features.DESCRIPTIONS
+        return name in DESCRIPTIONS
 
     @override
     def feature(self, name: str) -> Feature:
         self._require(name)
         with self._changed:
-            return features.feature(name, self._state)
+            return feature(name, self._state)
 
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
@@ -120,17 +128,17 @@ class PlaybackGrabber(FrameGrabber):
         changed = {name}
         with self._changed:
             state = self._state
-            if name == features.POSITION:
+            if name == POSITION:
                 state.position, self._shown = int(accepted), -1
                 state.time = self._time_of(state.position)
-                changed.add(features.TIME)
-            elif name == features.SPEED:
+                changed.add(TIME)
+            elif name == SPEED:
                 state.speed = float(accepted)
-            elif name == features.LOOP:
+            elif name == LOOP:
                 state.loop = bool(accepted)
             else:
                 state.playing = bool(accepted)
-                changed |= {features.POSITION, features.TIME}  # they moved on since the last notice
+                changed |= {POSITION, TIME}  # they moved on since the last notice
                 if state.playing and state.position >= state.frames - 1:
                     state.position, self._shown = 0, -1  # play again after the end
                 elif state.playing and self._shown == state.position:
@@ -206,9 +214,7 @@ class PlaybackGrabber(FrameGrabber):
                 at_rest = not self._state.playing
             if time.monotonic() - noticed > NOTICE_PERIOD or at_position or at_rest:
                 noticed = time.monotonic()
-                self.features_changed.emit(
-                    frozenset({features.POSITION, features.TIME, features.PLAYING, features.WIDTH})
-                )
+                self.features_changed.emit(frozenset({POSITION, TIME, PLAYING, WIDTH}))
 
     def _wait_for_turn(self, due: float) -> tuple[float, bool]:
         """Wait until the frame at the position is to be delivered; whether a user put the position there."""
@@ -280,3 +286,97 @@ def create(uri: SourceUri) -> FrameGrabber:
         str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
     )
     return PlaybackGrabber(info, path, loop=options.loop, speed=options.speed)
+
+
+POSITION = "PlaybackPosition"
+SPEED = "PlaybackSpeed"
+LOOP = "PlaybackLoop"
+PLAYING = "PlaybackActive"
+TIME = "PlaybackTime"
+LENGTH = "PlaybackFrameCount"
+DURATION = "PlaybackDuration"
+WIDTH, HEIGHT, PIXEL_FORMAT = "Width", "Height", "PixelFormat"
+
+SLOWEST, FASTEST = 0.05, 20.0
+
+_CATEGORY = "PlaybackControl"
+_FORMAT = "ImageFormatControl"
+
+
+@dataclass
+class PlaybackState:
+    """The values of the features."""
+
+    frames: int
+    duration: float
+    "Seconds."
+    position: int = 0
+    time: float = 0.0
+    "Seconds from the first frame to the one at `position`."
+    speed: float = 1.0
+    loop: bool = True
+    playing: bool = True
+    width: int = 0
+    height: int = 0
+    pixel_format: str = ""
+
+
+def _described(name: str, kind: FeatureKind, category: str, title: str, tooltip: str) -> FeatureDescription:
+    return FeatureDescription(name=name, kind=kind, category=category, display_name=title, tooltip=tooltip)
+
+
+_DESCRIPTIONS = (
+    _described(PLAYING, FeatureKind.BOOLEAN, _CATEGORY, "Playing", "Off holds the picture at the position."),
+    _described(POSITION, FeatureKind.INTEGER, _CATEGORY, "Position", "The frame shown, counted from 0."),
+    _described(SPEED, FeatureKind.FLOAT, _CATEGORY, "Speed", "1 plays as fast as it was recorded."),
+    _described(LOOP, FeatureKind.BOOLEAN, _CATEGORY, "Loop", "Begin again at the end."),
+    _described(TIME, FeatureKind.FLOAT, _CATEGORY, "Time", "From the first frame to the one shown."),
+    _described(LENGTH, FeatureKind.INTEGER, _CATEGORY, "Frames", "How many frames were recorded."),
+    _described(DURATION, FeatureKind.FLOAT, _CATEGORY, "Duration", "From the first frame to the last."),
+    _described(WIDTH, FeatureKind.INTEGER, _FORMAT, "", "Of the frame shown last."),
+    _described(HEIGHT, FeatureKind.INTEGER, _FORMAT, "", "Of the frame shown last."),
+    _described(PIXEL_FORMAT, FeatureKind.STRING, _FORMAT, "Pixel Format", "As it was recorded."),
+)
+
+DESCRIPTIONS = {description.name: description for description in _DESCRIPTIONS}
+
+TREE = Category(
+    "Root",
+    members=(
+        Category(
+            _CATEGORY,
+            "Playback",
+            members=tuple(d for d in _DESCRIPTIONS if d.category == _CATEGORY),
+        ),
+        Category(
+            _FORMAT,
+            "Image Format Control",
+            members=tuple(d for d in _DESCRIPTIONS if d.category == _FORMAT),
+        ),
+    ),
+)
+
+
+def feature(name: str, state: PlaybackState) -> Feature:
+    """A feature as it is now. `name` must be one of DESCRIPTIONS."""
+    last = max(0, state.frames - 1)
+    readings: dict[str, tuple[FeatureValue, dict[str, object]]] = {
+        PLAYING: (state.playing, {}),
+        POSITION: (state.position, {"minimum": 0, "maximum": last, "increment": 1}),
+        SPEED: (
+            state.speed,
+            {"minimum": SLOWEST, "maximum": FASTEST, "representation": Representation.LOGARITHMIC},
+        ),
+        LOOP: (state.loop, {}),
+        TIME: (state.time, {"unit": "s"}),
+        LENGTH: (state.frames, {}),
+        DURATION: (state.duration, {"unit": "s"}),
+        WIDTH: (state.width, {"unit": "px"}),
+        HEIGHT: (state.height, {"unit": "px"}),
+        PIXEL_FORMAT: (state.pixel_format, {}),
+    }
+    value, more = readings[name]
+    writable = name in (PLAYING, POSITION, SPEED, LOOP)
+    known = {**vars(DESCRIPTIONS[name]), **more}
+    access = AccessMode.READ_WRITE if writable else AccessMode.READ_ONLY
+    return Feature(access=access, value=value, **known)

@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from grabbergui.calibration.marker_pose import MarkerDetection
-from grabbergui.calibration.markers import Grey
+from grabbergui.calibration.markers import Grey, MarkerDetection
 
 Box = tuple[int, int, int, int]
 "x, y, width, height in pixels of the full picture."

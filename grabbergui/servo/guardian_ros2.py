@@ -16,7 +16,7 @@ from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.tiago import ARM_JOINTS, HEAD_JOINTS
 from grabbergui.servo.robots.tiago_controllers import Drive, Kind
 from grabbergui.servo.robots.tiago_parts import Part
-from grabbergui.servo.ros2_packages import ROBOT, require_packages
+from grabbergui.servo.ros2 import ROBOT, require_packages
 
 JOINTS = {ARM: ARM_JOINTS, HEAD: HEAD_JOINTS}
 "The hand first: the head's trajectories end by themselves soon, and so do the arm's."

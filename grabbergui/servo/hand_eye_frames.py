@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from grabbergui.calibration.fitted import CalibrationFor
-from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo import closed_loop

@@ -24,7 +24,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle
-from grabbergui.servo.ros2_packages import PUBLISHER, require_packages
+from grabbergui.servo.ros2 import PUBLISHER, require_packages
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 

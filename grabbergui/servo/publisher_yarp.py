@@ -13,9 +13,9 @@ import time
 from grabbergui.calibration.geometry import vector_from_pose
 from grabbergui.core.frame import Frame
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.request import Request
 from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle

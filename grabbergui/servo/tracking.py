@@ -1,8 +1,18 @@
-"""From detections in single pictures to targets that may be moved for.
+"""From detections in single images to targets that may be moved for, and where they are by now. No clock.
 
-A target is usable while it was seen in each of the last few pictures, in one place, by a picture that is
-fresh. Anything else (a detection that comes and goes, a second marker of the same id, an ambiguous pose or
-one that flipped) interrupts it at once: such a view counts as not seen.
+A target is usable while it was seen in each of the last few images, in one place, by an image that is fresh.
+Anything else (a detection that comes and goes, a second marker of the same id, an ambiguous pose or one that
+flipped) interrupts it at once: such a view counts as not seen.
+
+A marker's pose in the robot's base is filtered, where a moving head does not move a marker. Views are
+weighted by their covariances, as in a Kalman filter with fading memory: at rest the newest view gets the
+weight `smoothing`, and while the marker is seen to move it gets nearly all. A view whose pose is the other of
+a plane's two solutions (a flip) is recognised, and is no measurement.
+
+An image shows where the target was when it was exposed, tens of milliseconds ago. A parabola through the
+positions of the last moments, measured in the robot's base, gives place and velocity at a later moment. It
+lags neither behind a constant velocity, as a smoothed position does, nor behind a constant acceleration, as a
+line would; the price is noise, so a target that rests is not predicted at all.
 """
 
 from __future__ import annotations
@@ -11,13 +21,13 @@ import math
 from collections import deque
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import AMBIGUITY_ANGLE, MarkerDetection
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.marker_filter import Covariance, MarkerFilter, covariance_in_base, is_flip
 
 
 class JointHistory:
@@ -177,3 +187,153 @@ def _apart(before: Vector, after: Vector, eye: Vector) -> float:
     first, second = before - eye, after - eye
     cosine = float(first @ second / (np.linalg.norm(first) * np.linalg.norm(second)))
     return math.acos(min(1.0, max(-1.0, cosine)))
+
+
+Covariance = NDArray[np.float64]
+"(6, 6): metres along, then radians about the base's axes."
+
+UNKNOWN = np.diag([0.003**2] * 3 + [math.radians(1.0) ** 2] * 3)
+"Covariance of a detection that comes without one."
+TIMING_S = 0.005
+"Seconds by which a frame's time and the joints' may disagree: what a moving head makes of it is noise."
+MOVED = 14.2
+"Squared innovation over its covariance that noise exceeds in 3 of 1000 views (chi-square, 3 axes)."
+
+
+class MarkerFilter:
+    """The marker's pose and how sure it is. Use from one thread."""
+
+    def __init__(self, smoothing: float) -> None:
+        """`smoothing` is the newest view's weight at rest, more than 0 and at most 1."""
+        self.pose: Pose | None = None
+        "Marker to base; None before the first view."
+        self.covariance: Covariance = UNKNOWN
+        "Of `pose`."
+        self._keep = 1 - smoothing
+        self._surprises = 0
+
+    def restart(self) -> None:
+        """Forget all views."""
+        self.pose, self._surprises = None, 0
+
+    def update(self, seen: Pose, covariance: Covariance) -> Pose:
+        """Take in a view, its pose in the base and its covariance; return the filtered pose."""
+        if self.pose is None:
+            self.pose, self.covariance = seen, covariance
+            return seen
+        innovation = geometry.diff(self.pose, seen)
+        before = self.covariance / max(self._keep, 1e-3)
+        if self._surprising(innovation, before + covariance):
+            self._surprises += 1
+        else:
+            self._surprises = 0
+        if self._surprises > 1:  # one may be noise; twice in a row it moves
+            before = before + np.diag(innovation**2)
+        gain = np.linalg.solve(before + covariance, before).T
+        self.pose = geometry.add_delta(self.pose, gain @ innovation)
+        after = before - gain @ before
+        self.covariance = (after + after.T) / 2
+        return self.pose
+
+    def _surprising(self, innovation: Vector, spread: Covariance) -> bool:
+        """Return whether noise alone would hardly show the marker so far away, or so turned."""
+        return any(
+            float(innovation[axes] @ np.linalg.solve(spread[axes, axes], innovation[axes])) > MOVED
+            for axes in (slice(0, 3), slice(3, 6))
+        )
+
+
+def is_flip(marker: MarkerDetection, camera: Pose, known: Pose) -> bool:
+    """Return whether a view contradicts the `known` pose, while its other solution agrees with it.
+
+    `camera` is the camera's pose in the base when the frame was exposed.
+    """
+    if marker.pose is None or marker.other_pose is None:
+        return False
+    seen, other = (geometry.angle_between(camera @ pose, known) for pose in (marker.pose, marker.other_pose))
+    return seen > AMBIGUITY_ANGLE and other < seen / 2
+
+
+def covariance_in_base(
+    marker: MarkerDetection, camera: Pose, before: Pose | None, seconds: float
+) -> Covariance:
+    """Return a detection's covariance along the base's axes, with what the camera's motion adds.
+
+    `before` is where the camera was `seconds` ago, None if unknown.
+    """
+    turn = np.kron(np.eye(2), camera[:3, :3])
+    own = UNKNOWN if marker.covariance is None else marker.covariance
+    covariance: Covariance = turn @ own @ turn.T
+    if before is None or marker.pose is None or not 0 < seconds < 1:
+        return covariance
+    moved = geometry.diff(before @ marker.pose, camera @ marker.pose) * (TIMING_S / seconds)
+    return np.asarray(covariance + np.diag(moved**2), np.float64)
+
+
+WINDOW_S = 0.35
+"Seconds of positions that the parabola goes through."
+LEAST = 6
+"Positions without which nothing is predicted."
+AHEAD_S = 0.25
+"Seconds from the newest position beyond which a prediction goes no further."
+MOVES = 0.03
+"Metres per second, over the window, from which on a target moves."
+RESTS_S = 0.6
+"Seconds at less than that after which it rests: a target that turns back stands still for a moment."
+
+
+class TargetMotion:
+    """Positions of one target, and their parabola."""
+
+    def __init__(self) -> None:
+        self.moving = False
+        "Whether the target moves."
+        self.speed = 0.0
+        "Metres per second at the newest position, 0 for a target that rests."
+        self._seen: deque[tuple[float, Vector]] = deque()
+        self._moved = -np.inf
+        self._parabola = np.zeros((3, 3))
+        "Rows: metres, m/s, half of m/s², at the newest position's time."
+
+    def restart(self) -> None:
+        """Forget the target: it was lost, or it is another one."""
+        self._seen.clear()
+        self.moving, self.speed = False, 0.0
+
+    def add(self, time: float, position: Vector) -> None:
+        """Take in where it was, metres in the base, at a time later than the one before."""
+        if self._seen and time <= self._seen[-1][0]:
+            return
+        self._seen.append((time, np.array(position, np.float64)))
+        while self._seen[0][0] < time - WINDOW_S:
+            self._seen.popleft()
+        times = np.array([seen[0] for seen in self._seen]) - time
+        if len(times) < LEAST or times[0] > -WINDOW_S / 2:
+            self.moving, self.speed = False, 0.0
+            return
+        places = np.array([seen[1] for seen in self._seen])
+        mean = times.mean()
+        slope = (times - mean) @ places / ((times - mean) ** 2).sum()
+        if np.linalg.norm(slope) >= MOVES:
+            self._moved = time
+        self.moving = time - self._moved < RESTS_S
+        self._parabola = np.linalg.lstsq(np.vander(times, 3, increasing=True), places, rcond=None)[0]
+        self.speed = float(np.linalg.norm(self._parabola[1])) if self.moving else 0.0
+
+    def position(self, time: float) -> Vector | None:
+        """Where a target that moves is at a time; None for one that rests or is not known."""
+        if not self.moving:
+            return None
+        ahead = self._ahead(time)
+        where: Vector = self._parabola[0] + ahead * self._parabola[1] + ahead**2 * self._parabola[2]
+        return where
+
+    def velocity(self, time: float) -> Vector:
+        """Its velocity at a time, m/s; zero for a target that rests."""
+        if not self.moving:
+            return np.zeros(3)
+        velocity: Vector = self._parabola[1] + 2 * self._ahead(time) * self._parabola[2]
+        return velocity
+
+    def _ahead(self, time: float) -> float:
+        return min(max(time - self._seen[-1][0], 0.0), AHEAD_S)

@@ -1,15 +1,28 @@
-"""Completion in bash, zsh and fish: a short script each, which asks the program for words."""
+"""Completion in bash, zsh and fish: a short script each, which asks the program for words.
+
+`grabbergui --complete SHELL …` answers a shell. It must be quick, so it imports neither the parsers of the
+commands nor numpy: `cli.reference` makes `resources/completion/commands.json` of the parsers.
+
+The first line of an answer is a directive: `files` (complete file names), `nospace` (the word goes on) or
+`words`. Each further line is a word, with its meaning where the shell shows meanings.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from grabbergui.config.shipped_files import RESOURCES
+from grabbergui.core.environment import config_home, data_home
 from grabbergui.core.errors import UsageError
-from grabbergui.core.folders import config_home, data_home
-from grabbergui.setup.words import SHELLS
+from grabbergui.setup.seen import Seen
 
 _BASH = """\
 # Completion of grabbergui for bash; written by `grabbergui setup completion`.
@@ -107,3 +120,198 @@ def remove(shell: str, environment: Mapping[str, str] = os.environ) -> Path | No
         return None
     file.unlink()
     return file
+
+
+TABLE = RESOURCES / "completion" / "commands.json"
+SHELLS = ("bash", "zsh", "fish")
+_FRESH = 60.0
+"""Seconds for which the cameras found by a search are proposed without another search."""
+_SEARCH_TIME = 0.25
+"""Seconds for a search while the user waits."""
+_QUICK = ("gige", "u3v")
+"""Kinds of source that are found in this time. `grabbergui list` finds and keeps the others too."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Words that may replace the one being typed, with their meanings."""
+
+    words: dict[str, str]
+    directive: str = "words"
+
+
+@dataclass(frozen=True)
+class Completer:
+    """Knows what may stand at each place of a command line."""
+
+    table: dict[str, Any]
+    "What `commands.json` holds."
+    find_sources: Callable[[], Iterable[str]]
+    feature_names: Callable[[str], Iterable[str]]
+    "The names of a source's features."
+
+    def answer(self, typed: Sequence[str]) -> Answer:
+        """Return what can replace the last of the words typed after the program's name."""
+        *before, word = typed or [""]
+        rest, pending = _without_shared_options(before, self.table["shared"])
+        if pending is not None:
+            return self._values(pending, word, "")
+        if rest:
+            # A bare source is the window's.
+            known = rest[0] in self.table["commands"]
+            command = self.table["commands"][rest[0] if known else "gui"]
+            return self._argument(rest[1:] if known else rest, word, command)
+        if word.startswith("-"):
+            return _matching(_options(self.table["shared"]), word)
+        if ":" in word:
+            return self._sources(word)
+        commands = {name: command["summary"] for name, command in self.table["commands"].items()}
+        return _matching(commands, word)
+
+    def _argument(self, before: Sequence[str], word: str, command: dict[str, Any]) -> Answer:
+        """Complete an argument of a command: an option, its value, or a positional one."""
+        options = {name: option for option in command["options"] for name in option["names"]}
+        positionals: list[str] = []
+        pending = None
+        for each in before:
+            if pending is not None:
+                pending = None
+            elif each in options and options[each]["kind"] != "flag":
+                pending = options[each]
+            elif not each.startswith("-"):
+                positionals.append(each)
+        source = positionals[0] if positionals else ""
+        if pending is not None:
+            return self._values(pending, word, source)
+        if word.startswith("--") and "=" in word:
+            name, _, value = word.partition("=")
+            found = self._values(options.get(name, {"kind": "text"}), value, source)
+            return Answer({f"{name}={each}": text for each, text in found.words.items()}, found.directive)
+        if word.startswith("-"):
+            return _matching({**_options(command["options"]), **_options(self.table["shared"])}, word)
+        wanted = command["positionals"]
+        if len(positionals) < len(wanted):
+            return self._values(wanted[len(positionals)], word, source)
+        return self._values(wanted[-1], word, source) if wanted and wanted[-1]["many"] else Answer({})
+
+    def _values(self, argument: dict[str, Any], word: str, source: str) -> Answer:
+        """Complete a value of one argument."""
+        kind = argument["kind"]
+        if kind == "choice":
+            return _matching(dict.fromkeys(argument["choices"], ""), word)
+        if kind == "source":
+            return self._sources(word)
+        if kind == "source or file":
+            return self._sources(word) if ":" in word else Answer({}, "files")
+        if kind == "feature":
+            return _matching(dict.fromkeys(self.feature_names(source), ""), word)
+        if kind == "assignment":
+            return _matching({f"{name}=": "" for name in self.feature_names(source)}, word, "nospace")
+        return Answer({}, "files" if kind == "file" else "words")
+
+    def _sources(self, word: str) -> Answer:
+        if word.startswith("file:"):
+            return _paths(word)
+        forms: dict[str, str] = self.table["sources"]
+        found = {uri: forms.get(uri, "found") for uri in self.find_sources()}
+        matching = _matching({**forms, **found}, word).words
+        # A bare kind is a source of its own, or goes on with an address.
+        return Answer(matching, "nospace" if all(each.endswith(":") for each in matching) else "words")
+
+
+def _paths(word: str) -> Answer:
+    """Complete the path behind `file:`, which no shell takes for a path."""
+    typed = word.removeprefix("file:")
+    folder, slash, start = typed.rpartition("/")
+    words = {}
+    with suppress(OSError):
+        for entry in sorted(Path(f"{folder}{slash}" or ".").expanduser().iterdir()):
+            if entry.name.startswith(start) and (start or not entry.name.startswith(".")):
+                words[f"file:{folder}{slash}{entry.name}{'/' if entry.is_dir() else ''}"] = ""
+    return Answer(words, "nospace" if all(each.endswith("/") for each in words) else "words")
+
+
+def _without_shared_options(
+    words: Sequence[str], shared: list[dict[str, Any]]
+) -> tuple[list[str], dict[str, Any] | None]:
+    """Drop the options that precede the command; also return the one whose value is being typed."""
+    options = {name: option for option in shared for name in option["names"]}
+    rest = list(words)
+    while rest and rest[0].startswith("-"):
+        option = options.get(rest.pop(0))
+        if option is not None and option["kind"] != "flag":
+            if not rest:
+                return [], option
+            rest.pop(0)
+    return rest, None
+
+
+def _options(options: list[dict[str, Any]]) -> dict[str, str]:
+    return {name: option["help"] for option in options for name in option["names"]}
+
+
+def _matching(words: dict[str, str], word: str, directive: str = "words") -> Answer:
+    return Answer({each: meaning for each, meaning in words.items() if each.startswith(word)}, directive)
+
+
+# -- shells ----------------------------------------------------------------------------------------
+def typed_in_bash(line: str) -> list[str]:
+    """Split bash's line up to the cursor, where a quotation may still be open; drop the program's name."""
+    if not line or line[-1].isspace():
+        line += "''"
+    for ending in ("", "'", '"'):
+        try:
+            return shlex.split(line + ending)[1:]
+        except ValueError:
+            continue
+    return [""]
+
+
+def for_shell(shell: str, found: Answer, word: str, breaks: str = "") -> str:
+    """Write an answer as a shell's script expects it.
+
+    Bash replaces only the part of `word` behind the last of the characters `breaks`, its COMP_WORDBREAKS. Zsh
+    wants colons in words escaped, and meanings behind one.
+    """
+    lines = [found.directive]
+    for each, meaning in found.words.items():
+        short = meaning.replace("\n", " ")
+        if shell == "bash":
+            cut = max((word.rfind(sign) for sign in ":=" if sign in breaks), default=-1) + 1
+            lines.append(each[cut:])
+        elif shell == "zsh":
+            escaped = each.replace("\\", "\\\\").replace(":", "\\:")
+            lines.append(f"{escaped}:{short}" if short else escaped)
+        else:
+            lines.append(f"{each}\t{short}" if short else each)
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Answer `zsh WORD…`, `fish WORD…`, or `bash LINE COMP_WORDBREAKS`; the first word is the program."""
+    shell, *rest = arguments or [""]
+    if shell not in SHELLS or not rest:
+        print(f"grabbergui: --complete is for the scripts of {', '.join(SHELLS)}", file=sys.stderr)
+        return 2
+    typed = typed_in_bash(rest[0]) if shell == "bash" else list(rest[1:])
+    seen = Seen()
+    table = json.loads(TABLE.read_text("utf-8"))
+    found = Completer(table, lambda: _find(seen), seen.features).answer(typed)
+    print(for_shell(shell, found, (typed or [""])[-1], rest[1] if shell == "bash" and len(rest) > 1 else ""))
+    return 0
+
+
+def _find(seen: Seen) -> list[str]:
+    """Return the sources seen a moment ago, or search for cameras now."""
+    recent = seen.sources(_FRESH)
+    if recent is not None:
+        return recent
+    from concurrent.futures import ThreadPoolExecutor
+
+    from grabbergui import sources
+
+    with ThreadPoolExecutor(len(_QUICK)) as pool:
+        found = pool.map(lambda kind: sources.discover_kind(kind, _SEARCH_TIME), _QUICK)
+        uris = [info.uri for infos in found for info in infos]
+    seen.keep_sources(uris)
+    return uris

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grabbergui.core.folders import cache_home
+from grabbergui.core.environment import cache_home
 
 _SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
 _LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")

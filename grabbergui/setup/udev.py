@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 
 from grabbergui.config.shipped_files import RESOURCES
+from grabbergui.core.environment import sudo_command
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.core.invocation import sudo_command
 
 RULE_NAME = "70-grabbergui-u3v.rules"
 RULE = RESOURCES / "udev" / RULE_NAME

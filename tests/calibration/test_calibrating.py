@@ -8,8 +8,7 @@ import pytest
 
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import CharucoBoard, Chessboard
-from grabbergui.calibration.collector import Collector, Verdict, placed
-from grabbergui.calibration.coverage import Coverage, Placement
+from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
 from grabbergui.cli import calibrate
 from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import UsageError

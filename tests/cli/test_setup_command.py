@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from grabbergui.cli import main
-from grabbergui.core import invocation
+from grabbergui.core import environment
 from grabbergui.core.errors import GrabberError, SourceUnavailableError
 from grabbergui.setup import ros2
 
@@ -71,7 +71,7 @@ def test_every_path_is_there(capsys):
 
 
 def test_a_command_for_sudo_has_the_whole_path():
-    words = invocation.sudo_command("setup", "udev").split()
+    words = environment.sudo_command("setup", "udev").split()
     assert words[0] == "sudo" and Path(words[1]).is_absolute() and words[-2:] == ["setup", "udev"]
 
 
@@ -81,6 +81,6 @@ def test_the_bare_name_is_proposed_where_the_shell_finds_it(tmp_path, monkeypatc
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     monkeypatch.setenv("PATH", str(tmp_path))
     assert shutil.which("grabbergui") == str(command)
-    assert invocation.shell_command("list") == "grabbergui list"
+    assert environment.shell_command("list") == "grabbergui list"
     monkeypatch.setenv("PATH", "/nowhere")
-    assert invocation.shell_command("list") == f"{command} list"
+    assert environment.shell_command("list") == f"{command} list"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.config import ini, resource_finder
+from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
 
 CAMERA_INI = """
@@ -65,15 +65,15 @@ def test_the_search_order(tmp_path, monkeypatch):
     environment = {"YARP_CONFIG_HOME": str(home), "YARP_CONFIG_DIRS": str(system), "HOME": str(tmp_path)}
 
     for place in places:
-        assert resource_finder.find("camera.ini", "head", environment) == place
+        assert ini.find("camera.ini", "head", environment) == place
         place.unlink()
     with pytest.raises(UsageError, match=r"no configuration file camera.ini; looked in .*contexts/head"):
-        resource_finder.find("camera.ini", "head", environment)
+        ini.find("camera.ini", "head", environment)
 
 
 def test_an_absolute_path_is_itself(tmp_path):
     (tmp_path / "a.ini").write_text("")
 
-    assert resource_finder.find(str(tmp_path / "a.ini")) == tmp_path / "a.ini"
+    assert ini.find(str(tmp_path / "a.ini")) == tmp_path / "a.ini"
     with pytest.raises(UsageError, match="no configuration file"):
-        resource_finder.find(str(tmp_path / "b.ini"))
+        ini.find(str(tmp_path / "b.ini"))

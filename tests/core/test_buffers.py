@@ -5,8 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from grabbergui.core.buffers import FEWEST, MOST, BufferPool
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import FEWEST_BUFFERS, MOST_BUFFERS, BufferPool, Frame
 from grabbergui.core.pfnc import by_name
 from patience import PATIENCE
 
@@ -108,7 +107,8 @@ def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
 
 
 @pytest.mark.parametrize(
-    ("size", "limit"), [(100, MOST), (1 << 20, 512), (32 << 20, 16), (1 << 30, FEWEST), (0, MOST)]
+    ("size", "limit"),
+    [(100, MOST_BUFFERS), (1 << 20, 512), (32 << 20, 16), (1 << 30, FEWEST_BUFFERS), (0, MOST_BUFFERS)],
 )
 def test_without_a_limit_memory_decides(size, limit):
     assert BufferPool(size).limit == limit

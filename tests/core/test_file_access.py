@@ -16,9 +16,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.file_access import delete_file, list_files, read_file, write_file
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.read_only import ReadOnlyGrabber
 from grabbergui.core.selection import SettingKey
-from grabbergui.core.shared import SharedGrabber
+from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
 from grabbergui.driver.sim.files import LUT_ENTRIES, firmware_image
 
 GAMMA = (np.linspace(0, 1, LUT_ENTRIES) ** 0.5 * 65535).astype("<u2").tobytes()

@@ -6,7 +6,7 @@ from pictures import frame_of, random_values
 
 from grabbergui.core import pfnc, pixels
 from grabbergui.core.pfnc import CONVERTIBLE, Family
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 
 GREY = (Family.MONO, Family.COORDINATES)
 "What is shown without colour."

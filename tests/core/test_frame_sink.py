@@ -10,8 +10,7 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import FrameFanout
-from grabbergui.core.frame_sink import FrameSink
+from grabbergui.core.frame_queue import FrameFanout, FrameSink
 from patience import PATIENCE, until
 
 

@@ -1,7 +1,12 @@
+"""Roles of features, their companions, and what has to be written to these."""
+
 import pytest
 
-from grabbergui.core import companions, sfnc
-from grabbergui.core.sfnc import Role
+from fakes import ScriptedGrabber
+from grabbergui.core import sfnc
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
+from grabbergui.core.selection import SettingKey, ValueChange
+from grabbergui.core.sfnc import Companions, Role
 
 
 @pytest.mark.parametrize(
@@ -37,13 +42,13 @@ def test_the_best_name_a_camera_has(role, camera, found):
     ],
 )
 def test_the_automatic_mode_of_a_feature(name, camera, auto):
-    assert companions.automatic_mode_of(name, camera.__contains__) == auto
+    assert sfnc.automatic_mode_of(name, camera.__contains__) == auto
 
 
 def test_the_enabler_of_the_frame_rate():
     has = {"AcquisitionFrameRateEnabled"}.__contains__
-    assert companions.enabler_of("AcquisitionFrameRate", has) == "AcquisitionFrameRateEnabled"
-    assert companions.enabler_of("Gain", has) is None
+    assert sfnc.enabler_of("AcquisitionFrameRate", has) == "AcquisitionFrameRateEnabled"
+    assert sfnc.enabler_of("Gain", has) is None
 
 
 def test_what_a_name_is_for():
@@ -54,3 +59,131 @@ def test_what_a_name_is_for():
 def test_no_name_has_two_roles():
     names = [name for role in Role for name in role.names]
     assert len(names) == len(set(names))
+
+
+def mode(value="Continuous", entries=("Off", "Continuous"), access=AccessMode.READ_WRITE, available=True):
+    known = tuple(EnumEntry(name, available=available) for name in entries)
+    return Feature(name="GainAuto", kind=FeatureKind.ENUMERATION, access=access, value=value, entries=known)
+
+
+def switch(value, access=AccessMode.READ_WRITE, kind=FeatureKind.BOOLEAN):
+    return Feature(name="GammaEnable", kind=kind, access=access, value=value)
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "expected"),
+    [
+        ("ExposureTime", {"ExposureAuto"}, Companions("ExposureAuto")),
+        ("ExposureTimeAbs", {"ExposureAuto"}, Companions("ExposureAuto")),
+        ("ExposureTimeAbs", {"ExposureTimeEnable"}, Companions(None, "ExposureTimeEnable")),
+        ("GainRaw", {"GainAuto", "Gain"}, Companions("GainAuto")),
+        ("BalanceRatio", {"BalanceWhiteAuto"}, Companions("BalanceWhiteAuto")),
+        ("BalanceRatio", {"BalanceRatioAuto"}, Companions("BalanceRatioAuto")),
+        ("Focus", {"FocusAuto"}, Companions("FocusAuto")),
+        ("AcquisitionFrameRate", {"AcquisitionFrameRateEnable", "AcquisitionFrameRateAuto"},
+         Companions("AcquisitionFrameRateAuto", "AcquisitionFrameRateEnable")),
+        ("FrameRateAbs", {"FrameRateEnabled"}, Companions(None, "FrameRateEnabled")),
+        ("Gamma", {"GammaEnable", "GammaEnabled"}, Companions(None, "GammaEnable")),
+        ("Width", {"Height", "ExposureAuto"}, Companions()),
+    ],
+)  # fmt: skip
+def test_companions_are_found_by_their_names(name, known, expected):
+    found = Companions.of(name, known.__contains__)
+    assert found == expected
+    assert found.names == tuple(part for part in (expected.mode, expected.enabler) if part)
+
+
+def test_a_mode_regulates_every_feature_that_names_it():
+    known = ["ExposureTime", "ExposureAuto", "Gain", "GainRaw", "GainAuto", "Width"]
+    found = sfnc.regulated_by_mode(known, known.__contains__)
+    assert found == {"ExposureAuto": ["ExposureTime"], "GainAuto": ["Gain", "GainRaw"]}
+
+
+@pytest.mark.parametrize(
+    ("value", "on"), [("Off", False), (False, False), (None, False), ("Once", True), (True, True)]
+)
+def test_what_counts_as_on(value, on):
+    assert sfnc.is_on(value) is on
+    assert sfnc.regulating(mode(value)) is on
+
+
+def test_no_mode_regulates_nothing():
+    assert not sfnc.regulating(None)
+
+
+def test_only_an_enumeration_offers_entries():
+    assert sfnc.offers(mode(), "Continuous")
+    assert not sfnc.offers(mode(), "Once")
+    assert not sfnc.offers(switch(True), "Continuous")
+
+
+@pytest.mark.parametrize(
+    ("feature", "write"),
+    [
+        (mode(), ("GainAuto", "Off")),
+        (mode("Off"), None),
+        (mode(access=AccessMode.READ_ONLY), None),
+        (mode(entries=("Never", "Continuous")), None),
+        (mode(available=False), None),
+        (switch(True), ("GammaEnable", False)),
+    ],
+)
+def test_how_a_mode_is_switched_off(feature, write):
+    assert sfnc.switched_off(feature) == write
+
+
+@pytest.mark.parametrize(
+    ("feature", "write"),
+    [
+        (switch(False), ("GammaEnable", True)),
+        (switch(True), None),
+        (switch(False, AccessMode.READ_ONLY), None),
+        (switch(None), None),
+        (switch(0, kind=FeatureKind.INTEGER), None),
+    ],
+)
+def test_how_a_switch_is_turned_on(feature, write):
+    assert sfnc.switched_on(feature) == write
+
+
+@pytest.mark.parametrize(
+    ("access", "auto", "regulator", "editable"),
+    [
+        (AccessMode.READ_ONLY, "GainAuto", mode(), True),
+        (AccessMode.READ_ONLY, "GainAuto", mode("Off"), False),
+        (AccessMode.READ_ONLY, "GainAuto", mode(access=AccessMode.READ_ONLY), False),
+        (AccessMode.READ_ONLY, "ExposureAuto", mode(), False),
+        (AccessMode.READ_ONLY, "GainAuto", None, False),
+        (AccessMode.NOT_AVAILABLE, "GainAuto", mode(), False),
+    ],
+)
+def test_only_its_own_mode_is_no_lock(access, auto, regulator, editable):
+    gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=access, value=1.0, auto=auto)
+    offered = sfnc.as_editable(gain, regulator)
+    assert offered.access is (AccessMode.READ_WRITE if editable else access)
+    assert offered.value == 1.0
+
+
+def test_a_write_returns_what_it_changed_with_its_companions():
+    gain = Feature(
+        name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=1.0, minimum=0.0, maximum=9.0
+    )
+    grabber = ScriptedGrabber([gain, mode()])
+
+    def off(name, value):
+        if name == "Gain":
+            grabber.set("GainAuto", "Off")
+        return value
+
+    grabber.on_write = off
+    first = grabber.write_setting(SettingKey("Gain"), 2.0)
+    assert first.feature.value == 2.0
+    assert first.written == (
+        ValueChange(SettingKey("GainAuto"), "Continuous", "Off"),
+        ValueChange(SettingKey("Gain"), 1.0, 2.0),
+    )
+    assert [feature.value for feature in first.also_changed] == ["Off"]
+    grabber.reads.clear()
+    again = grabber.write_setting(SettingKey("Gain"), 3.0)
+    assert grabber.reads.count("GainAuto") == 1  # off already: not read again after the write
+    assert again.written == (ValueChange(SettingKey("Gain"), 2.0, 3.0),)

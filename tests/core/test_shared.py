@@ -1,12 +1,18 @@
-"""A second handle on an open grabber."""
+"""Further handles on an open grabber: one that passes everything on, and one that writes nothing."""
 
 import threading
 
+import pytest
 from test_grabber import ThreeKnobs
 
+from grabbergui import sources
+from grabbergui.core.errors import AccessDeniedError, FeatureAccessError, FeatureNotFoundError
+from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.shared import SharedGrabber
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
+from grabbergui.core.selection import SettingKey
+from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
+from grabbergui.net.tree import TreeService
 from patience import PATIENCE
 
 
@@ -48,3 +54,93 @@ def test_no_queue_is_forgotten_where_two_threads_open_one_at_a_time():
     other.join(PATIENCE)
     handle.close()
     assert len(opened) == 3 and all(queue.closed for queue in opened)
+
+
+@pytest.fixture
+def both():
+    camera = sources.create("sim:?width=64&height=48&fps=100&pixel_format=BayerRG8")
+    camera.open()
+    shown = ReadOnlyGrabber(camera)
+    shown.open()
+    yield camera, shown
+    shown.close()
+    camera.close()
+
+
+def test_no_feature_can_be_written_or_run(both):
+    camera, shown = both
+    assert shown.access is Access.MONITOR
+    for feature in camera.features():
+        assert not shown.feature(feature.name).access.writable
+        refused = shown.execute if feature.kind is FeatureKind.COMMAND else None
+        with pytest.raises(FeatureAccessError, match=f"{feature.name} cannot be .*read-only"):
+            refused(feature.name) if refused else shown.write_feature(feature.name, feature.value)
+    with pytest.raises(FeatureNotFoundError):
+        shown.write_feature("NoSuch", 1)
+
+
+def test_settings_under_selectors_are_read_only_too(both):
+    camera, shown = both
+    red, blue = (
+        SettingKey.parse(f"BalanceRatio[BalanceRatioSelector={colour}]") for colour in ("Red", "Blue")
+    )
+    camera.write_feature("BalanceRatioSelector", "Red")
+    before = camera.read_setting(blue).value
+    assert shown.read_setting(red).value == camera.read_setting(red).value
+    for refused in (
+        lambda: shown.read_setting(blue),
+        lambda: shown.write_setting(red, 2.0),
+        lambda: shown.write_setting(blue, 2.0),
+        lambda: shown.write_setting(SettingKey("Gain"), 2.0),
+        lambda: shown.execute_setting(SettingKey.parse("UserSetSave[UserSetSelector=UserSet1]")),
+        lambda: TreeService(shown).perform("set", "Gain", "2"),
+        lambda: TreeService(shown).perform("write", "Gain", "2"),
+        lambda: TreeService(shown).perform("execute", "UserSetSave"),
+    ):
+        with pytest.raises(FeatureAccessError, match="read-only"):
+            refused()
+    assert camera.feature("BalanceRatioSelector").value == "Red"
+    assert camera.read_setting(blue).value == before
+
+
+READS = {
+    "calibration", "close", "exclusive", "feature_tree", "features", "has_feature", "open", "open_queue",
+    "read_register", "recorded_coordinates", "register_length",
+    "selectors", "setting", "statistics", "streaming",
+}  # fmt: skip
+"""Passed on as they are: none of them writes to the camera, or it does so by a method that is refused."""
+
+
+def test_whether_a_method_writes_was_decided_for_each():
+    signals = {
+        "features_changed",
+        "connection_changed",
+        "noticed",
+        "event_received",
+        "shared",
+        "unlike_before",
+    }
+    methods = {name for name in vars(FrameGrabber) if not name.startswith("_")} - signals
+    undecided = methods - READS - set(vars(ReadOnlyGrabber))
+    assert not undecided, "a new method of FrameGrabber: refuse it in ReadOnlyGrabber, or add it to READS"
+
+
+def test_values_and_frames_come_through_and_the_stream_cannot_be_stopped(both):
+    camera, shown = both
+    with pytest.raises(AccessDeniedError, match="cannot be started"):
+        shown.start()
+    camera.start()
+    shown.start()
+    assert shown.open_queue(1).get(PATIENCE).width == 64
+    with pytest.raises(AccessDeniedError, match="cannot be stopped"):
+        shown.stop()
+    assert camera.streaming
+    camera.write_feature("Gain", 3.0)
+    assert shown.feature("Gain").value == 3.0
+
+
+def test_what_only_the_stream_locks_is_not_offered(both):
+    camera, shown = both
+    camera.start()
+    assert camera.offered(camera.feature("Width")).access is AccessMode.READ_WRITE
+    assert shown.offered(shown.feature("Width")).access is AccessMode.READ_ONLY

@@ -4,8 +4,7 @@ import pytest
 
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.doctor import network, software, usb
-from grabbergui.doctor.finding import Level
+from grabbergui.doctor import Level, checks
 from grabbergui.driver.gige.discovery.interfaces import Interface
 from grabbergui.setup import udev
 
@@ -22,9 +21,9 @@ def sysctl(folder, name, value):
     return folder
 
 
-@pytest.mark.parametrize(("limit", "level"), [(212992, Level.NOTE), (network.WANTED_RMEM, Level.GOOD)])
+@pytest.mark.parametrize(("limit", "level"), [(212992, Level.NOTE), (checks.WANTED_RMEM, Level.GOOD)])
 def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
-    finding = only(network.receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
+    finding = only(checks.receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
 
     assert finding.level is level
     assert ("net.core.rmem_max" in finding.remedy) == (level is Level.NOTE)
@@ -33,14 +32,14 @@ def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
 def test_two_interfaces_in_one_subnet(tmp_path):
     one, other = Interface("eth0", "192.168.1.2"), Interface("eth1", "192.168.1.3")
 
-    finding = only(network.shared_networks([one, other]))
+    finding = only(checks.shared_networks([one, other]))
 
     assert finding.level is Level.PROBLEM and "eth1" in finding.remedy
-    assert not list(network.shared_networks([one, Interface("eth1", "192.168.2.3")]))
+    assert not list(checks.shared_networks([one, Interface("eth1", "192.168.2.3")]))
 
 
 def test_packet_sizes():
-    small, jumbo = network.packet_sizes(
+    small, jumbo = checks.packet_sizes(
         [Interface("eth0", "10.0.0.1"), Interface("eth1", "10.1.0.1", mtu=9000)]
     )
 
@@ -52,24 +51,24 @@ def test_a_strict_reverse_path_filter_is_noted(tmp_path):
     sysctl(tmp_path, "ipv4/conf/all/rp_filter", 0)
     sysctl(tmp_path, "ipv4/conf/eth0/rp_filter", 1)
 
-    finding = only(network.reverse_path(tmp_path, [Interface("eth0", "10.0.0.1")]))
+    finding = only(checks.reverse_path(tmp_path, [Interface("eth0", "10.0.0.1")]))
 
     assert "eth0" in finding.text and "rp_filter=2" in finding.remedy
 
 
 def test_no_camera_names_the_port():
-    assert "3956" in only(network.cameras([])).remedy
+    assert "3956" in only(checks.gige_cameras([])).remedy
 
 
 def test_the_udev_rule_is_installed_once(tmp_path):
     folder = tmp_path / "udev" / "rules.d"
     folder.parent.mkdir()
-    assert "setup udev" in only(usb.udev_rule(folder)).remedy
+    assert "setup udev" in only(checks.udev_rule(folder)).remedy
 
     target = udev.install(folder)
 
     assert 'SUBSYSTEM=="usb"' in target.read_text() or "usb" in target.read_text()
-    assert only(usb.udev_rule(folder)).level is Level.GOOD
+    assert only(checks.udev_rule(folder)).level is Level.GOOD
 
 
 def test_without_permission_to_install_the_command_is_shown(tmp_path, monkeypatch):
@@ -85,15 +84,15 @@ def test_without_permission_to_install_the_command_is_shown(tmp_path, monkeypatc
 def test_usb_memory(tmp_path):
     place = tmp_path / "usbfs_memory_mb"
     place.write_text("16\n")
-    assert str(place) in only(usb.transfer_memory(place)).remedy
+    assert str(place) in only(checks.transfer_memory(place)).remedy
     place.write_text("1000\n")
-    assert only(usb.transfer_memory(place)).level is Level.GOOD
-    assert not list(usb.transfer_memory(tmp_path / "missing"))
+    assert only(checks.transfer_memory(place)).level is Level.GOOD
+    assert not list(checks.transfer_memory(tmp_path / "missing"))
 
 
 def test_a_missing_display_is_noted():
-    assert only(software.display({}, "linux")).level is Level.NOTE
-    assert only(software.display({"DISPLAY": ":0"}, "linux")).level is Level.GOOD
+    assert only(checks.display({}, "linux")).level is Level.NOTE
+    assert only(checks.display({"DISPLAY": ":0"}, "linux")).level is Level.GOOD
 
 
 def test_the_command_reports_every_check(capsys):

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from grabbergui.cli import main
-from grabbergui.doctor import shared_memory
-from grabbergui.doctor.finding import Level
+from grabbergui.doctor import Level, shared_memory
 from grabbergui.doctor.shared_memory import FOLDER, clear, leftovers
 from patience import PROGRAM, until
 from ros2_domain import own_domain

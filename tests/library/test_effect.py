@@ -19,7 +19,7 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.library import effect, latency
+from grabbergui.library import effect
 from grabbergui.library.effect import SettingEffect
 
 ADDRESS = "127.20.1.2"
@@ -149,26 +149,26 @@ def test_the_latency_is_measured_once_and_kept(
     camera.start()
     before = camera.exposure_time
     frames = camera["SettingLatency"]
-    measured = latency.latency_of(camera.grabber, timeout=30)
-    assert frames <= measured <= frames + latency.MARGIN + 1
+    measured = effect.latency_of(camera.grabber, timeout=30)
+    assert frames <= measured <= frames + effect.MARGIN + 1
     assert camera.exposure_time == before
-    monkeypatch.setattr(latency, "measure_latency", lambda *_, **__: pytest.fail("measured again"))
-    assert latency.latency_of(camera.grabber, timeout=30) == measured
+    monkeypatch.setattr(effect, "measure_latency", lambda *_, **__: pytest.fail("measured again"))
+    assert effect.latency_of(camera.grabber, timeout=30) == measured
 
 
 @pytest.mark.parametrize("camera", [1], indirect=True)
 def test_an_image_that_does_not_change_with_exposure_is_not_measurable(camera: grabbergui.Camera) -> None:
     camera["TestPattern"] = "Black"
     camera.start()
-    assert latency.measure_latency(camera.grabber, timeout=30) is None
-    assert latency.latency_of(camera.grabber, timeout=30) == latency.UNMEASURED_LATENCY
+    assert effect.measure_latency(camera.grabber, timeout=30) is None
+    assert effect.latency_of(camera.grabber, timeout=30) == effect.UNMEASURED_LATENCY
 
 
 @pytest.mark.parametrize("camera", [1], indirect=True)
 def test_a_measurement_puts_the_automatic_mode_back(camera: grabbergui.Camera) -> None:
     camera["ExposureAuto"] = "Continuous"
     camera.start()
-    latency.measure_latency(camera.grabber, timeout=30)
+    effect.measure_latency(camera.grabber, timeout=30)
     assert camera["ExposureAuto"] == "Continuous"
 
 
@@ -179,7 +179,7 @@ def test_a_damaged_file_of_latencies_is_no_error(tmp_path: Path, content: str) -
     path.write_text(content)
     with grabbergui.open(f"sim:?{FAST}&exposure=1000") as camera:
         camera.start()
-        assert 1 <= latency.latency_of(camera.grabber, timeout=30) <= 3
+        assert 1 <= effect.latency_of(camera.grabber, timeout=30) <= 3
 
 
 @pytest.mark.parametrize("camera", [2], indirect=True)

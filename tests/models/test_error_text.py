@@ -19,7 +19,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.models import driver_texts
+from grabbergui.models import language
 from grabbergui.models.error_text import error_text, held_text, lost_text
 from grabbergui.models.features.text import access_text, range_text
 from grabbergui.models.language import set_translator
@@ -104,7 +104,7 @@ def test_every_known_sentence_is_still_used_by_a_driver():
     root = Path(grabbergui.__file__).parent
     files = [path for room in ("driver", "net", "core") for path in (root / room).rglob("*.py")]
     said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
-    for template in driver_texts._SENTENCES:
+    for template in language._SENTENCES:
         parts = sorted(re.split(r"\{\d\}(?: s)?|; ", template), key=len)[-2:]
         assert any(len(part) > 7 and part.strip(" ,(") in said for part in parts), template
 
@@ -113,9 +113,9 @@ def test_drivers_sentences_are_translated_with_those_within_them(foreign):
     set_translator(lambda context, text: f"<{text}>", ",")
     sentence = "the camera is lost: the camera did not answer for 1.5 s"
     expected = "<the camera is lost: <the camera did not answer for 1,5 s>>"
-    assert driver_texts.driver_text(sentence) == expected
+    assert language.driver_text(sentence) == expected
     assert lost_text("GV01", sentence) == f"<the connection to GV01 was lost>: {expected}"
     held = "another application at 10.0.0.2 controls GV01 (10.0.0.1); close it there"
-    assert driver_texts.driver_text(held) == f"<{held}>"
-    assert driver_texts.driver_text("Gain is 6.5 instead of 0") == "<Gain is 6,5 instead of 0>"
-    assert driver_texts.driver_text("nobody has heard of this") == "nobody has heard of this"
+    assert language.driver_text(held) == f"<{held}>"
+    assert language.driver_text("Gain is 6.5 instead of 0") == "<Gain is 6,5 instead of 0>"
+    assert language.driver_text("nobody has heard of this") == "nobody has heard of this"

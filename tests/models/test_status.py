@@ -8,9 +8,9 @@ from fakes import ScriptedGrabber
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import ConnectionState, StreamStatistics
 from grabbergui.models.connection import Connection
+from grabbergui.models.diagnosis import Health, StreamHealth
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.status import MOST_STEP, Condition, Sighting, SourceStatus, StatusModel, Tone
-from grabbergui.models.stream_health import Health, StreamHealth
 from patience import PATIENCE, until
 
 RUNNING = Sighting(LinkState.STREAMING, frames=100, silent=0.1)

@@ -3,7 +3,7 @@
 import pytest
 
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.models.stream_health import WINDOW, Health, HealthMeter
+from grabbergui.models.diagnosis import WINDOW, Health, HealthMeter
 
 BEFORE = {"frames": 100, "packets": 100_000}
 NOW = {"frames": 200, "packets": 200_000}

@@ -10,7 +10,7 @@ from grabbergui.net.costly_work import REST, CostlyWork
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
-from grabbergui.net.yarp.os.request import ConnectionInfo, Request
+from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.terminal.interpreter import remote_terminal
 from patience import PATIENCE, until
 
@@ -92,7 +92,7 @@ def test_one_address_has_one_place_in_the_queue_whatever_its_connections():
 @pytest.mark.parametrize("size", [100, 5000])
 def test_only_long_requests_wait_for_a_turn(monkeypatch, size):
     clock = Clock()
-    monkeypatch.setattr("grabbergui.net.yarp.os.request.costly_work", clock.work())
+    monkeypatch.setattr("grabbergui.net.yarp.os.inputs.costly_work", clock.work())
     taken = []
     turn = CostlyWork.turn
     monkeypatch.setattr(

@@ -14,7 +14,7 @@ from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import closed_loop, plots, report
+from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
@@ -210,7 +210,7 @@ def test_the_report_of_a_run(tmp_path):
     assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
     assert written["seconds_to_reach"] > written["seconds_to_approach"]
     picture = cv2.imread(str(tmp_path / "out/plots.png"))
-    assert picture.shape == (4 * plots.HEIGHT + plots.LEGEND, plots.WIDTH, 3)
+    assert picture.shape == (4 * report.HEIGHT + report.LEGEND, report.WIDTH, 3)
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):
@@ -227,7 +227,7 @@ def test_a_report_that_cannot_be_written_is_refused(tmp_path):
 
 def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
     values = [0.0] * 50 + [math.nan] * 50 + [10.0] * 50
-    picture = plots.sheet([plots.Plot("t", "u", (plots.Curve("c", values),))], range(150), [])
+    picture = report.sheet([report.Plot("t", "u", (report.Curve("c", values),))], range(150), [])
     red = picture[30:190, :, 0].astype(int) - picture[30:190, :, 1] > 60
     columns = red.any(axis=0)
     assert columns[80:350].mean() > 0.9
@@ -238,9 +238,9 @@ def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
 
 def test_the_bands_colours_are_explained_once_each():
     red, blue = (230, 30, 30), (30, 30, 230)
-    bands = [plots.Band(0, "lost", red), plots.Band(50, "found", blue), plots.Band(100, "lost", red)]
-    picture = plots.sheet([plots.Plot("t", "u", (plots.Curve("c", [0.0] * 150),))], range(150), bands)
-    above, below = picture[100], picture[plots.HEIGHT + 10]
+    bands = [report.Band(0, "lost", red), report.Band(50, "found", blue), report.Band(100, "lost", red)]
+    picture = report.sheet([report.Plot("t", "u", (report.Curve("c", [0.0] * 150),))], range(150), bands)
+    above, below = picture[100], picture[report.HEIGHT + 10]
     for band in bands:
         shown = above[200 if band.name == "lost" else 500]
         place = np.flatnonzero((below == shown).all(axis=1))
@@ -250,7 +250,7 @@ def test_the_bands_colours_are_explained_once_each():
 
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (-3, 250), (0.001, 0.0012), (5, 5)])
 def test_ticks_are_round_and_few(low, high):
-    marks = plots.ticks(low, high)
+    marks = report.ticks(low, high)
     assert 1 <= len(marks) <= 6
     assert all(low - 1e-9 <= mark <= high + 1e-9 for mark in marks)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
 from grabbergui.servo.control import ArmController, HeadController, off_centre

@@ -6,8 +6,7 @@ import pytest
 import servo_scene
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.marker_pose import MarkerDetection, judged
-from grabbergui.calibration.markers import ArucoDetector
+from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.servo.detection import Detector, Sighting

@@ -8,10 +8,9 @@ import pytest
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.driver.sim.rendered import world
-from grabbergui.servo import face_search
+from grabbergui.servo import faces as faces_module
 from grabbergui.servo.detection import FaceDetection
-from grabbergui.servo.face_search import MISSES, FaceSearch
-from grabbergui.servo.faces import CascadeFaceDetector
+from grabbergui.servo.faces import MISSES, CascadeFaceDetector, FaceSearch
 from patience import until
 
 GREY = np.zeros((480, 640), np.uint8)
@@ -38,7 +37,7 @@ class Fake:
 
 @pytest.fixture
 def made(monkeypatch):
-    monkeypatch.setattr(face_search, "AGAIN_S", 0.0)
+    monkeypatch.setattr(faces_module, "AGAIN_S", 0.0)
     near, everywhere = Fake(), Fake(face(300))
     search = FaceSearch(near, everywhere)
     yield search, near, everywhere

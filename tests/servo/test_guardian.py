@@ -23,7 +23,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian import REPEATS, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
-from grabbergui.servo.robots import board_messages, cartesian_messages, teo
+from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
@@ -333,10 +333,10 @@ def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
     assert {channel["dialect"] for channel in channels} == {dialect.value}
     reported = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
     assert reported == [
-        cartesian_messages.twist(np.zeros(6)).encode(dialect),
-        board_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
-        board_messages.stop_all(dialect).encode(dialect),
-        cartesian_messages.stop_control().encode(dialect),
+        teo_messages.twist(np.zeros(6)).encode(dialect),
+        teo_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
+        teo_messages.stop_all(dialect).encode(dialect),
+        teo_messages.stop_control().encode(dialect),
     ]
 
 

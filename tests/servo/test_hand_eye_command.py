@@ -14,11 +14,11 @@ from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.frames_ros2 import publish_frame
 from grabbergui.servo.hand_eye_frames import TargetDetector
 from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.ros2 import publish_frame
 from patience import until
 
 CAMERA = geometry.pose(geometry.rotation_from_vector((0.3, -0.1, 0.2)), (0.07, 0.01, 0.06))

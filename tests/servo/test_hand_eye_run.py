@@ -8,7 +8,7 @@ import pytest
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.hand_eye_model import Guess, camera_from_target
-from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.rendered.scene import board_pose

@@ -7,14 +7,12 @@ import pytest
 import servo_scene
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.marker_pose import MarkerDetection
-from grabbergui.calibration.markers import ArucoDetector
+from grabbergui.calibration.markers import ArucoDetector, MarkerDetection
 from grabbergui.driver.sim.rendered.scene import board_pose
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.marker_filter import UNKNOWN, MarkerFilter
 from grabbergui.servo.robots import teo
-from grabbergui.servo.tracking import MarkerTrack
+from grabbergui.servo.tracking import UNKNOWN, MarkerFilter, MarkerTrack
 
 SQUARE = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])
 FACING = np.diag([1.0, -1.0, -1.0])

@@ -9,8 +9,13 @@ import servo_scene
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.marker_boards import BoardDetector, MarkerBoard
-from grabbergui.calibration.marker_pose import MarkerDetection, located, pose_covariance
-from grabbergui.calibration.markers import ArucoDetector, dictionary_by_name
+from grabbergui.calibration.markers import (
+    ArucoDetector,
+    MarkerDetection,
+    dictionary_by_name,
+    located,
+    pose_covariance,
+)
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at
 from grabbergui.driver.sim.sensor import Sensor

@@ -13,8 +13,8 @@ from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.motion import RESTS_S, TargetMotion
 from grabbergui.servo.state_machine import State
+from grabbergui.servo.tracking import RESTS_S, TargetMotion
 
 FPS = 30
 

@@ -12,11 +12,11 @@ from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.robots import board_messages, cartesian_messages, teo
-from grabbergui.servo.robots.leading import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
+from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from grabbergui.servo.robots.trajectories import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
 from patience import until
 
 LEAD = 0.1
@@ -214,10 +214,10 @@ def test_a_board_of_4_answers_requests_for_its_methods(names, simulated):
 @DIALECTS
 def test_what_is_asked_of_a_board_is_one_table_in_both_dialects(dialect):
     requests = (
-        board_messages.axes(dialect),
-        board_messages.stop_all(dialect),
-        board_messages.control_modes(board_messages.DIRECT_MODE, 2, dialect),
-        board_messages.relative_moves(np.radians([1.0, 2.0]), dialect),
+        teo_messages.axes(dialect),
+        teo_messages.stop_all(dialect),
+        teo_messages.control_modes(teo_messages.DIRECT_MODE, 2, dialect),
+        teo_messages.relative_moves(np.radians([1.0, 2.0]), dialect),
     )
     texts = {
         Dialect.YARP3: ["[get] [axes]", "[set] [stos]", "[set] [icmd] [cmds] ([posd] [posd])"],
@@ -231,13 +231,13 @@ def test_what_is_asked_of_a_board_is_one_table_in_both_dialects(dialect):
 def test_streamed_commands_are_read_as_they_are_written(dialect):
     angles = np.array([0.1, -0.2])
     for write, mode in (
-        (board_messages.velocity_moves, board_messages.VELOCITY_MODE),
-        (board_messages.direct_positions, board_messages.DIRECT_MODE),
+        (teo_messages.velocity_moves, teo_messages.VELOCITY_MODE),
+        (teo_messages.direct_positions, teo_messages.DIRECT_MODE),
     ):
-        read = board_messages.read_streamed(Bottle.decode(write(angles, dialect).encode(dialect)), 2)
+        read = teo_messages.read_board_command(Bottle.decode(write(angles, dialect).encode(dialect)), 2)
         assert (read.mode, read.joints) == (mode, [0, 1])
         assert read.values == pytest.approx(angles)
     hand = teo.RIGHT_ARM.forward(teo.HOME)
-    pose = cartesian_messages.streamed_pose(hand, Vocab("pose")).encode(dialect)
-    vector = cartesian_messages.read_streamed(Bottle.decode(pose), "pose")
+    pose = teo_messages.streamed_pose(hand, Vocab("pose")).encode(dialect)
+    vector = teo_messages.read_cartesian_command(Bottle.decode(pose), "pose")
     assert geometry.pose_from_vector(vector) == pytest.approx(hand)

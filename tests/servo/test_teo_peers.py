@@ -8,13 +8,13 @@ import pytest
 from grabbergui.calibration import geometry
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
-from grabbergui.net.yarp.os.request import ConnectionInfo, Request
+from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import board_messages, cartesian_messages, teo
-from grabbergui.servo.robots.board_messages import FAIL, OK
+from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
+from grabbergui.servo.robots.teo_messages import FAIL, OK
 
 DATA = Path(__file__).parents[1] / "data" / "yarp"
 
@@ -87,15 +87,15 @@ BOARDS = pytest.mark.parametrize(
 @BOARDS
 def test_a_real_boards_encoders_are_read(dialect, file):
     for _, data in recorded(file, "S"):
-        assert np.isfinite(board_messages.read_encoders(Bottle.decode(data), 2)).all()
-        assert board_messages.encoders(np.zeros(2)).encode(dialect)[:8] == data[:8]
+        assert np.isfinite(teo_messages.read_encoders(Bottle.decode(data), 2)).all()
+        assert teo_messages.encoders(np.zeros(2)).encode(dialect)[:8] == data[:8]
 
 
 @BOARDS
 def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout(dialect, file):
     (_, real), *_ = recorded(file, "E")
-    modes = [board_messages.POSITION_MODE] * 2
-    ours = board_messages.extended_state(np.zeros(2), modes, dialect)
+    modes = [teo_messages.POSITION_MODE] * 2
+    ours = teo_messages.extended_state(np.zeros(2), modes, dialect)
     real_items = Bottle.decode(real, dialect)
     for mine, theirs in zip(ours, real_items, strict=True):
         assert isinstance(mine, list) == isinstance(theirs, list)
@@ -107,18 +107,18 @@ def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout(dialect, fil
 @BOARDS
 def test_our_velocities_are_those_of_a_real_client(dialect, file):
     real = next(data for letter, data in recorded(file, "C"))
-    velocity = board_messages.read_streamed(Bottle.decode(real), 2).values
+    velocity = teo_messages.read_board_command(Bottle.decode(real), 2).values
     assert np.degrees(velocity) == pytest.approx([5.0, 5.0])
-    ours = board_messages.velocity_moves(velocity, dialect).encode(dialect)
+    ours = teo_messages.velocity_moves(velocity, dialect).encode(dialect)
     assert ours[:-16] == real[:-16]  # all but the numbers themselves
     assert len(ours) == len(real)
 
 
 def test_our_streamed_positions_are_those_of_a_real_client_of_4():
-    ours = board_messages.direct_positions(np.radians([4.0, 3.0]), Dialect.YARP4).encode(Dialect.YARP4)
+    ours = teo_messages.direct_positions(np.radians([4.0, 3.0]), Dialect.YARP4).encode(Dialect.YARP4)
     real = [data for _, data in recorded("control_board_40.txt", "C")]
     assert ours[:-16] in [data[:-16] for data in real]
-    read = [board_messages.read_streamed(Bottle.decode(data), 2) for data in real]
+    read = [teo_messages.read_board_command(Bottle.decode(data), 2) for data in real]
     assert [(str(command.mode), command.joints) for command in read] == [
         *[("vel", [0, 1]), ("vel", [0]), ("vel", [1])],
         *[("posd", [0, 1]), ("posd", [0]), ("posd", [0])],
@@ -128,11 +128,11 @@ def test_our_streamed_positions_are_those_of_a_real_client_of_4():
 def test_our_requests_are_those_of_a_real_client_of_4():
     real = [data for _, data in recorded("control_board_40.txt", "Q")]
     for ours in (
-        board_messages.control_modes(board_messages.DIRECT_MODE, 2, Dialect.YARP4),
-        board_messages.relative_moves(np.radians([2.0, 2.0]), Dialect.YARP4),
+        teo_messages.control_modes(teo_messages.DIRECT_MODE, 2, Dialect.YARP4),
+        teo_messages.relative_moves(np.radians([2.0, 2.0]), Dialect.YARP4),
     ):
         assert ours.encode(Dialect.YARP4) in real
-    for ours in (board_messages.axes(Dialect.YARP4), board_messages.stop_all(Dialect.YARP4)):
+    for ours in (teo_messages.axes(Dialect.YARP4), teo_messages.stop_all(Dialect.YARP4)):
         # Lone words may go without their type code: 4.0 reads both.
         ours.specialised = False
         assert ours.encode(Dialect.YARP4) in real
@@ -141,16 +141,16 @@ def test_our_requests_are_those_of_a_real_client_of_4():
 def test_a_real_controllers_pose_is_that_of_our_kinematics():
     """KdlSolver had TEO's table and stood where we start."""
     (_, data), *_ = recorded("cartesian_control_312.txt", "S")
-    hand = cartesian_messages.read_status(Bottle.decode(data))
+    hand = teo_messages.read_status(Bottle.decode(data))
     assert hand == pytest.approx(teo.RIGHT_ARM.forward(np.radians([-20, -5, 0, -80, 0, 20])), abs=1e-9)
 
 
 @pytest.mark.parametrize(
     "request_of_ours",
     [
-        cartesian_messages.announce(cartesian_messages.TWIST),
-        cartesian_messages.base_frame(),
-        cartesian_messages.stop_control(),
+        teo_messages.announce(teo_messages.TWIST),
+        teo_messages.base_frame(),
+        teo_messages.stop_control(),
     ],
 )
 def test_our_requests_are_those_of_a_real_client(request_of_ours):
@@ -169,7 +169,7 @@ def test_the_simulated_board_answers_a_real_client_as_the_real_one(names, robot,
         pass_time(clock, board, 0.5)
     if dialect is Dialect.YARP4:  # the last that was streamed were positions
         *_, (_, there) = recorded(file, "S")
-        rests = board_messages.read_encoders(Bottle.decode(there), 2)
+        rests = teo_messages.read_encoders(Bottle.decode(there), 2)
         assert robot.state().head == pytest.approx(rests, abs=1e-4)
 
 
@@ -217,7 +217,7 @@ def tell(simulated, text):
 
 def test_a_velocity_goes_on_until_another_command(board, robot, clock):
     assert tell(board, "set icmd cmds (vel vel)") == OK
-    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 2.0)
     assert np.degrees(robot.state().head) == pytest.approx([10.0, 0.0], abs=0.3)
     assert tell(board, "set stos") == OK
@@ -226,12 +226,12 @@ def test_a_velocity_goes_on_until_another_command(board, robot, clock):
 
 
 def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
-    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 0.5)
     assert not robot.state().head.any()
     tell(board, "set icmd cmod 0 vel")
     assert tell(board, "set rels (1.0 1.0)") == FAIL
-    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
+    board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
     pass_time(clock, board, 0.5)
     assert robot.state().head[0] > 0.02
     assert robot.state().head[1] == 0
@@ -252,14 +252,14 @@ def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, 
     assert tell(cartesian, "set cpf cpft") == OK
     assert tell(cartesian, "set cpsc twst") == OK
     before = robot.state().hand
-    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 1.0)
     moved = before[:3, :3].T @ (robot.state().hand[:3, 3] - before[:3, 3])
     assert moved == pytest.approx([0, 0, 0.02], abs=2e-3)
     assert tell(cartesian, "stop") == OK
     pass_time(clock, cartesian, 0.5)
     rests = robot.state().hand
-    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 0.5)
     assert geometry.distance(robot.state().hand, rests) < 1e-6
 
@@ -270,7 +270,7 @@ def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot
     assert tell(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
     assert tell(cartesian, "stat") == Vocab("ccjc")
     assert tell(cartesian, "wait 0.05") == FAIL
-    assert tell(cartesian, "stat") == cartesian_messages.NOT_CONTROLLING
+    assert tell(cartesian, "stat") == teo_messages.NOT_CONTROLLING
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from whole_chain import detecting_runner, reach_marker
 
 from grabbergui.calibration import camera_info, geometry
-from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,
@@ -27,7 +27,7 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
-from grabbergui.servo.robots import board_messages, cartesian_messages, teo, teo_yarp
+from grabbergui.servo.robots import teo, teo_messages, teo_yarp
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
@@ -39,7 +39,7 @@ from patience import PATIENCE, attempts, until
 # -- messages ------------------------------------------------------------------------------------
 def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
     """A list of two: the vocab's list, then the doubles', each of one type; the layout of PortablePair."""
-    wire = board_messages.velocity_moves(np.radians([1.0, -2.0])).encode()
+    wire = teo_messages.velocity_moves(np.radians([1.0, -2.0])).encode()
     assert wire.hex() == (
         "00010000" "02000000"
         "09010000" "01000000" "766d6f73"
@@ -50,11 +50,11 @@ def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
 @pytest.mark.parametrize(
     ("message", "text"),
     [
-        (board_messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
-        (board_messages.control_modes(board_messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
-        (cartesian_messages.announce(cartesian_messages.TWIST), "[set] [cpsc] [twst]"),
-        (cartesian_messages.stop_control(), "[stop]"),
-        (cartesian_messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
+        (teo_messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
+        (teo_messages.control_modes(teo_messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
+        (teo_messages.announce(teo_messages.TWIST), "[set] [cpsc] [twst]"),
+        (teo_messages.stop_control(), "[stop]"),
+        (teo_messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
     ],
 )
 def test_requests_read_as_the_controllers_document_them(message, text):
@@ -63,17 +63,13 @@ def test_requests_read_as_the_controllers_document_them(message, text):
 
 def test_what_is_written_is_read():
     values = np.array([0.1, -0.2])
-    through = Bottle.decode(board_messages.velocity_moves(values).encode())
-    assert board_messages.read_streamed(through, 2).values == pytest.approx(values)
-    assert board_messages.read_encoders(board_messages.encoders(values), 2) == pytest.approx(values)
+    through = Bottle.decode(teo_messages.velocity_moves(values).encode())
+    assert teo_messages.read_board_command(through, 2).values == pytest.approx(values)
+    assert teo_messages.read_encoders(teo_messages.encoders(values), 2) == pytest.approx(values)
     hand = geometry.pose_from_vector([0.3, -0.2, 0.4, 0.5, 1.0, -0.3])
-    assert cartesian_messages.read_status(
-        cartesian_messages.status(Vocab("ccnc"), hand, 1.5)
-    ) == pytest.approx(hand)
-    assert cartesian_messages.read_status(
-        cartesian_messages.status(Vocab("ccnc"), hand, 1.5)[:7]
-    ) == pytest.approx(hand)
-    twist = cartesian_messages.read_streamed(cartesian_messages.twist(np.arange(6.0)), "twst")
+    assert teo_messages.read_status(teo_messages.status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
+    assert teo_messages.read_status(teo_messages.status(Vocab("ccnc"), hand, 1.5)[:7]) == pytest.approx(hand)
+    twist = teo_messages.read_cartesian_command(teo_messages.twist(np.arange(6.0)), "twst")
     assert twist.tolist() == list(range(6))
 
 
@@ -89,10 +85,10 @@ items = st.recursive(
 @given(st.lists(items, max_size=9))
 def test_no_message_does_worse_than_be_refused(content):
     for read in (
-        cartesian_messages.read_status,
-        lambda bottle: cartesian_messages.read_streamed(bottle, "twst"),
-        lambda bottle: board_messages.read_encoders(bottle, 2),
-        lambda bottle: getattr(board_messages.read_streamed(bottle, 2), "values", None),
+        teo_messages.read_status,
+        lambda bottle: teo_messages.read_cartesian_command(bottle, "twst"),
+        lambda bottle: teo_messages.read_encoders(bottle, 2),
+        lambda bottle: getattr(teo_messages.read_board_command(bottle, 2), "values", None),
     ):
         try:
             result = read(Bottle(content))
@@ -175,7 +171,7 @@ def test_steps_go_by_request(robot, simulated):
 def test_a_controller_that_was_left_obeying_the_hands_axes_obeys_the_bases(names, robot, simulated):
     other = RpcClient("/teoSim/rightArm/CartesianControl/rpc:s", names)
     try:
-        assert other.call(Bottle.from_text("set cpf cpft")) == [board_messages.OK]
+        assert other.call(Bottle.from_text("set cpf cpft")) == [teo_messages.OK]
         start = simulated.state().hand
         until(
             lambda: (

@@ -11,14 +11,12 @@ from PyQt5.QtWidgets import QFileDialog
 import fakes
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.collector import Verdict
-from grabbergui.calibration.coverage import Coverage
+from grabbergui.calibration.collector import Coverage, Verdict
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat, by_name
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, holds, pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating

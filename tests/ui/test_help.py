@@ -7,8 +7,7 @@ from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QWhatsThis
 
 from grabbergui.config.shipped_files import MANUAL
-from grabbergui.doctor import network, software, usb
-from grabbergui.doctor.finding import good, problem
+from grabbergui.doctor import checks, good, problem
 from grabbergui.ui.controllers.help import HelpController
 
 
@@ -29,10 +28,9 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(window_
     def look():
         threads.append(threading.current_thread().name)
         yield good("the network is <fine>")
+        yield problem("no rule", "grabbergui doctor --fix-udev")
 
-    monkeypatch.setattr(network, "check", look)
-    monkeypatch.setattr(usb, "check", lambda: iter([problem("no rule", "grabbergui doctor --fix-udev")]))
-    monkeypatch.setattr(software, "check", lambda: iter(()))
+    monkeypatch.setattr(checks, "check", look)
     window_desk.window.actionDoctor.trigger()
     doctor = window_desk.program.help.doctor
     window_desk.until(lambda: doctor.stateLabel.text() == "1 problem found")

@@ -4,7 +4,7 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.tuning.run import measure_light
 
 
@@ -70,7 +70,7 @@ def test_white_balance_on_a_region(desk):
 
 
 def test_it_can_be_cancelled_and_leaves_everything_as_it_was(desk, monkeypatch):
-    monkeypatch.setattr("grabbergui.models.tuning.exposure.TOLERANCE", -1.0)  # never there
+    monkeypatch.setattr("grabbergui.models.tuning.one_push.EXPOSURE_TOLERANCE", -1.0)  # never there
     desk.window.actionExposeRegion.trigger()
     draw(desk, (50, 50), (250, 200))
     desk.until(lambda: desk.window.picture.tasks.rows and desk.window.picture.tasks.rows[0].textLabel.text())

@@ -6,8 +6,7 @@ from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.picture_view import PictureView
 

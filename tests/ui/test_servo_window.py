@@ -13,8 +13,7 @@ from test_accessibility import controls, spoken_name
 from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.fitted import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.servoing import Entry, Posture, Tuning
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

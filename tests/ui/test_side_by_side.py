@@ -8,7 +8,7 @@ from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui import sources
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.picture.components import MOST_BESIDE, beside
 from grabbergui.models.picture.geometry import scaled_region
 from grabbergui.net.yarp.os.name_client import NameClient

@@ -8,7 +8,7 @@ from PyQt5.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QLabel
 
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.drawing import Purpose

@@ -7,7 +7,7 @@ from PyQt5.QtCore import QItemSelectionModel, Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import NoOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.aravis.device import AravisDevice
 from grabbergui.driver.aravis.library import find_cameras, load
 from grabbergui.driver.camera import Camera

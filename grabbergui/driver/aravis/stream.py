@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import TransportError
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.aravis.library import Failure

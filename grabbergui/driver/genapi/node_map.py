@@ -11,7 +11,6 @@ from typing import Any
 
 from genicam import genapi
 
-from grabbergui.core.companions import automatic_mode_of
 from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
@@ -30,14 +29,12 @@ from grabbergui.core.features import (
     FeatureValue,
 )
 from grabbergui.core.grabber import DeviceEvent
-from grabbergui.core.sfnc import Role
+from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import loading, node_features, port
 from grabbergui.driver.genapi.loading import clean_xml, port_name
-from grabbergui.driver.genapi.map_lock import MapLock
-from grabbergui.driver.genapi.messages import EventReader
 from grabbergui.driver.genapi.node_features import NodeFeature
-from grabbergui.driver.genapi.port import RegisterPort
+from grabbergui.driver.genapi.port import EventReader, MapLock, RegisterPort
 
 log = logging.getLogger(__name__)
 

@@ -9,8 +9,13 @@ of this description waits for it, in this program and in others. Therefore
 - each description that is parsed gets a comment of its own. So it has a semaphore of its own, which nobody
   else will ever wait for, and the process that parses may be killed at any moment.
 
-The results are kept (`known_descriptions`), and one program at a time loads from such a result, so that a
-semaphore that is found then was left by a process that is gone, and is removed.
+The results are kept in the cache folder of the user, and one program at a time loads from such a result, so
+that a semaphore that is found then was left by a process that is gone, and is removed.
+
+Vetting and parsing a description of 3,500 nodes takes a quarter of a second, each time a camera is opened.
+Both depend on its text alone, so their results are kept: `XDG_CACHE_HOME/grabbergui/descriptions`, a folder
+for each description, named after the SHA-256 of its text and of the versions that vetted and parsed it. A
+folder that others can write to is not used, nor an entry that is not as it was written.
 """
 
 from __future__ import annotations
@@ -18,25 +23,28 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import fcntl
+import hashlib
 import logging
 import os
 import re
 import secrets
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 import genicam
 
+import grabbergui
+from grabbergui.core import environment
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import known_descriptions
-from grabbergui.driver.genapi.known_descriptions import Known
 from grabbergui.driver.genapi.vetting import vetted
 
 if sys.platform != "linux":
@@ -108,7 +116,7 @@ def parsed(xml: str) -> Iterator[str]:
     for more than `MOST_CPU` seconds. One caller at a time.
     """
     remove_abandoned()
-    with _own_folder() as ready, known_descriptions.known(xml) if ready else nullcontext() as known:
+    with _own_folder() as ready, known_description(xml) if ready else nullcontext() as known:
         if known is not None:
             result = _cache.folder / known.result_name
             result.write_bytes(known.result)
@@ -117,7 +125,7 @@ def parsed(xml: str) -> Iterator[str]:
                 with _cache.visible():
                     yield known.text
             except BaseException:
-                known_descriptions.forget(xml)
+                forget(xml)
                 raise
             return
         with _Parser() if ready else nullcontext() as parser:  # which starts while this process vets
@@ -130,7 +138,7 @@ def parsed(xml: str) -> Iterator[str]:
         with _cache.visible():
             yield text
         for result in _cache.folder.glob("0x*.bin"):
-            known_descriptions.keep(xml, Known(text, result.name, result.read_bytes()))
+            keep(xml, Known(text, result.name, result.read_bytes()))
 
 
 def remove_abandoned() -> None:
@@ -230,3 +238,125 @@ def _semaphore_of(result: Path) -> Path:
     for letter in name.encode():
         digest = (digest * 33 ^ letter) & 0xFFFF_FFFF_FFFF_FFFF
     return _SEMAPHORES / f"sem.{len(name):02X}{digest:x}{name[:11]}"
+
+
+FORMAT = 1
+"To be raised with every change of what vetting refuses or rewrites."
+MOST_ENTRIES = 24
+"A few megabytes each; beyond that the one that was used longest ago is removed."
+LOCK_PATIENCE = 2.0
+"Seconds to wait for another program that loads the same description."
+
+_TEXT, _RESULT, _DIGEST, _LOCK = "description.xml", "result", "digest", "lock"
+
+
+@dataclass(frozen=True)
+class Known:
+    """The cached results for one description."""
+
+    text: str
+    "The description as GenApi parsed it, vetted and with a comment of its own."
+    result_name: str
+    "The name that GenApi gave to the file of its result."
+    result: bytes
+
+
+@contextlib.contextmanager
+def known_description(xml: str) -> Iterator[Known | None]:
+    """Return the cached results for a description; None if there are none that can be trusted.
+
+    For the length of the block no other program has it, so that GenApi's semaphore of this text can only be
+    taken by a process that is gone.
+    """
+    entry = _folder() / _key(xml)
+    with contextlib.ExitStack() as stack:
+        found = None
+        try:
+            _require_private(entry)
+            _lock(entry, stack)
+            found = _read(entry)
+            os.utime(entry)
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError) as error:
+            log.info("the cached results for this description are not used: %s", error)
+        yield found
+
+
+def keep(xml: str, made: Known) -> None:
+    """Keep what was made of a description that this process has loaded. Failures are logged."""
+    folder = _folder()
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _require_private(folder)
+        entry = folder / _key(xml)
+        new = Path(tempfile.mkdtemp(prefix="new-", dir=folder))
+        try:
+            (new / _TEXT).write_bytes(made.text.encode())
+            (new / _RESULT).write_bytes(made.result)
+            (new / _DIGEST).write_text(f"{_digest(made)} {made.result_name}")
+            (new / _LOCK).touch()
+            if entry.exists():  # spoilt, or made by another program meanwhile
+                shutil.rmtree(entry)
+            new.rename(entry)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+        _remove_oldest(folder)
+    except OSError as error:
+        log.info("a description is not kept: %s", error)
+
+
+def forget(xml: str) -> None:
+    """Remove the cached results for a description: GenApi could not load it."""
+    shutil.rmtree(_folder() / _key(xml), ignore_errors=True)
+
+
+def _folder() -> Path:
+    return environment.cache_home() / "grabbergui" / "descriptions"
+
+
+def _key(xml: str) -> str:
+    versions = f"{FORMAT} {grabbergui.__version__} {genicam.__version__}\n"
+    return hashlib.sha256((versions + xml).encode()).hexdigest()
+
+
+def _digest(made: Known) -> str:
+    parts = (made.text.encode(), made.result_name.encode(), made.result)
+    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
+
+
+def _require_private(folder: Path) -> None:
+    status = folder.stat()
+    if sys.platform == "win32" or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022:
+        raise PermissionError(f"others can write to {folder}")
+
+
+def _lock(entry: Path, stack: contextlib.ExitStack) -> None:
+    """Lock an entry until the stack is left. The kernel frees the lock of a process that is killed."""
+    if sys.platform == "win32":
+        raise OSError("Windows has no flock")
+    handle = os.open(entry / _LOCK, os.O_RDONLY)
+    stack.callback(os.close, handle)
+    deadline = time.monotonic() + LOCK_PATIENCE
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                raise
+        time.sleep(0.01)
+
+
+def _read(entry: Path) -> Known:
+    digest, _, name = (entry / _DIGEST).read_text().partition(" ")
+    found = Known((entry / _TEXT).read_bytes().decode(), name, (entry / _RESULT).read_bytes())
+    if digest != _digest(found) or Path(name).name != name:
+        raise ValueError(f"{entry} is spoilt")
+    return found
+
+
+def _remove_oldest(folder: Path) -> None:
+    by_age = sorted(folder.iterdir(), key=lambda entry: entry.stat().st_mtime, reverse=True)
+    for entry in by_age[MOST_ENTRIES:]:
+        shutil.rmtree(entry, ignore_errors=True)

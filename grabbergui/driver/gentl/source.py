@@ -11,8 +11,7 @@ from pathlib import Path
 
 from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import NoOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gentl.device import GentlDevice
 from grabbergui.driver.gentl.producer import SEARCH_PATH, Producer, installed_producers

@@ -17,9 +17,8 @@ from genicam import gentl
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
-from grabbergui.core.buffers import MEMORY
 from grabbergui.core.errors import LocalProtocolError, TransportError
-from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
@@ -96,7 +95,7 @@ class GentlStream:
         if not 0 < size <= MAX_PAYLOAD_BYTES:
             raise TransportError(f"the camera announces pictures of {size} bytes; check PayloadSize")
         fewest = stream.buffer_announce_min + 1
-        for index in range(max(fewest, min(BUFFERS, MEMORY // size))):
+        for index in range(max(fewest, min(BUFFERS, POOL_MEMORY // size))):
             memory = bytes(size)  # of all types the binding takes only this; the producer writes into it
             self._memory.append(memory)
             buffer = stream.announce_buffer(gentl.BufferToken(memory, index))

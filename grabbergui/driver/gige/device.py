@@ -28,8 +28,7 @@ from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control.channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
 from grabbergui.driver.gige.control.description import fetch_description
 from grabbergui.driver.gige.control.events import MessageChannel
-from grabbergui.driver.gige.control.link import ControlLink
-from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.control.link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
 from grabbergui.driver.gige.discovery.search import FoundDevice

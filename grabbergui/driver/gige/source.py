@@ -10,8 +10,7 @@ from dataclasses import replace
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import GigeUriOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import GigeUriOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.discovery import search

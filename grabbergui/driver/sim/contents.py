@@ -1,15 +1,11 @@
-"""Payloads other than one plain image: components, containers, compressed images, chunk data.
-
-Components follow each other in their order, chunks are last. A GenDC container begins with its descriptor.
-Each chunk is its data, its id and its length. GigE Vision writes id and length big-endian, USB3 Vision
-little-endian; values are in the format of the XML.
-"""
+"""Payloads other than one plain image: components, containers, compressed images, chunk data."""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -21,10 +17,10 @@ from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver import gendc
 from grabbergui.driver.sim.packing import sensor_depth
 from grabbergui.driver.sim.registers import CHUNK_ID_BASE, Chunk
-from grabbergui.driver.sim.video import H264Encoder
 
 if TYPE_CHECKING:
     from grabbergui.driver.sim.settings import FrameSettings
+
 
 FILE_NAME = "frame.raw"
 COMPRESSED_RESERVE = 64 << 10
@@ -251,3 +247,34 @@ def append_chunks(
         tag.pack_into(out.data, position, CHUNK_ID_BASE + chunk, layout.size)
         position += _TAG_BYTES
     return position
+
+
+KEY_PERIOD = 10
+"Images from key frame to key frame."
+_OPTIONS = {"tune": "zerolatency", "preset": "ultrafast", "profile": "baseline", "g": str(KEY_PERIOD)}
+
+
+class H264Encoder:
+    """Encodes the images of one acquisition after another. One thread."""
+
+    def __init__(self) -> None:
+        self._encoder: Any = None
+        self._shape: tuple[int, ...] = ()
+
+    def encode(self, frame_id: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the access unit of an image, (height, width) grey or (height, width, 3) R G B."""
+        import av
+
+        if frame_id == 1 or self._encoder is None or image.shape != self._shape:
+            self._shape = image.shape
+            self._encoder = av.CodecContext.create("libx264", "w")
+            self._encoder.height, self._encoder.width = image.shape[:2]
+            self._encoder.pix_fmt = "yuv420p"
+            self._encoder.time_base = Fraction(1, 30)
+            self._encoder.options = dict(_OPTIONS)
+        kind = "rgb24" if image.ndim == 3 else "gray"
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=kind).reformat(
+            format="yuv420p"
+        )
+        frame.pts = frame_id
+        return np.frombuffer(b"".join(bytes(packet) for packet in self._encoder.encode(frame)), np.uint8)

@@ -11,10 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.component import Component, PayloadType
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProtocolError
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.auto import regulate
-from grabbergui.driver.sim.contents import complete, first_piece
+from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece
 from grabbergui.driver.sim.files import FileControl, FileStore, firmware_version
 from grabbergui.driver.sim.memory import (
     Refusal,
@@ -36,7 +36,6 @@ from grabbergui.driver.sim.settings import (
     update_geometry,
 )
 from grabbergui.driver.sim.timing import DeviceClock, Sequencer, Thermometer, Timing
-from grabbergui.driver.sim.video import H264Encoder
 
 
 @dataclass(frozen=True)

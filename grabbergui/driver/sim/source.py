@@ -13,8 +13,7 @@ from dataclasses import replace
 from grabbergui.core import pfnc
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import SimulatedOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import SimulatedOptions, SourceUri, read_options
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue

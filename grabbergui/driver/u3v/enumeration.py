@@ -19,8 +19,8 @@ import usb.util
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.identity import differs, require_one, require_same
-from grabbergui.driver.u3v import descriptors
-from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor
+from grabbergui.driver.u3v import bootstrap
+from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
 from grabbergui.driver.u3v.usb import BINDING_ERRORS, permission_denied
 
 log = logging.getLogger(__name__)
@@ -67,8 +67,8 @@ def _look_again() -> None:
         with contextlib.suppress(OSError, ValueError):
             present.add((int((folder / "busnum").read_text()), int((folder / "devnum").read_text())))
     newest = _kept[-1]
-    descriptors = map(newest.get_device_descriptor, newest.enumerate_devices())
-    known = {(descriptor.bus, descriptor.address) for descriptor in descriptors}
+    bootstrap = map(newest.get_device_descriptor, newest.enumerate_devices())
+    known = {(descriptor.bus, descriptor.address) for descriptor in bootstrap}
     # Once for each change: what a new context does not see either, it may not see.
     if present not in (known, _looked_at):
         _looked_at = present
@@ -170,14 +170,14 @@ def _examine(backend: Any, device_id: Any) -> UsbCamera | None:
         by_protocol: dict[int, Any] = {}
         for interface in configuration:
             if (interface.bInterfaceClass, interface.bInterfaceSubClass) == (
-                descriptors.MISCELLANEOUS_CLASS,
-                descriptors.U3V_SUBCLASS,
+                bootstrap.MISCELLANEOUS_CLASS,
+                bootstrap.U3V_SUBCLASS,
             ):
                 by_protocol.setdefault(interface.bInterfaceProtocol, interface)
-        control = _bulk_interface(by_protocol.get(descriptors.CONTROL_PROTOCOL))
+        control = _bulk_interface(by_protocol.get(bootstrap.CONTROL_PROTOCOL))
         if control is None or not control.endpoint_out:
             continue
-        described = DeviceInfoDescriptor.find(_extra(by_protocol[descriptors.CONTROL_PROTOCOL]))
+        described = DeviceInfoDescriptor.find(_extra(by_protocol[bootstrap.CONTROL_PROTOCOL]))
         info, guid = _identify(device, described)
         return UsbCamera(
             info=info,
@@ -187,8 +187,8 @@ def _examine(backend: Any, device_id: Any) -> UsbCamera | None:
             bus=device.bus or 0,
             address=device.address or 0,
             control=control,
-            event=_bulk_interface(by_protocol.get(descriptors.EVENT_PROTOCOL)),
-            stream=_bulk_interface(by_protocol.get(descriptors.STREAM_PROTOCOL)),
+            event=_bulk_interface(by_protocol.get(bootstrap.EVENT_PROTOCOL)),
+            stream=_bulk_interface(by_protocol.get(bootstrap.STREAM_PROTOCOL)),
         )
     return None
 
@@ -240,7 +240,7 @@ def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[Devi
     finally:
         usb.util.dispose_resources(device)
     guid = texts.pop("guid")
-    speed = descriptors.SPEED_NAMES.get(device.speed or 0, "")
+    speed = bootstrap.SPEED_NAMES.get(device.speed or 0, "")
     info = DeviceInfo(
         uri=f"u3v:{texts['serial'] or guid or place}",
         bus="USB3 Vision",

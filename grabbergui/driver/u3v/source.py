@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import U3vOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import SourceUri, U3vOptions, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_cameras

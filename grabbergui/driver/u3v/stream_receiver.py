@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import DeviceLostError, GrabberError
-from grabbergui.core.frame import Frame, FrameStatus, time_of_day
+from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.payload_contents import Contents, PayloadReader

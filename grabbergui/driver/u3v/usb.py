@@ -17,8 +17,8 @@ import numpy as np
 import usb.core
 from numpy.typing import NDArray
 
+from grabbergui.core.environment import sudo_command
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
-from grabbergui.core.invocation import sudo_command
 
 log = logging.getLogger(__name__)
 

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core import pfnc
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, GrabberError, SourceNotFoundError
-from grabbergui.core.frame import Frame, FrameStatus, time_of_day
+from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.core.identity import require_one, require_same

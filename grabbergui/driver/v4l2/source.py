@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import NoOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.v4l2.device import V4l2Device
 from grabbergui.driver.v4l2.video import find

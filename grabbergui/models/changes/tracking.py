@@ -8,11 +8,11 @@ from collections.abc import Callable
 
 from typing_extensions import override
 
-from grabbergui.core.companions import is_on, regulated_by_mode, regulating
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.core.sfnc import is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.history import Origin
 from grabbergui.models.changes.journal import ChangeJournal

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 
 
 @contextmanager

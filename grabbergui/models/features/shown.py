@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 
-from grabbergui.core.companions import automatic_mode_of
 from grabbergui.core.features import Category, FeatureDescription, Visibility
+from grabbergui.core.sfnc import automatic_mode_of
 
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
 """Commands that beginners have buttons for, which also start and stop receiving."""

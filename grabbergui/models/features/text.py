@@ -20,8 +20,7 @@ from grabbergui.core.features import (
     format_number,
     format_value,
 )
-from grabbergui.models.driver_texts import driver_text
-from grabbergui.models.language import localized, translate
+from grabbergui.models.language import driver_text, localized, translate
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""

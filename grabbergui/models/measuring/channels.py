@@ -14,8 +14,7 @@ from grabbergui.core import unpacking
 from grabbergui.core.colour import BAYER_SECOND_LINE
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat, by_name
-from grabbergui.core.pixels import for_display
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region, for_display
 
 LEFT_OUT = 0.005
 "Share of the samples at either end that levels fitted to a picture leave out."

@@ -17,8 +17,7 @@ from psygnal import Signal
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
-from grabbergui.core.pixels import for_display
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region, for_display
 from grabbergui.models.measuring.channels import Histogram, Line, measure_histogram, measure_profile
 
 HISTORY_SECONDS = 60.0

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_sink import FrameSink
+from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 
 MOST_FRAMES = 100

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 
 _ROTATIONS = {1: cv2.ROTATE_90_CLOCKWISE, 2: cv2.ROTATE_180, 3: cv2.ROTATE_90_COUNTERCLOCKWISE}
 

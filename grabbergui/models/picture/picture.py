@@ -13,8 +13,7 @@ from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.picture.channels import StreamChannels

@@ -13,9 +13,8 @@ from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.region import Region
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.error_text import error_text
 from grabbergui.models.picture.quantities import ColourScale

@@ -12,11 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.derived import polarisation
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat, by_name
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region, polarisation
 from grabbergui.core.scan3d import Scan3d
 
 COLOUR_MAPS = {

@@ -15,8 +15,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.colour import halved
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.core.pixels import DisplayImage, for_display
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.picture.geometry import Orientation, undistorted
 from grabbergui.models.picture.quantities import (

@@ -1,4 +1,8 @@
-"""One-push: runs one tuning at a time, and restores what it changed if it fails or is cancelled."""
+"""One-push exposure and white balance: one at a time, undone if it fails or is cancelled.
+
+Exposure: the mean of the region is brought to a target by exposure time, then gain. White balance: red and
+blue are brought to green in a region that should be grey.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,30 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from operator import methodcaller
 
 from psygnal import Signal
 
-from grabbergui.core.companions import regulating
-from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.core.pixels import Region
+from grabbergui.core.selection import SettingKey
+from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
 from grabbergui.models.changes.history import Step
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.models.features.text import value_text
+from grabbergui.models.features.text import number_text, value_text
 from grabbergui.models.features.tree import FeatureTreeModel
-from grabbergui.models.language import translate
-from grabbergui.models.tuning.parameters import automatic_once
-from grabbergui.models.tuning.run import TuningCancelledError, TuningError, TuningRun
+from grabbergui.models.language import localized, translate
+from grabbergui.models.tuning.parameters import (
+    Law,
+    TuningParameter,
+    automatic_once,
+    light_factor,
+    switch_to_manual,
+)
+from grabbergui.models.tuning.run import Light, TuningCancelledError, TuningError, TuningRun
 
 log = logging.getLogger(__name__)
 
@@ -136,3 +149,195 @@ def let_camera(run: TuningRun, role: Role) -> str:
     name = run.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
     exposure = run.call(lambda grabber: grabber.feature(name))
     return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))
+
+
+EXPOSURE_TARGET = 0.5
+"Mean of the region, as a part of white."
+EXPOSURE_TOLERANCE = 0.02
+"Difference from the target that is good enough."
+EXPOSURE_STEPS = 16
+
+_MICROSECONDS = ("us", "µs", "usec", "")
+
+
+def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGET) -> str:
+    """Set exposure time and gain so that a region of the frame has the target's mean; return the outcome.
+
+    The time is lengthened before gain is raised, as far as the frame rate allows, and gain is lowered
+    before the time is shortened. Automatic modes are switched off. Raises TuningError where it does not
+    settle, FeatureError, FrameTimeoutError, TransportError.
+    """
+    parameters = run.call(_exposure_parameters)
+    if not parameters:
+        raise FeatureNotFoundError(f"{run.title} has neither exposure time nor gain to set", "ExposureTime")
+    light = run.light(region)
+    for turn in range(EXPOSURE_STEPS):
+        text = translate("Tuning", "{0:.0%} of white, aim {1:.0%} · {2}")
+        run.say(turn / EXPOSURE_STEPS, text.format(light.mean, target, _exposure_text(parameters)))
+        if abs(light.mean - target) <= EXPOSURE_TOLERANCE:
+            text = translate("Tuning", "Exposed: {0:.0%} of white with {1}")
+            return text.format(light.mean, _exposure_text(parameters))
+        if not _adjust_light(run, parameters, light_factor(light.mean, light.saturated, target)):
+            return _at_the_end(light, target, parameters)
+        light = run.light(region)
+    text = translate(
+        "Tuning",
+        "the light did not settle within {0} steps (it is at {1:.0%} of white);"
+        " is the scene moving, or the lamp flickering?",
+    )
+    raise TuningError(text.format(EXPOSURE_STEPS, light.mean))
+
+
+def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
+    """Return exposure time and gain, as far as the camera has them."""
+    found: list[TuningParameter | None] = []
+    if (name := Role.EXPOSURE.find(grabber.has_feature)) is not None:
+        found.append(
+            TuningParameter.of(
+                switch_to_manual(grabber, name), Law.PROPORTIONAL, highest=_longest(grabber, name)
+            )
+        )
+    if (name := Role.GAIN.find(grabber.has_feature)) is not None:
+        gain = switch_to_manual(grabber, name)
+        found.append(TuningParameter.of(gain, Law.DECIBEL if gain.unit.lower() == "db" else Law.UNKNOWN))
+    return [parameter for parameter in found if parameter is not None]
+
+
+def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
+    """Return the longest exposure time that the current frame rate allows; None if it is not known."""
+    rate = Role.FRAME_RATE.find(grabber.has_feature)
+    hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
+    if not isinstance(hertz, int | float) or hertz <= 0:
+        return None
+    return 1e6 / hertz if grabber.feature(exposure).unit in _MICROSECONDS else None
+
+
+def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: float) -> bool:
+    """Turn the first parameter that leads anywhere. Whether there was one."""
+    for parameter in parameters if factor > 1 else reversed(parameters):
+        value = parameter.proposed(factor)
+        if value is None:
+            continue
+        parameter.feature = run.call(methodcaller("write_feature", parameter.feature.name, value))
+        if isinstance(parameter.feature.value, int | float):
+            parameter.search.accept(parameter.feature.value)
+        return True
+    return False
+
+
+def _at_the_end(light: Light, target: float, parameters: list[TuningParameter]) -> str:
+    if light.mean < target:
+        text = translate(
+            "Tuning",
+            "As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2};"
+            " more light, or a lower frame rate, would help",
+        )
+    else:
+        text = translate(
+            "Tuning",
+            "As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help",
+        )
+    return text.format(light.mean, target, _exposure_text(parameters))
+
+
+def _exposure_text(parameters: list[TuningParameter]) -> str:
+    return ", ".join(value_text(parameter.feature) for parameter in parameters)
+
+
+BALANCE_TOLERANCE = 0.01
+"Difference of red and blue from green, as a part of green, that is good enough."
+BALANCE_STEPS = 12
+DARKEST = 0.03
+"Part of white below which noise decides on the colour."
+MOST_SATURATED = 0.1
+"Fraction of white pixels above which their colour is lost."
+
+COLOURS = {"R": "Red", "B": "Blue"}
+"Channel to the entry of BalanceRatioSelector; green stays."
+
+
+def balance(run: TuningRun, region: Region | None) -> str:
+    """Set the balance ratios of red and blue so that a region of the frame is grey; return the outcome.
+
+    The automatic mode is switched off. Raises TuningError if the region is not measurable or does not settle,
+    FeatureError, FrameTimeoutError, TransportError.
+    """
+    parameters = run.call(_balance_parameters)
+    light = _usable(run.light(region))
+    for turn in range(BALANCE_STEPS):
+        off = {channel: light.channels["G"] / max(light.channels[channel], 1e-6) for channel in COLOURS}
+        text = translate("Tuning", "red {0:.0%}, blue {1:.0%} of green")
+        run.say(turn / BALANCE_STEPS, text.format(1 / off["R"], 1 / off["B"]))
+        wanted = {channel: factor for channel, factor in off.items() if abs(factor - 1) > BALANCE_TOLERANCE}
+        if not wanted:
+            return translate("Tuning", "Balanced: {0}").format(_balance_text(parameters))
+        if not _adjust_colours(run, parameters, wanted):
+            text = translate("Tuning", "As grey as it gets, with {0}; another light would help")
+            return text.format(_balance_text(parameters))
+        light = _usable(run.light(region))
+    text = translate(
+        "Tuning", "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?"
+    )
+    raise TuningError(text.format(BALANCE_STEPS))
+
+
+def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
+    """Return the ratio of each channel to be turned."""
+    name = Role.BALANCE_RATIO.find(grabber.has_feature)
+    if name is None:
+        raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
+    switch_to_manual(grabber, name)
+    path = grabber.selectors.of(name)
+    found: dict[str, TuningParameter] = {}
+    for channel, entry in COLOURS.items():
+        key, parameter = SettingKey(name, tuple((selector, entry) for selector in path)), None
+        with suppress(FeatureError):
+            parameter = (
+                TuningParameter.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key) if path else None
+            )
+        if parameter is None:
+            raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
+        found[channel] = parameter
+    return found
+
+
+def _usable(light: Light) -> Light:
+    if not light.coloured:
+        raise TuningError(
+            translate(
+                "Tuning", "there is no colour in this pixel format; choose an RGB or a Bayer format first"
+            )
+        )
+    if light.saturated > MOST_SATURATED:
+        text = translate(
+            "Tuning", "{0:.0%} of the region is saturated and has lost its colour; set the exposure first"
+        )
+        raise TuningError(text.format(light.saturated))
+    if light.mean < DARKEST:
+        text = translate("Tuning", "the region is too dark ({0:.1%} of white); set the exposure first")
+        raise TuningError(localized(text.format(light.mean)))
+    return light
+
+
+def _adjust_colours(run: TuningRun, parameters: dict[str, TuningParameter], wanted: dict[str, float]) -> bool:
+    """Turn the ratios of these channels. Whether any of them leads anywhere."""
+    values = {channel: parameters[channel].proposed(factor) for channel, factor in wanted.items()}
+
+    def write(grabber: ChangeTrackingGrabber) -> None:
+        for channel, value in values.items():
+            parameter = parameters[channel]
+            if value is None:
+                continue
+            parameter.feature = grabber.write_setting(parameter.key, value).feature
+            if isinstance(parameter.feature.value, int | float):
+                parameter.search.accept(parameter.feature.value)
+
+    if all(value is None for value in values.values()):
+        return False
+    run.call(write)
+    return True
+
+
+def _balance_text(parameters: dict[str, TuningParameter]) -> str:
+    red, blue = (number_text(parameters[channel].search.value, 4) for channel in COLOURS)
+    return translate("Tuning", "red {0}, blue {1}").format(red, blue)

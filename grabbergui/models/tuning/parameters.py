@@ -11,11 +11,10 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from grabbergui.core.companions import automatic_mode_of, switched_off
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey
-from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.core.sfnc import AUTO_ONCE, Role, automatic_mode_of, switched_off
 from grabbergui.models.features.scale import nearest_allowed
 
 STRONGEST = 8.0

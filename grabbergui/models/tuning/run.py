@@ -13,7 +13,7 @@ import numpy as np
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportError
 from grabbergui.core.frame import Frame
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.changes.history import Direction, Step
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.changes.undoing import write_values

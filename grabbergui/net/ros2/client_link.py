@@ -10,12 +10,11 @@ from typing import Any
 
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.net.feature_json import error_of, loads, read_info
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
 from grabbergui.net.ros2.pictures import IMAGE_TYPE, Publisher, publishers_of
 from grabbergui.net.ros2.runtime import require_interfaces
-from grabbergui.net.tree import TreeFeatures
+from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
 
 SERVICE_TIMEOUT = 3.0
 """Seconds that a service has to appear once its node has, and then for its first answer."""

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
-from grabbergui.core.companions import as_editable
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature, FeatureValue, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.sfnc import as_editable
 from grabbergui.net.ros2.parameter_values import SLIDER, TYPES, accepted, descriptor_of, message_of, type_of
 
 log = logging.getLogger(__name__)

@@ -14,8 +14,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from grabbergui.core.environment import shell_command
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.core.invocation import shell_command
 
 log = logging.getLogger(__name__)
 

@@ -8,11 +8,9 @@ from typing import Any
 from grabbergui.core.errors import FeatureValueError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.feature_json import dumps
-from grabbergui.net.feature_modes import FeatureModes
-from grabbergui.net.numbered_features import FeatureId, FeatureMode, NumberedFeatures
+from grabbergui.net.numbered_features import FeatureId, FeatureMode, FeatureModes, NumberedFeatures
 from grabbergui.net.ros2.runtime import require_interfaces
-from grabbergui.net.tree import Terminal, TreeService, no_terminal
+from grabbergui.net.tree import Terminal, TreeService, dumps, no_terminal
 
 
 class GrabberServices:

@@ -9,8 +9,7 @@ import time
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import Ros2Options, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 
 

@@ -10,7 +10,7 @@ from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev import grabber_values
 from grabbergui.net.yarp.dev.grabber_rpc import (
     Call,
     Operation,
@@ -96,8 +96,8 @@ class GrabberLink:
         return self.ours or self.ask(Operation.WIDTH).ok
 
     def _ask_tree(self, verb: str, *arguments: str) -> Any:
-        reply = self._rpc.call(grabber_tree.request(verb, *arguments), TREE_TIMEOUT)
-        return grabber_tree.read_reply(reply or Bottle())
+        reply = self._rpc.call(grabber_values.tree_request(verb, *arguments), TREE_TIMEOUT)
+        return grabber_values.read_tree_reply(reply or Bottle())
 
     def check(self) -> None:
         """Raise TransportError or SourceNotFoundError if the server does not answer."""
@@ -115,10 +115,10 @@ class GrabberLink:
 
         Both kinds answer a word they don't know with a word, and none of these requests hangs one of them.
         """
-        reply = self._rpc.call(grabber_tree.request("hello"), self._timeout)
+        reply = self._rpc.call(grabber_values.tree_request("hello"), self._timeout)
         self.silent = reply is None
-        if reply and grabber_tree.understood(reply):
-            self._camera = grabber_tree.read_hello(reply)
+        if reply and grabber_values.tree_understood(reply):
+            self._camera = grabber_values.read_tree_hello(reply)
             return Dialect.YARP3, True
         width = self._rpc.call(encode_request(Call(Operation.WIDTH, dialect=Dialect.YARP4)), self._timeout)
         if width and isinstance(width[0], list):

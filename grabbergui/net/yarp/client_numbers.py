@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from grabbergui.core.companions import automatic_mode_of, switched_off
 from grabbergui.core.errors import FeatureAccessError, FeatureError
 from grabbergui.core.features import (
     AccessMode,
@@ -18,7 +17,7 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of, switched_off
 from grabbergui.net.numbered_features import BALANCE_SELECTOR, BLUE, RED, ROLES, FeatureId, FeatureMode
 from grabbergui.net.yarp.dev.grabber_rpc import Operation, Reply
 from grabbergui.net.yarp.dev.grabber_values import Value

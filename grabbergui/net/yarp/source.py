@@ -8,8 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
-from grabbergui.core.source_options import YarpOptions, read_options
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.yarp.client import BUS, YarpGrabber
 from grabbergui.net.yarp.client_link import GrabberLink
 from grabbergui.net.yarp.os import carrier

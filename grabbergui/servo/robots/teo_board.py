@@ -16,11 +16,11 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Dialect, Item, Stamp, Vocab, word
-from grabbergui.servo.robots import board_messages as messages
+from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import STEP_SPEED, SimRobot
 
 PROTOCOL = (1, 9, 0)
@@ -141,7 +141,7 @@ class SimulatedBoard:
         return Bottle([Bottle(status, specialised=False), *values]).encode(Dialect.YARP4)
 
     def _command(self, request: Request) -> None:
-        command = messages.read_streamed(request.bottle(), self._joints)
+        command = messages.read_board_command(request.bottle(), self._joints)
         with self._lock:
             if command is None:
                 return

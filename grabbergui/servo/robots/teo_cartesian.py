@@ -17,13 +17,13 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
-from grabbergui.servo.robots import cartesian_messages as messages
-from grabbergui.servo.robots.board_messages import FAIL, OK, degrees, numbers
+from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.teo_messages import FAIL, OK, degrees, numbers
 
 MOVING = {"movj": Vocab("ccjc"), "relj": Vocab("ccjc"), "movl": Vocab("cclc"), "movv": Vocab("ccvc")}
 "The states in which motions are."
@@ -122,7 +122,7 @@ class SimulatedCartesian:
         with self._changed:
             # As the reference: a stream is obeyed only once it has been announced.
             announced = word(self._settings["cpsc"])
-            values = messages.read_streamed(message, announced)
+            values = messages.read_cartesian_command(message, announced)
             if values is None:
                 return
             if announced == "twst":

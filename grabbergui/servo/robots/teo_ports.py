@@ -8,7 +8,7 @@ import time
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import board_messages, cartesian_messages
+from grabbergui.servo.robots import teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
@@ -27,7 +27,7 @@ class TeoPorts:
         names: NameClient,
         prefix: str = "/teoSim",
         dialect: Dialect = Dialect.YARP3,
-        pose_word: Vocab = cartesian_messages.POSE_WORDS[-1],
+        pose_word: Vocab = teo_messages.POSE_WORDS[-1],
     ) -> None:
         """`dialect` is that of the YARP behind all ports, `pose_word` as for SimulatedCartesian."""
         self._robot = robot
@@ -73,4 +73,4 @@ class TeoPorts:
         self._arm.step()
         state = self._robot.state()
         if state.arm is not None:
-            self._arm_encoders.write(board_messages.encoders(state.arm).encode(self._dialect))
+            self._arm_encoders.write(teo_messages.encoders(state.arm).encode(self._dialect))

@@ -22,9 +22,9 @@ from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import board_messages, cartesian_messages, teo
-from grabbergui.servo.robots.leading import leading_hand, leading_head
+from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.robot import Robot, RobotState
+from grabbergui.servo.robots.trajectories import leading_hand, leading_head
 
 log = logging.getLogger(__name__)
 
@@ -70,7 +70,7 @@ class TeoOverYarp(Robot):
         self._mode: Vocab | None = None
         self._announced: Vocab | None = None
         "The kind of command that the arm's controller was made ready for."
-        self._pose_words = cartesian_messages.POSE_WORDS
+        self._pose_words = teo_messages.POSE_WORDS
         self._leading_head, self._leading_hand = leading_head(), leading_hand()
         self._stops = 0
         "How many there were; a command during which one came is not sent any more."
@@ -94,9 +94,9 @@ class TeoOverYarp(Robot):
             raise
         self._connect_arm_encoders()
         self._running.set()
-        self._listen("head", self._head_state, lambda bottle: board_messages.read_encoders(bottle, 2))
-        self._listen("hand", self._arm_state, cartesian_messages.read_status)
-        self._listen("arm", self._arm_encoders, lambda bottle: board_messages.read_encoders(bottle, 6))
+        self._listen("head", self._head_state, lambda bottle: teo_messages.read_encoders(bottle, 2))
+        self._listen("hand", self._arm_state, teo_messages.read_status)
+        self._listen("arm", self._arm_encoders, lambda bottle: teo_messages.read_encoders(bottle, 6))
 
     def close(self) -> None:
         """See Robot."""
@@ -124,8 +124,8 @@ class TeoOverYarp(Robot):
         if self._listen_only:
             return
         stops = self._stops
-        self._set_mode(board_messages.VELOCITY_MODE, stops)
-        command = board_messages.velocity_moves(velocity, self._board)
+        self._set_mode(teo_messages.VELOCITY_MODE, stops)
+        command = teo_messages.velocity_moves(velocity, self._board)
         self._send(self._head_commands, command.encode(self._board), stops)
 
     def lead_head(self, velocity: Vector, seconds: float) -> None:
@@ -133,9 +133,9 @@ class TeoOverYarp(Robot):
         if self._listen_only or not np.any(velocity):
             return
         stops = self._stops
-        self._set_mode(board_messages.DIRECT_MODE, stops)
+        self._set_mode(teo_messages.DIRECT_MODE, stops)
         target = self._leading_head.advance(self._reading().head, velocity, seconds, time.monotonic())
-        positions = board_messages.direct_positions(self.model.head.clamped(target), self._board)
+        positions = teo_messages.direct_positions(self.model.head.clamped(target), self._board)
         self._send(self._head_commands, positions.encode(self._board), stops)
 
     def step_head(self, move: Vector) -> None:
@@ -143,16 +143,16 @@ class TeoOverYarp(Robot):
         if self._listen_only:
             return
         stops = self._stops
-        self._set_mode(board_messages.POSITION_MODE, stops)
-        self._ask(self._head_rpc, board_messages.relative_moves(move, self._board))
+        self._set_mode(teo_messages.POSITION_MODE, stops)
+        self._ask(self._head_rpc, teo_messages.relative_moves(move, self._board))
 
     def move_hand(self, twist: Vector) -> None:
         """See Robot. Getting the controller ready takes it 0.1 s: its drives change their mode."""
         if self._listen_only:
             return
         stops = self._stops
-        self._announce((cartesian_messages.TWIST,), stops)
-        self._send(self._arm_commands, cartesian_messages.twist(twist).encode(self._controller), stops)
+        self._announce((teo_messages.TWIST,), stops)
+        self._send(self._arm_commands, teo_messages.twist(twist).encode(self._controller), stops)
 
     def lead_hand(self, twist: Vector, seconds: float) -> None:
         """See Robot. Streams poses to a controller whose drives are in position direct mode."""
@@ -161,7 +161,7 @@ class TeoOverYarp(Robot):
         stops = self._stops
         word = self._announce(self._pose_words, stops)
         target = self._leading_hand.advance(self._reading().hand, twist, seconds, time.monotonic())
-        pose = cartesian_messages.streamed_pose(target, word)
+        pose = teo_messages.streamed_pose(target, word)
         self._send(self._arm_commands, pose.encode(self._controller), stops)
 
     def stop(self) -> bool:
@@ -175,18 +175,18 @@ class TeoOverYarp(Robot):
         with self._sending:
             self._stops += 1
             if self._announced not in self._pose_words:
-                still = cartesian_messages.twist(np.zeros(6))
+                still = teo_messages.twist(np.zeros(6))
                 self._arm_commands.write(still.encode(self._controller))
-            if self._mode in (None, board_messages.VELOCITY_MODE):
-                still = board_messages.velocity_moves(np.zeros(2), self._board)
+            if self._mode in (None, teo_messages.VELOCITY_MODE):
+                still = teo_messages.velocity_moves(np.zeros(2), self._board)
                 self._head_commands.write(still.encode(self._board))
             self._announced = self._mode = None
             self._leading_head.forget()
             self._leading_hand.forget()
         delivered = True
         for client, request in (
-            (self._head_stop, board_messages.stop_all(self._board)),
-            (self._arm_stop, cartesian_messages.stop_control()),
+            (self._head_stop, teo_messages.stop_all(self._board)),
+            (self._arm_stop, teo_messages.stop_control()),
         ):
             try:
                 self._ask(client, request, _STOP_TIMEOUT)
@@ -203,11 +203,11 @@ class TeoOverYarp(Robot):
         board, controller = self._find_dialects()
         head, arm = f"{self._remote}{HEAD}", f"{self._remote}{ARM}"
         twist, velocity = (
-            cartesian_messages.twist(np.zeros(6)),
-            board_messages.velocity_moves(np.zeros(2), board),
+            teo_messages.twist(np.zeros(6)),
+            teo_messages.velocity_moves(np.zeros(2), board),
         )
-        stop, axes = board_messages.stop_all(board), board_messages.axes(board)
-        stop_arm, status = cartesian_messages.stop_control(), cartesian_messages.ask_status()
+        stop, axes = teo_messages.stop_all(board), teo_messages.axes(board)
+        stop_arm, status = teo_messages.stop_control(), teo_messages.ask_status()
         server = self._names.server
 
         def channel(kind: str, port: str, dialect: Dialect, **messages: Bottle) -> dict[str, str]:
@@ -251,7 +251,7 @@ class TeoOverYarp(Robot):
         if self._dialects is None:
             board = self._find_board()
             # The controller's words are the same in both; the type codes of its numbers differ.
-            status = self._arm_rpc.call(cartesian_messages.ask_status())
+            status = self._arm_rpc.call(teo_messages.ask_status())
             controller = Dialect.YARP3 if status is None or status.dialect is None else status.dialect
             self._dialects = board, controller
             for client in (self._arm_rpc, self._arm_stop):
@@ -264,12 +264,12 @@ class TeoOverYarp(Robot):
 
         A name may be registered still though its port is gone, so one that answers is taken.
         """
-        for dialect, suffix in board_messages.RPC_PORTS.items():
+        for dialect, suffix in teo_messages.RPC_PORTS.items():
             for client in (self._head_rpc, self._head_stop):
                 client.close()
                 client.target, client.dialect = f"{self._remote}{HEAD}{suffix}", dialect
             try:
-                self._ask(self._head_rpc, board_messages.axes(dialect))
+                self._ask(self._head_rpc, teo_messages.axes(dialect))
                 break
             except GrabberError:
                 if dialect is Dialect.YARP3:
@@ -284,7 +284,7 @@ class TeoOverYarp(Robot):
 
     def _set_mode(self, mode: Vocab, stops: int) -> None:
         if self._mode != mode:
-            self._ask(self._head_rpc, board_messages.control_modes(mode, 2, self._board))
+            self._ask(self._head_rpc, teo_messages.control_modes(mode, 2, self._board))
             with self._sending:
                 self._check(stops)
                 self._mode = mode
@@ -295,10 +295,10 @@ class TeoOverYarp(Robot):
         if self._announced in commands:
             return self._announced  # type: ignore[return-value]
         # Another client may have left it obeying motions along the hand's axes.
-        self._ask(self._arm_rpc, cartesian_messages.base_frame())
+        self._ask(self._arm_rpc, teo_messages.base_frame())
         for command in commands:
             try:
-                self._ask(self._arm_rpc, cartesian_messages.announce(command))
+                self._ask(self._arm_rpc, teo_messages.announce(command))
             except _RefusedError:
                 if command == commands[-1]:
                     raise
@@ -324,7 +324,7 @@ class TeoOverYarp(Robot):
 
     def _ask(self, client: RpcClient, request: Bottle, timeout: float = 1.0) -> None:
         reply = client.call(request.encode(client.dialect), timeout)
-        if not board_messages.succeeded(reply):
+        if not teo_messages.succeeded(reply):
             raise _RefusedError(f"{client.target} refused {request.to_text()}: {reply}")
 
     def _listen(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:

@@ -20,7 +20,7 @@ from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, Robo
 from grabbergui.servo.robots.tiago_controllers import ACTIVE, Choice, Drive, Kind
 from grabbergui.servo.robots.tiago_manager import ControllerManager, start_servo_node
 from grabbergui.servo.robots.tiago_parts import HOLD_S, Part
-from grabbergui.servo.ros2_packages import ROBOT, require_packages
+from grabbergui.servo.ros2 import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 

@@ -15,14 +15,13 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.frames_ros2 import publish_frame
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
 from grabbergui.servo.robots.trajectories import Follower
-from grabbergui.servo.ros2_packages import ROBOT, require_packages
+from grabbergui.servo.ros2 import ROBOT, publish_frame, require_packages
 
 log = logging.getLogger(__name__)
 

@@ -80,13 +80,12 @@ class HelpController(QObject):
 
     def _examine(self, dialog: DoctorDialog) -> None:
         # Not with the window: nothing else needs these checks, nor what they look at.
-        from grabbergui.doctor import network, software, usb
+        from grabbergui.doctor import checks
 
-        for checks in (network, usb, software):
-            for finding in checks.check():
-                if self.doctor is not dialog:
-                    return
-                self._bridge.call(partial(self._tell, dialog, partial(dialog.addFinding, finding)))
+        for finding in checks.check():
+            if self.doctor is not dialog:
+                return
+            self._bridge.call(partial(self._tell, dialog, partial(dialog.addFinding, finding)))
         self._bridge.call(partial(self._tell, dialog, dialog.finish))
 
     def _tell(self, dialog: DoctorDialog, report: Callable[[], None]) -> None:

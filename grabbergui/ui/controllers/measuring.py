@@ -8,7 +8,7 @@ from PyQt5.QtCore import QLineF, QObject, QRectF
 from PyQt5.QtWidgets import QAction, QDockWidget
 
 from grabbergui.core.frame import Frame
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.connection import Connection
 from grabbergui.models.language import localized
 from grabbergui.models.measuring.channels import Line

@@ -9,7 +9,7 @@ from PyQt5.QtCore import QObject
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.history import Step
 from grabbergui.models.connection import Connection
@@ -17,10 +17,8 @@ from grabbergui.models.features import sensor_region
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.tuning.exposure import expose
-from grabbergui.models.tuning.one_push import OnePush, Tuning, has_once, let_camera
+from grabbergui.models.tuning.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
 from grabbergui.models.tuning.run import TuningRun
-from grabbergui.models.tuning.white_balance import balance
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.camera_work import CameraAbility
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions

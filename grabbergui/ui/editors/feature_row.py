@@ -10,8 +10,8 @@ from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from grabbergui.core.companions import as_editable
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
+from grabbergui.core.sfnc import as_editable
 from grabbergui.models.features.scale import SliderScale
 from grabbergui.models.features.text import CODED, breakable, tooltip_html
 from grabbergui.ui.editors.choice_editor import AutoButton, ChoiceEditor

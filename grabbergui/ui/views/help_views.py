@@ -29,7 +29,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.doctor.finding import Finding, Level
+from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LINES, LogLine
 from grabbergui.ui.loader import load_form

@@ -7,7 +7,7 @@ from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PyQt5.QtWidgets import QSizePolicy, QStyleOptionGraphicsItem, QWidget
 
-from grabbergui.calibration.coverage import GRID, Counts, Coverage
+from grabbergui.calibration.collector import GRID, Counts, Coverage
 from grabbergui.ui.widgets.picture_items import PictureOverlay
 
 ENOUGH = 12

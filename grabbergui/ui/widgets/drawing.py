@@ -8,7 +8,7 @@ from enum import Enum
 from PyQt5.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent, QMouseEvent
 
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.measuring.channels import Line
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_marks import Mark

@@ -9,8 +9,7 @@ from PyQt5.QtCore import QEvent, QPointF, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QWidget
 
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.ui.widgets.picture_items import DIMMED, PictureItem, PixelValues
 from grabbergui.ui.widgets.picture_marks import PictureMarks
 

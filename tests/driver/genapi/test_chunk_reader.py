@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from grabbergui import sources
 from grabbergui.driver import acquisition
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi.messages import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
+from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE
 

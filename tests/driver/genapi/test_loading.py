@@ -13,8 +13,8 @@ import pytest
 from genicam import genapi
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import known_descriptions, loading, parse_cache
-from grabbergui.driver.genapi.known_descriptions import Known
+from grabbergui.driver.genapi import loading, parse_cache
+from grabbergui.driver.genapi.parse_cache import Known
 from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
@@ -167,7 +167,7 @@ def test_what_genapi_cannot_load_is_kept_no_longer(cache, monkeypatch):
     """Otherwise that camera could not be opened until somebody removes the file."""
     loading.load(LARGE)
     with monkeypatch.context() as patch:
-        patch.setattr(known_descriptions, "_read", lambda entry: Known("<no description", "0x00.bin", b""))
+        patch.setattr(parse_cache, "_read", lambda entry: Known("<no description", "0x00.bin", b""))
         with pytest.raises((genapi.GenericException, RuntimeError)):
             loading.load(LARGE)
 
@@ -176,16 +176,16 @@ def test_what_genapi_cannot_load_is_kept_no_longer(cache, monkeypatch):
 
 
 def test_the_cache_keeps_what_was_used_last(cache, monkeypatch):
-    monkeypatch.setattr(known_descriptions, "MOST_ENTRIES", 2)
+    monkeypatch.setattr(parse_cache, "MOST_ENTRIES", 2)
     texts = [f"description {number}" for number in range(3)]
     for age, text in zip((20, 30, 0), texts, strict=True):
-        known_descriptions.keep(text, Known(text, "0x00.bin", b""))
-        entry = cache / known_descriptions._key(text)
+        parse_cache.keep(text, Known(text, "0x00.bin", b""))
+        entry = cache / parse_cache._key(text)
         os.utime(entry, (time.time() - age, time.time() - age))
-    known_descriptions.keep(texts[2], Known(texts[2], "0x00.bin", b""))
+    parse_cache.keep(texts[2], Known(texts[2], "0x00.bin", b""))
 
     def kept(text: str) -> bool:
-        with known_descriptions.known(text) as found:
+        with parse_cache.known_description(text) as found:
             return found is not None
 
     assert [kept(text) for text in texts] == [True, False, True]

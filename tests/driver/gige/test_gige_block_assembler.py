@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from grabbergui.core.buffers import BufferPool
+from grabbergui.core.frame import BufferPool
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream.assembler import BlockAssembler

@@ -16,11 +16,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import IpConfigurationBit
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.ip_configuration import (
-    check_addresses,
-    keep_address,
-    read_configuration,
-)
+from grabbergui.driver.gige.discovery.commands import check_addresses, keep_address, read_configuration
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults

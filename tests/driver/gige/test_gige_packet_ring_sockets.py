@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from packet_sockets import may_open_packet_sockets
 
-from grabbergui.core.buffers import BufferPool
+from grabbergui.core.frame import BufferPool
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream import packet_ring

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from grabbergui.core.buffers import MOST
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, SourceNotFoundError, UsageError
+from grabbergui.core.frame import MOST_BUFFERS
 from grabbergui.core.grabber import Access
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
@@ -142,13 +142,13 @@ def test_each_create_is_a_camera_of_its_own(streaming):
 
 def test_held_frames_cost_underruns_not_memory(streaming):
     device, take = streaming
-    frames = take(MOST)
+    frames = take(MOST_BUFFERS)
     first = frames[0].payload.copy()
     deadline = time.monotonic() + PATIENCE
     while device.stream_statistics().underruns == 0 and time.monotonic() < deadline:
         time.sleep(0.01)
     assert device.stream_statistics().underruns > 0
-    assert len(frames) == MOST and np.array_equal(frames[0].payload, first)
+    assert len(frames) == MOST_BUFFERS and np.array_equal(frames[0].payload, first)
 
 
 def test_a_consumer_that_fails_does_not_end_the_stream(caplog):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from u3v_frames import grab
 
-from grabbergui.core import buffers
+from grabbergui.core import frame as frame_module
 from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceStatusError,
@@ -50,7 +50,7 @@ def test_fifty_frames_arrive_whole(plug_in) -> None:
 
 
 def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in, monkeypatch) -> None:
-    monkeypatch.setattr(buffers, "MOST", 32)
+    monkeypatch.setattr(frame_module, "MOST_BUFFERS", 32)
     _, device = plug_in()
     camera = Camera(device)
     camera.open()

@@ -18,8 +18,8 @@ from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, STREAM_IN
 from grabbergui.driver.sim.u3v.device import U3vFaults
+from grabbergui.driver.sim.u3v.registers import CONTROL_IN, STREAM_IN
 from grabbergui.driver.u3v.device import U3vDevice
 from patience import PATIENCE, until
 

@@ -10,8 +10,7 @@ from u3v_bench import DATA, records
 from grabbergui.core.errors import DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.bootstrap import Abrm, Sbrm, read_description, string
-from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor, split
+from grabbergui.driver.u3v.bootstrap import Abrm, DeviceInfoDescriptor, Sbrm, read_description, split, string
 from grabbergui.driver.u3v.enumeration import BulkInterface
 from grabbergui.driver.u3v.gencp import CommandId, Packet
 from grabbergui.driver.u3v.register_access import RegisterAccess

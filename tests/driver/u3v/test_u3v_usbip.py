@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.registers import serial_at
 from grabbergui.driver.sim.u3v import usbip
-from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, EVENT_IN
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+from grabbergui.driver.sim.u3v.registers import CONTROL_IN, EVENT_IN
 from grabbergui.driver.sim.u3v.serve import Via, place_of, serve
 from grabbergui.driver.sim.u3v.usbip import UsbIpServer, _free_port
 from grabbergui.driver.u3v import gencp

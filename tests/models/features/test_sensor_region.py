@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import source
 from grabbergui.models.features import sensor_region

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frames import frame_of
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.measuring.channels import Line, measure_histogram, measure_profile
 from grabbergui.models.measuring.measurement import (
     HISTORY_SECONDS,

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.picture.geometry import Orientation
 
 ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for y in (False, True)]

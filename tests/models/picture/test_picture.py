@@ -10,7 +10,7 @@ from fakes import ScriptedGrabber
 from grabbergui.core import pfnc
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.frame import Frame
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.picture.picture import PictureModel
 from patience import until
 

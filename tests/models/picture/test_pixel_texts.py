@@ -1,8 +1,7 @@
 import numpy as np
 
 from frames import frame_of
-from grabbergui.core.pixels import DisplayImage
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import Picture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frames import frame_of
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.models.picture.quantities import NO_DATA, ColourScale, Levels, PolarisedView, quantity_of
 from grabbergui.models.picture.rendering import DisplaySettings, render

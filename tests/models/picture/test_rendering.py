@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from frames import frame_of
-from grabbergui.core.pixels import for_display
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region, for_display
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.quantities import COLOUR_MAPS, Levels
 from grabbergui.models.picture.rendering import (

@@ -6,7 +6,7 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.picture.geometry import distorted_pixel, undistorted
 from grabbergui.models.picture.rendering import DisplaySettings, render
 

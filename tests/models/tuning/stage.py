@@ -8,7 +8,7 @@ import numpy as np
 from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.tree import FeatureTreeModel

@@ -5,7 +5,7 @@ from stage import REGION, on
 
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.undoing import revert
-from grabbergui.models.tuning.exposure import MOST_STEPS, TOLERANCE, expose
+from grabbergui.models.tuning.one_push import EXPOSURE_STEPS, EXPOSURE_TOLERANCE, expose
 from patience import Stopwatch, allowance
 
 
@@ -13,9 +13,9 @@ from patience import Stopwatch, allowance
 def test_exposure_finds_the_target_without_any_automatic(stage, light):
     s = stage(light=light)
     assert "Exposed" in s.run(on(REGION, expose)), s.failures
-    assert s.light().mean == pytest.approx(0.5, abs=TOLERANCE)
+    assert s.light().mean == pytest.approx(0.5, abs=EXPOSURE_TOLERANCE)
     assert 0.0 <= s.said[0][0] <= s.said[-1][0] < 1.0
-    assert len(s.said) <= MOST_STEPS
+    assert len(s.said) <= EXPOSURE_STEPS
 
 
 def test_the_time_grows_up_to_the_frame_rates_room_and_gain_does_the_rest(stage):
@@ -56,6 +56,6 @@ def test_exposure_on_a_region_of_the_simulated_camera(sim, options):
     with Stopwatch() as watch:
         assert "Exposed" in s.run(on(REGION, expose)), s.failures
     # The scene wanders, so a little more than the tolerance is allowed.
-    assert s.light().mean == pytest.approx(0.5, abs=2 * TOLERANCE)
+    assert s.light().mean == pytest.approx(0.5, abs=2 * EXPOSURE_TOLERANCE)
     assert s.value("ExposureAuto") == "Off"
     assert watch.seconds < 20 * allowance()

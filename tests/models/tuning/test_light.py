@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frames import frame_of
-from grabbergui.core.region import Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.tuning.run import measure_light
 
 

@@ -8,7 +8,7 @@ from stage import REGION, on
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.tuning import run as tuning_run
-from grabbergui.models.tuning.exposure import MOST_STEPS, expose
+from grabbergui.models.tuning.one_push import EXPOSURE_STEPS, expose
 from patience import PATIENCE
 
 
@@ -56,7 +56,7 @@ def test_a_scene_that_never_settles_ends_within_its_bounds_and_restores(stage):
     s.push.progressed.connect(lambda *_: setattr(s.grabber, "light", 30.0 if s.grabber.light < 1 else 0.03))
     s.run(on(REGION, expose))
     assert "did not settle" in s.failures[0]
-    assert len(s.said) == MOST_STEPS
+    assert len(s.said) == EXPOSURE_STEPS
     assert s.value("ExposureTimeRaw") == 1000
 
 

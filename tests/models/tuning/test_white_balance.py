@@ -5,8 +5,7 @@ from stage import REGION, on
 
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.undoing import revert
-from grabbergui.models.tuning.exposure import expose
-from grabbergui.models.tuning.white_balance import balance
+from grabbergui.models.tuning.one_push import balance, expose
 
 
 def test_white_balance_makes_grey_grey_without_any_automatic(stage):

@@ -31,7 +31,7 @@ from grabbergui.net import tree
 from grabbergui.net.yarp import client_link, image, source
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
-from grabbergui.net.yarp.dev import grabber_service, grabber_tree
+from grabbergui.net.yarp.dev import grabber_service, grabber_values
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
@@ -58,7 +58,7 @@ def remote(
 
         def pretend(self: grabber_service.GrabberService, message: Bottle) -> object:
             thrift = isinstance(message[0], str)
-            if grabber_tree.is_request(message) or thrift == (request.param == "3.x"):
+            if grabber_values.is_tree_request(message) or thrift == (request.param == "3.x"):
                 return [Bottle([foreign]).encode()] if thrift else None
             return answer(self, message)
 
@@ -367,7 +367,7 @@ def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.Monke
 def test_another_camera_on_the_port_is_refused_and_named_until_the_same_is_back(
     scene: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read_hello = grabber_tree.read_hello
+    read_hello = grabber_values.read_tree_hello
     reported: list[tuple[ConnectionState, str]] = []
     with scene.share():
         remote = connect(scene)
@@ -375,11 +375,11 @@ def test_another_camera_on_the_port_is_refused_and_named_until_the_same_is_back(
         remote.connection_changed.connect(lambda state, reason: reported.append((state, reason)))
     until(lambda: reported)
     other = replace(scene.grabber.info, serial="OTHER")
-    monkeypatch.setattr(grabber_tree, "read_hello", lambda reply: other)
+    monkeypatch.setattr(grabber_values, "read_tree_hello", lambda reply: other)
     with scene.share():
         until(lambda: "OTHER" in reported[-1][1])
         assert reported[-1][0] is ConnectionState.LOST
-        monkeypatch.setattr(grabber_tree, "read_hello", read_hello)
+        monkeypatch.setattr(grabber_values, "read_tree_hello", read_hello)
         until(lambda: reported[-1][0] is ConnectionState.OPEN)
         assert sum("OTHER" in reason for _, reason in reported) == 1, "said once, not at every attempt"
         assert remote.info.serial == scene.grabber.info.serial

@@ -15,10 +15,10 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net import feature_json
+from grabbergui.net import tree
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev import grabber_values
 from grabbergui.net.yarp.dev.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -229,16 +229,16 @@ def test_a_server_that_has_nothing(dialect: Dialect) -> None:
 # -- our vocabulary --------------------------------------------------------------------------------
 def test_the_whole_tree_is_served(wire: Wire, grabber: FrameGrabber) -> None:
     def ask(verb: str, *arguments: str) -> object:
-        request = Bottle.decode(grabber_tree.request(verb, *arguments).encode(wire.dialect))
-        return grabber_tree.read_reply(Bottle.decode(b"".join(wire.service.answer(request))))
+        request = Bottle.decode(grabber_values.tree_request(verb, *arguments).encode(wire.dialect))
+        return grabber_values.read_tree_reply(Bottle.decode(b"".join(wire.service.answer(request))))
 
-    assert feature_json.read_category(ask("tree")) == grabber.feature_tree()
+    assert tree.read_category(ask("tree")) == grabber.feature_tree()
     names = [description.name for description in grabber.feature_tree().descriptions()]
     volatile = {"DeviceTemperature", "Timestamp", "TimestampLatchValue"}
     for sent, local in zip(ask("feature", *names), grabber.features(), strict=True):  # type: ignore[call-overload]
         if local.name not in volatile:
-            assert feature_json.read_feature(sent) == grabber.offered(local)
-    assert feature_json.read_feature(ask("write", "Gain", "3")).value == 3.0
+            assert tree.read_feature(sent) == grabber.offered(local)
+    assert tree.read_feature(ask("write", "Gain", "3")).value == 3.0
     command = next(f.name for f in grabber.features() if f.kind is FeatureKind.COMMAND and f.access.writable)
     assert ask("execute", command) is None
     with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):

@@ -29,9 +29,9 @@ from grabbergui.core.features import (
     Visibility,
 )
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.net import feature_json, tree
+from grabbergui.net import tree
 from grabbergui.net.tree import ChangeLog
-from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev import grabber_values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
 
@@ -75,40 +75,40 @@ TREE = Category(
 
 def carried(result: object) -> Any:
     """What the other end makes of a result, through the wire's bytes."""
-    return grabber_tree.read_reply(Bottle.decode(grabber_tree.success(result).encode()))
+    return grabber_values.read_tree_reply(Bottle.decode(grabber_values.tree_success(result).encode()))
 
 
 def test_features_and_trees_come_back_whole() -> None:
-    assert feature_json.read_feature(carried(FULL)) == FULL
-    assert feature_json.read_category(carried(TREE)) == TREE
+    assert tree.read_feature(carried(FULL)) == FULL
+    assert tree.read_category(carried(TREE)) == TREE
     info = DeviceInfo("gige:1", vendor="Acme", serial="7")
-    assert feature_json.read_info(carried(info)) == info
+    assert tree.read_info(carried(info)) == info
 
 
 @pytest.mark.parametrize("value", [True, 2**63 - 1, 0.1, float("inf"), "ä", None])
 def test_values_keep_their_type(value: object) -> None:
     feature = Feature(name="X", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value=value)  # type: ignore[arg-type]
-    again = feature_json.read_feature(carried(feature))
+    again = tree.read_feature(carried(feature))
     assert (again.value, type(again.value)) == (value, type(value))
 
 
 def test_errors_are_raised_at_the_other_end() -> None:
     for error in (FeatureValueError("Gain=99: no", "Gain"), TransportError("gone"), GrabberError("?")):
-        reply = Bottle.decode(grabber_tree.failure(error).encode())
+        reply = Bottle.decode(grabber_values.tree_failure(error).encode())
         with pytest.raises(type(error), match=str(error)[:4].replace("?", "[?]")) as caught:
-            grabber_tree.read_reply(reply)
+            grabber_values.read_tree_reply(reply)
         assert type(caught.value) is type(error)
         assert getattr(caught.value, "feature", "") == getattr(error, "feature", "")
     # One whose constructor needs more than crosses the wire comes as the base.
     with pytest.raises(GrabberError, match="refused"):
-        grabber_tree.read_reply(grabber_tree.failure(DeviceStatusError("refused", 0x8006)))
+        grabber_values.read_tree_reply(grabber_values.tree_failure(DeviceStatusError("refused", 0x8006)))
     with pytest.raises(GrabberError, match="text"):
-        grabber_tree.read_reply([grabber_tree.WORD, "error", "SystemExit", "text", ""])
+        grabber_values.read_tree_reply([grabber_values.TREE_WORD, "error", "SystemExit", "text", ""])
 
 
 def test_fields_of_a_newer_peer_are_ignored() -> None:
     data = json.loads(json.dumps(carried(FULL))) | {"colour": "red"}
-    assert feature_json.read_feature(data) == FULL
+    assert tree.read_feature(data) == FULL
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_fields_of_a_newer_peer_are_ignored() -> None:
 )
 def test_malformed_features_are_refused(data: object) -> None:
     with pytest.raises(RemoteProtocolError):
-        feature_json.read_feature(data)
+        tree.read_feature(data)
 
 
 def test_endless_categories_are_refused() -> None:
@@ -132,13 +132,13 @@ def test_endless_categories_are_refused() -> None:
     for _ in range(100):
         data = {"name": "X", "members": [data]}
     with pytest.raises(RemoteProtocolError, match="nested"):
-        feature_json.read_category(data)
+        tree.read_category(data)
 
 
 def test_other_servers_do_not_understand() -> None:
-    assert not grabber_tree.understood([Vocab("nak")])
-    assert not grabber_tree.understood([Vocab("fail")])
-    assert grabber_tree.understood(grabber_tree.success(None))
+    assert not grabber_values.tree_understood([Vocab("nak")])
+    assert not grabber_values.tree_understood([Vocab("fail")])
+    assert grabber_values.tree_understood(grabber_values.tree_success(None))
     for reply in (
         [],
         [Vocab("nak")],
@@ -148,7 +148,7 @@ def test_other_servers_do_not_understand() -> None:
         ["genicam", "ok", 3],
     ):
         with pytest.raises(RemoteProtocolError):
-            grabber_tree.read_reply(reply)
+            grabber_values.read_tree_reply(reply)
 
 
 json_values = st.recursive(
@@ -163,10 +163,10 @@ json_values = st.recursive(
 
 @given(json_values)
 def test_json_of_any_shape_is_read_or_refused(data: object) -> None:
-    for read in (feature_json.read_feature, feature_json.read_category, feature_json.read_info):
+    for read in (tree.read_feature, tree.read_category, tree.read_info):
         with suppress(RemoteProtocolError):
-            text = feature_json.dumps(read(data))
-            assert feature_json.dumps(read(feature_json.loads(text))) == text
+            text = tree.dumps(read(data))
+            assert tree.dumps(read(tree.loads(text))) == text
 
 
 # -- changes ---------------------------------------------------------------------------------------

@@ -7,9 +7,8 @@ import socket
 from collections.abc import Callable
 from dataclasses import replace
 
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, GrabberError, TransportError
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import gvsp
@@ -21,7 +20,7 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
     StreamChannel,
 )
-from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.control.link import DeviceMemory
 from grabbergui.driver.gige.discovery.interfaces import Interface
 from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler

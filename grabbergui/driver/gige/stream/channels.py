@@ -11,7 +11,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige.bootstrap import STREAM_CHANNELS_MASK, Register
-from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.control.link import DeviceMemory
 from grabbergui.driver.gige.stream.channel import Stream
 
 ALL_CHANNELS = -1

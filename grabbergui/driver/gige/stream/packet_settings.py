@@ -17,7 +17,7 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
     StreamChannel,
 )
-from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.control.link import DeviceMemory
 from grabbergui.driver.gige.discovery.interfaces import Interface, readable
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 

@@ -13,7 +13,6 @@ from typing import Any
 import usb.backend
 import usb.core
 
-from grabbergui.driver.sim.u3v.descriptors import CONTROL_OUT, DEVICE
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.sim.u3v.pipe import (
     PipeError,
@@ -22,7 +21,8 @@ from grabbergui.driver.sim.u3v.pipe import (
     PipeOverflowError,
     PipeTimeoutError,
 )
-from grabbergui.driver.u3v.descriptors import split
+from grabbergui.driver.sim.u3v.registers import CONTROL_OUT, DEVICE
+from grabbergui.driver.u3v.bootstrap import split
 
 _INTERFACE, _ENDPOINT = 4, 5
 _SUPER_SPEED = 4

@@ -10,22 +10,23 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.component import PayloadType as FrameContent
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.frame import BufferPool
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
-from grabbergui.driver.sim.u3v.descriptors import (
+from grabbergui.driver.sim.u3v.pipe import InPipe
+from grabbergui.driver.sim.u3v.registers import (
     CONTROL_IN,
     EVENT_IN,
+    LONGEST_TRANSFER,
     PACKET_SIZE,
     STREAM_IN,
     Descriptors,
+    U3vRegisters,
     UsbIdentity,
 )
-from grabbergui.driver.sim.u3v.pipe import InPipe
-from grabbergui.driver.sim.u3v.registers import LONGEST_TRANSFER, U3vRegisters
 from grabbergui.driver.u3v.bootstrap import Eirm
 from grabbergui.driver.u3v.gencp import (
     FLAG_ACKNOWLEDGE,

@@ -23,17 +23,17 @@ from pathlib import Path
 from types import TracebackType
 
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.driver.sim.u3v.descriptors import (
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+from grabbergui.driver.sim.u3v.pipe import PipeError, PipeTimeoutError
+from grabbergui.driver.sim.u3v.registers import (
     CONTROL_IN,
     EVENT_IN,
+    LONGEST_TRANSFER,
     PRODUCT_ID,
     STREAM_IN,
     VENDOR_ID,
 )
-from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
-from grabbergui.driver.sim.u3v.pipe import PipeError, PipeTimeoutError
-from grabbergui.driver.sim.u3v.registers import LONGEST_TRANSFER
-from grabbergui.driver.u3v.descriptors import MISCELLANEOUS_CLASS, U3V_SUBCLASS
+from grabbergui.driver.u3v.bootstrap import MISCELLANEOUS_CLASS, U3V_SUBCLASS
 
 log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from grabbergui.driver.sim.u3v.descriptors import PACKET_SIZE
+from grabbergui.driver.sim.u3v.registers import PACKET_SIZE
 
 
 class PipeError(Exception):

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from grabbergui.core.errors import GrabberError, ResourceExhaustedError, SourceUnavailableError
-from grabbergui.driver.sim.u3v.descriptors import PRODUCT_ID, VENDOR_ID
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.sim.u3v.pipe import (
     PipeCancelledError,
@@ -26,7 +25,8 @@ from grabbergui.driver.sim.u3v.pipe import (
     PipeHaltedError,
     PipeOverflowError,
 )
-from grabbergui.driver.u3v.descriptors import MISCELLANEOUS_CLASS, U3V_SUBCLASS
+from grabbergui.driver.sim.u3v.registers import PRODUCT_ID, VENDOR_ID
+from grabbergui.driver.u3v.bootstrap import MISCELLANEOUS_CLASS, U3V_SUBCLASS
 
 log = logging.getLogger(__name__)
 

@@ -24,7 +24,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
 from grabbergui.net.tree import Terminal, TreeService, no_terminal
-from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev import grabber_values
 from grabbergui.net.yarp.dev.grabber_rpc import (
     Call,
     Operation,
@@ -84,7 +84,7 @@ class GrabberService:
 
     def answer(self, request: Bottle) -> list[Buffer]:
         """Return the reply's message to a request of any vocabulary, in pieces."""
-        if grabber_tree.is_request(request):
+        if grabber_values.is_tree_request(request):
             return self._answer_tree(request).encode_parts()
         call = read_request(request)
         if isinstance(call, Refusal):
@@ -199,9 +199,9 @@ class GrabberService:
     def _answer_tree(self, request: Bottle) -> Bottle:
         verb, *arguments = [str(item) for item in request[1:]] or [""]
         try:
-            return grabber_tree.success(self._tree.perform(verb, *arguments))
+            return grabber_values.tree_success(self._tree.perform(verb, *arguments))
         except GrabberError as error:
-            return grabber_tree.failure(error)
+            return grabber_values.tree_failure(error)
 
 
 def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:

@@ -1,4 +1,10 @@
-"""The arguments and results of frame grabber calls, and how each dialect writes them."""
+"""The arguments and results of frame grabber calls, and how each dialect writes them.
+
+The vocabulary of `net.tree` on the same port is an addition to YARP's. A request is a Bottle of strings,
+``genicam VERB ARGUMENT…``; the reply is ``genicam ok JSON`` or ``genicam error KIND MESSAGE FEATURE``. Other
+servers answer the unknown word with ``[nak]`` (3.x) or ``[fail]`` (4.0), so a client may always ask. Users
+can type it too: ``genicam write Gain 5`` into ``yarp rpc``.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +14,9 @@ from enum import Enum
 from typing import Any, Final, NamedTuple
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.errors import GrabberError, RemoteProtocolError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.tree import dumps, error_of, loads, read_info, table_of
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 
@@ -220,3 +228,50 @@ def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
         "distortionModel": calibration.distortion_model,
         **dict(lens),
     }
+
+
+TREE_WORD = "genicam"
+
+
+def tree_request(verb: str, *arguments: str) -> Bottle:
+    """Return the message that asks for `verb`."""
+    return Bottle([TREE_WORD, verb, *arguments])
+
+
+def is_tree_request(message: Sequence[Item]) -> bool:
+    """Return whether a message is in this vocabulary."""
+    return bool(message) and word(message[0]) == TREE_WORD
+
+
+def tree_success(result: object) -> Bottle:
+    """Return the reply that carries a result: plain data, or any of the dataclasses named above."""
+    return Bottle([TREE_WORD, "ok", dumps(result)])
+
+
+def tree_failure(error: GrabberError) -> Bottle:
+    """Return the reply that carries an error; the other end raises it again."""
+    return Bottle([TREE_WORD, "error", type(error).__name__, str(error), getattr(error, "feature", "")])
+
+
+def read_tree_reply(reply: Sequence[Item]) -> Any:
+    """Return the plain data of a reply.
+
+    Raises the error that the other end reported, RemoteProtocolError for anything but a reply of this
+    vocabulary.
+    """
+    texts = [item for item in reply if isinstance(item, str)]
+    if len(texts) != len(reply) or texts[:1] != [TREE_WORD] or len(texts) < 3:
+        raise RemoteProtocolError(f"'{TREE_WORD}' was answered with something else")
+    if texts[1] == "ok":
+        return loads(texts[2])
+    raise error_of(texts[2], texts[3] if len(texts) > 3 else "", texts[4] if len(texts) > 4 else "")
+
+
+def tree_understood(reply: Sequence[Item]) -> bool:
+    """Return whether the other end knows this vocabulary."""
+    return len(reply) > 1 and reply[0] == TREE_WORD
+
+
+def read_tree_hello(reply: Sequence[Item]) -> DeviceInfo:
+    """Return the camera behind a server that answered `hello`. Raises as `read_tree_reply`."""
+    return read_info(table_of(read_tree_reply(reply)).get("info"))

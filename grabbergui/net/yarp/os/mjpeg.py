@@ -9,7 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from grabbergui.core import picture_files
+from grabbergui.core import encoded_image
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Buffer
@@ -56,7 +56,7 @@ def _comment(envelope: str) -> bytes:
 def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
     """Decode an image to its header, pixels (rgb or mono) and envelope. Raises RemoteProtocolError."""
     data = np.frombuffer(jpeg, np.uint8)
-    pixels = picture_files.decode(data)
+    pixels = encoded_image.decode(data)
     if pixels.dtype != np.uint8:
         raise RemoteProtocolError(f"a picture of {pixels.dtype}, JPEG has bytes")
     colour = pixels.ndim == 3

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
-from grabbergui.config import ini, resource_finder
+from grabbergui.config import ini
 from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,
@@ -74,7 +74,7 @@ def authentication_key() -> bytes | None:
 def require_authentication() -> None:
     """Raise UsageError if there is no key, so that no port is open to everybody."""
     if authentication_key() is None:
-        folders = ", ".join(str(folder) for folder in resource_finder.config_folders())
+        folders = ", ".join(str(folder) for folder in ini.config_folders())
         raise UsageError(
             "--require-authentication: no key; write a file auth.conf with the lines `[AUTH]` and "
             f"`key SECRET` into one of {folders}, on this machine and on every peer"
@@ -85,7 +85,7 @@ def _read(name: str) -> str:
     override = os.environ.get("YARP_CONF", "")
     if name == "yarp.conf" and override and Path(override).is_file():
         return Path(override).read_text(errors="replace")
-    for folder in (*([Path(override)] if override else []), *resource_finder.config_folders()):
+    for folder in (*([Path(override)] if override else []), *ini.config_folders()):
         path = folder / name
         if path.is_file():
             return path.read_text(errors="replace")

@@ -15,6 +15,7 @@ from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets, web_page
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle_text import quoted
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import DEFAULT_NAMESPACE, authentication_key
 from grabbergui.net.yarp.os.names import (
     DEFAULT_HOST,
@@ -26,7 +27,6 @@ from grabbergui.net.yarp.os.names import (
     contacts,
 )
 from grabbergui.net.yarp.os.port import Port
-from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
 
 PORTS_LIMIT: Final = 5_000

@@ -7,14 +7,15 @@ called from any thread. `Listener` accepts, `Readers` sends, `Input` receives, `
 
 from __future__ import annotations
 
+import selectors
 import socket
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
 
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
-from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,
@@ -22,20 +23,18 @@ from grabbergui.core.errors import (
     SourceNotFoundError,
     TransportError,
 )
+from grabbergui.core.frame import BufferPool
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
-from grabbergui.net.yarp.os.inputs import Input
+from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import Link
-from grabbergui.net.yarp.os.listener import Listener
 from grabbergui.net.yarp.os.name_client import NameClient, Registration
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 from grabbergui.net.yarp.os.outputs import Output
-from grabbergui.net.yarp.os.readers import Readers
-from grabbergui.net.yarp.os.registry import Registry, StrangerLog
-from grabbergui.net.yarp.os.request import Reply, Request
+from grabbergui.net.yarp.os.registry import Readers, Registry, StrangerLog
 from grabbergui.net.yarp.os.values import Item
 
 _POOLED: Final = 1 << 16
@@ -270,3 +269,90 @@ class Port:
             link.close()
             raise TransportError(f"{self.name} sends nothing")
         return self._readers.attach(reader, carrier, link, replaces=replaces)
+
+
+_PAUSE_SECONDS: Final = 0.2
+"""Before the next connection is accepted when descriptors or threads were used up."""
+
+# Neither takes a descriptor of its own, and polling knows no highest one.
+_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
+
+
+class Listener:
+    """Accepts connections until closed.
+
+    `on_connection` is called with a socket and the peer's IP address, on the listener's thread. If it raises
+    ResourceExhaustedError, or there is no descriptor for a connection, `on_shortage` is called with the
+    reason, and the listener pauses.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        on_connection: Callable[[socket.socket, str], None],
+        on_shortage: Callable[[str], None],
+    ) -> None:
+        self._name = name
+        self._on_connection = on_connection
+        self._on_shortage = on_shortage
+        self._closing = threading.Event()
+        self._socket: socket.socket | None = None
+        self._wake: tuple[socket.socket, socket.socket] | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it listens."""
+        return self._socket is not None
+
+    def open(self, address: tuple[str, int]) -> int:
+        """Listen, and return the port number. Connections wait until `start`. Raises TransportError."""
+        self._socket = sockets.listen(address)
+        self._socket.setblocking(False)
+        self._wake = socket.socketpair()
+        self._closing.clear()
+        return int(self._socket.getsockname()[1])
+
+    def start(self) -> None:
+        """Accept connections from now on."""
+        self._thread = threading.Thread(target=self._accept, name=f"yarp {self._name}", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop accepting connections, but keep the address. Waits for the thread."""
+        self._closing.set()
+        if self._wake:
+            self._wake[1].send(b"x")
+        if self._thread:
+            self._thread.join(10)
+
+    def close(self) -> None:
+        """Give the address up. May be called twice."""
+        for sock in (self._socket, *(self._wake or ())):
+            if sock is not None:
+                sock.close()
+        self._socket = self._wake = self._thread = None
+
+    def _accept(self) -> None:
+        listener, wake = self._socket, self._wake
+        assert listener and wake
+        with _Selector() as selector:
+            selector.register(listener, selectors.EVENT_READ)
+            selector.register(wake[0], selectors.EVENT_READ)
+            while not self._closing.is_set():
+                selector.select()
+                try:
+                    sock, address = listener.accept()
+                except OSError as error:
+                    if failure := ResourceExhaustedError.of(error):
+                        self._pause(str(failure))
+                    continue
+                sock.setblocking(True)
+                try:
+                    self._on_connection(sock, address[0])
+                except ResourceExhaustedError as error:
+                    self._pause(str(error))
+
+    def _pause(self, reason: str) -> None:
+        self._on_shortage(reason)
+        self._closing.wait(_PAUSE_SECONDS)

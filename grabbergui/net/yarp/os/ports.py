@@ -16,11 +16,11 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Header
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.port import Port
-from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Vocab
 
 log = logging.getLogger(__name__)

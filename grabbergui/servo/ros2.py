@@ -1,12 +1,35 @@
-"""Frames that never move against each other, on `/tf_static` (REP 105, tf2's static broadcaster)."""
+"""Servoing on ROS 2: the message packages that it needs, and frames that never move against each other.
+
+Those frames are on `/tf_static` (REP 105, tf2's static broadcaster).
+"""
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 from grabbergui.calibration.geometry import Pose, quaternion_from_rotation
+from grabbergui.core.environment import shell_command
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
+
+ROBOT = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
+PUBLISHER = ("diagnostic_msgs.msg", "geometry_msgs.msg", "std_msgs.msg", "std_srvs.srv")
+
+
+def require_packages(*modules: str) -> None:
+    """Raise SourceUnavailableError, in one line, where rclpy or one of the modules is missing."""
+    require_ros2()
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            package = module.partition(".")[0]
+            raise SourceUnavailableError(
+                f"the ROS 2 package {package} is not installed: run "
+                f"`{shell_command('setup', 'ros2')}` ({error})"
+            ) from error
+
 
 TOPIC = "/tf_static"
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.core import picture_files
+from grabbergui.core import encoded_image
 from grabbergui.core.errors import RemoteProtocolError
 
 PICTURE = np.arange(21 * 13 * 3, dtype=np.uint16).astype(np.uint8).reshape(13, 21, 3)
@@ -44,12 +44,12 @@ def bmp_of(width, height):
 def test_headers_announce_the_size(kind):
     progressive = kind == ".progressive"
     file = encoded(".jpg", cv2.IMWRITE_JPEG_PROGRESSIVE, 1) if progressive else encoded(kind)
-    assert picture_files.announced_size(file.tobytes()) == (21, 13)
+    assert encoded_image.announced_size(file.tobytes()) == (21, 13)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_images_are_decoded(kind):
-    picture = picture_files.decode(encoded(kind))
+    picture = encoded_image.decode(encoded(kind))
     assert picture.shape == PICTURE.shape
     assert kind == ".jpg" or np.array_equal(picture, PICTURE)
 
@@ -67,7 +67,7 @@ def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
     tracemalloc.start()
     try:
         with pytest.raises(RemoteProtocolError, match=size):
-            picture_files.decode(np.frombuffer(file, np.uint8))
+            encoded_image.decode(np.frombuffer(file, np.uint8))
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:
         tracemalloc.stop()
@@ -80,13 +80,13 @@ def test_a_png_whose_chunk_announces_more_than_the_file_has_is_refused_at_once(c
     file[at - 4 : at] = b"\xff\xff\xff\xf0"
     file[at : at + 4] = chunk
     with pytest.raises(RemoteProtocolError, match="cut short"):
-        picture_files.decode(np.frombuffer(bytes(file), np.uint8))
+        encoded_image.decode(np.frombuffer(bytes(file), np.uint8))
 
 
 def test_a_jpeg_is_measured_behind_filling_and_comments():
     file = encoded(".jpg").tobytes()
     more = b"\xff\xd8" + b"\xff\xff\xff\xfe" + struct.pack(">H", 2 + 300) + bytes(300) + file[2:]
-    assert picture_files.announced_size(more) == (21, 13)
+    assert encoded_image.announced_size(more) == (21, 13)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -94,7 +94,7 @@ def test_what_is_cut_short_is_refused_or_shown_as_far_as_it_goes(kind):
     file = encoded(kind)
     for length in range(0, file.size, 7):
         try:
-            picture = picture_files.decode(file[:length])
+            picture = encoded_image.decode(file[:length])
         except RemoteProtocolError:
             continue
         assert picture.shape == PICTURE.shape
@@ -105,5 +105,5 @@ BEGINNINGS = (b"", b"\xff\xd8", b"\xff\xd8\xff\xc0", b"\x89PNG\r\n\x1a\n", b"BM"
 
 @given(st.sampled_from(BEGINNINGS), st.binary(max_size=60))
 def test_any_bytes_are_measured_or_not(begin, rest):
-    size = picture_files.announced_size(begin + rest)
+    size = encoded_image.announced_size(begin + rest)
     assert size is None or min(size) >= 0

@@ -1,9 +1,14 @@
-"""Messages of YARP's control boards, `remote_controlboard`, as 3.x and as 4.0 have them. No I/O.
+"""Messages to and from TEO's controllers on YARP: its control boards and its Cartesian controller. No I/O.
 
-Angles are degrees. A request is a row of vocabularies in 3.x (`[set] [stos]`) and a method's name in 4.0's
-thrift service `ControlBoardMsgs` (`stopAllRPC`); one table, `METHODS`, has both. A streamed command is a pair
-of a list of words and a vector; in 4.0 the name of an interface stands before the verb. Both stream encoders
-as a vector, and all their readings as lists, each followed by whether it is valid.
+Control boards (`remote_controlboard`, 3.x and 4.0): angles are degrees. A request is a row of vocabularies in
+3.x (`[set] [stos]`) and a method's name in 4.0's thrift service `ControlBoardMsgs` (`stopAllRPC`); one table,
+`METHODS`, has both. A streamed command is a pair of a list of words and a vector; in 4.0 the name of an
+interface stands before the verb. Both stream encoders as a vector, and all their readings as lists, each
+followed by whether it is valid.
+
+Cartesian controllers (roboticslab's ICartesianControl): metres, radians, and rotation vectors. Streamed
+commands are obeyed once they were announced. The command for a pose is called `pose` since May 2024 and
+`movi` before.
 """
 
 from __future__ import annotations
@@ -13,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grabbergui.calibration.geometry import Vector
+from grabbergui.calibration.geometry import Pose, Vector, pose_from_vector, vector_from_pose
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Float32, Item, Vocab, word
@@ -116,7 +121,7 @@ def direct_positions(angles: Vector, dialect: Dialect = Dialect.YARP3) -> Bottle
     return _streamed("ipod", "dpos", angles, dialect)
 
 
-def read_streamed(message: Bottle, count: int) -> Streamed | None:
+def read_board_command(message: Bottle, count: int) -> Streamed | None:
     """Read a command of either dialect for all, some or one of `count` joints.
 
     None for commands of other kinds. Raises RemoteProtocolError.
@@ -195,3 +200,60 @@ def joints(items: Item | Sequence[Item], count: int) -> list[int]:
 def degrees(angles: Vector) -> list[Item]:
     """Radians as control boards have them."""
     return [float(value) for value in np.degrees(angles)]
+
+
+NOT_CONTROLLING = Vocab("ccnc")
+"A controller's state, that in which streamed commands are obeyed too."
+TWIST = Vocab("twst")
+POSE_WORDS = (Vocab("movi"), Vocab("pose"))
+"""The words for a streamed pose, in the order in which they are to be tried.
+
+Until February 2023 there was a `pose` beside `movi`, which took its first number for an interval.
+"""
+
+
+# -- requests -------------------------------------------------------------------------------------
+def announce(command: Vocab) -> Bottle:
+    """The request that gets a controller ready for one kind of streamed command."""
+    return Bottle([Vocab("set"), Vocab("cpsc"), command])
+
+
+def base_frame() -> Bottle:
+    """The request that makes a controller take motions as along the base's axes, not the hand's."""
+    return Bottle([Vocab("set"), Vocab("cpf"), Vocab("cpfb")])
+
+
+def stop_control() -> Bottle:
+    """The request that ends whatever a controller does."""
+    return Bottle([Vocab("stop")])
+
+
+def ask_status() -> Bottle:
+    """The request for a controller's status, which moves nothing."""
+    return Bottle([Vocab("stat")])
+
+
+# -- streamed commands and readings ---------------------------------------------------------------
+def twist(values: Vector) -> Bottle:
+    """A streamed twist, m/s and rad/s."""
+    return Bottle([TWIST, *map(float, values)])
+
+
+def streamed_pose(hand: Pose, command: Vocab) -> Bottle:
+    """A streamed pose under the word that was announced, which the drives go to at once."""
+    return Bottle([command, *map(float, vector_from_pose(hand))])
+
+
+def read_cartesian_command(message: Bottle, announced: str) -> Vector | None:
+    """Six numbers of a streamed command; None for one of another kind. Raises RemoteProtocolError."""
+    return numbers(message[1:], 6) if message and word(message[0]) == announced else None
+
+
+def status(state: Vocab, hand: Pose, time: float) -> Bottle:
+    """Return the status that a controller streams, and its reply to `stat`."""
+    return Bottle([state, *map(float, vector_from_pose(hand)), float(time)])
+
+
+def read_status(message: Sequence[object]) -> Pose:
+    """The hand's pose in a status, with or without the time at its end. Raises RemoteProtocolError."""
+    return pose_from_vector(numbers(Bottle(message)[1:7], 6))  # type: ignore[arg-type]

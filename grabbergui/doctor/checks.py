@@ -1,0 +1,215 @@
+"""Checks for GigE Vision and USB3 Vision cameras, and of the software of this machine.
+
+GigE Vision: kernel settings, interfaces, cameras that cannot be reached. USB3 Vision: permissions and memory
+of the kernel for transfers. Software: the display of the window, YARP, ROS 2.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from pathlib import Path
+
+from grabbergui.core.environment import shell_command, sudo_command
+from grabbergui.core.errors import GrabberError
+from grabbergui.doctor import Finding, good, note, problem
+from grabbergui.driver.gige.discovery import search
+from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
+from grabbergui.driver.gige.discovery.search import FoundDevice
+from grabbergui.setup import udev
+
+SYSCTL = Path("/proc/sys/net")
+WANTED_RMEM = 32 * 1024 * 1024
+"""Bytes; a quarter of a second of a full 1 GbE line, so that a busy moment loses nothing."""
+JUMBO_MTU = 9000
+
+
+def check() -> Iterator[Finding]:
+    """All checks."""
+    yield from check_network()
+    yield from check_usb()
+    yield from check_software()
+
+
+def check_network() -> Iterator[Finding]:
+    """The kernel settings, interfaces and cameras of GigE Vision."""
+    yield from receive_buffer(SYSCTL)
+    found = [interface for interface in interfaces() if not interface.loopback]
+    yield from packet_sizes(found)
+    yield from shared_networks(found)
+    yield from reverse_path(SYSCTL, found)
+    try:
+        yield from gige_cameras(search.discover(1.0))
+    except (GrabberError, OSError) as error:
+        yield problem(f"looking for GigE Vision cameras failed: {error}", "check the network interfaces")
+
+
+def receive_buffer(sysctl: Path) -> Iterator[Finding]:
+    """The largest socket buffer that the kernel grants."""
+    try:
+        limit = int((sysctl / "core" / "rmem_max").read_text())
+    except (OSError, ValueError):
+        return
+    if limit < WANTED_RMEM:
+        yield note(
+            f"socket buffers are limited to {limit} bytes, {limit / 125e3:.1f} ms of a 1 GbE line each; "
+            "a stream takes up to 32 of them, which 10 GbE may find too few",
+            f"sudo sysctl -w net.core.rmem_max={WANTED_RMEM}   (in /etc/sysctl.d to keep it)",
+        )
+    else:
+        yield good(f"socket buffers of up to {limit // 1024 // 1024} MiB")
+
+
+def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:
+    """Jumbo frames, which spare the processor most of its work."""
+    for interface in found:
+        if interface.mtu < JUMBO_MTU:
+            yield note(
+                f"{interface.name} ({interface.ip}) carries packets of {interface.mtu} bytes",
+                f"for fast cameras: sudo ip link set {interface.name} mtu {JUMBO_MTU}   (switches too)",
+            )
+        else:
+            yield good(f"{interface.name} ({interface.ip}) carries jumbo packets of {interface.mtu} bytes")
+
+
+def shared_networks(found: Sequence[Interface]) -> Iterator[Finding]:
+    """Two interfaces in one subnet: packets leave by either."""
+    for one, other in combinations(found, 2):
+        if one.name != other.name and one.network.overlaps(other.network):
+            yield problem(
+                f"{one.name} ({one.ip}) and {other.name} ({other.ip}) are in one subnet, {one.network}; "
+                "the system may use the wrong one for a camera",
+                f"give {other.name} and its cameras addresses of another subnet",
+            )
+
+
+def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
+    """The filter that drops answers from other subnets."""
+    for name in ("all", *dict.fromkeys(interface.name for interface in found)):
+        place = sysctl / "ipv4" / "conf" / name / "rp_filter"
+        try:
+            strict = place.read_text().strip() == "1"
+        except OSError:
+            continue
+        if strict:
+            yield note(
+                f"the reverse path filter of {name} is strict: cameras in another subnet stay unseen",
+                f"sudo sysctl -w net.ipv4.conf.{name}.rp_filter=2",
+            )
+
+
+def gige_cameras(found: Sequence[FoundDevice]) -> Iterator[Finding]:
+    """Cameras seen, and those that answer from an address that cannot be reached."""
+    if not found:
+        yield note(
+            "no GigE Vision camera answers",
+            "check power and cable; a firewall must let UDP in: sudo ufw allow proto udp from any port 3956",
+        )
+    for camera in found:
+        info = camera.info()
+        if camera.reachable:
+            yield good(f"{info.title} at {info.address}, seen on {camera.interface.name}")
+        else:
+            yield problem(
+                f"{info.title} has the address {info.address}, out of reach of {camera.interface.name} "
+                f"({camera.interface.network})",
+                "give the interface or the camera an address of the other's subnet",
+            )
+
+
+USBFS_MEMORY = Path("/sys/module/usbcore/parameters/usbfs_memory_mb")
+WANTED_USBFS_MB = 256
+"""Eight frames of 32 MB in flight."""
+
+
+def check_usb() -> Iterator[Finding]:
+    """The udev rule, transfer memory and cameras of USB3 Vision."""
+    yield from udev_rule(udev.RULES)
+    yield from transfer_memory(USBFS_MEMORY)
+    yield from usb_cameras()
+
+
+def udev_rule(folder: Path) -> Iterator[Finding]:
+    """Whether users may open cameras."""
+    rule = udev.installed_rule(folder)
+    if rule is not None:
+        yield good(f"the udev rule {rule} lets users open USB3 Vision cameras")
+    elif os.name == "posix" and folder.parent.is_dir():
+        yield note("no udev rule lets users open USB3 Vision cameras", sudo_command("setup", "udev"))
+
+
+def transfer_memory(place: Path) -> Iterator[Finding]:
+    """The kernel's limit for transfers in flight, 16 MB where nobody raised it."""
+    try:
+        limit = int(place.read_text())
+    except (OSError, ValueError):
+        return
+    if 0 < limit < WANTED_USBFS_MB:
+        yield note(
+            f"the kernel grants {limit} MB to USB transfers of all programs; large frames need more",
+            f"echo {WANTED_USBFS_MB} | sudo tee {place}",
+        )
+    else:
+        yield good("the kernel grants enough memory to USB transfers")
+
+
+def usb_cameras() -> Iterator[Finding]:
+    """Cameras seen."""
+    from grabbergui.driver.u3v import source
+
+    try:
+        found = source.discover(1.0)
+    except GrabberError as error:
+        yield problem(f"looking for USB3 Vision cameras failed: {error}", "check the cable and the udev rule")
+        return
+    for info in found:
+        if info.note:
+            yield problem(f"{info.title} is seen but cannot be used: {info.note}", "see above")
+        else:
+            yield good(f"{info.title} on USB ({info.address})")
+    if not found:
+        yield note("no USB3 Vision camera is plugged in")
+
+
+def check_software() -> Iterator[Finding]:
+    """The display, YARP and ROS 2."""
+    yield from display(os.environ, sys.platform)
+    yield from yarp()
+    yield from ros2()
+
+
+def display(environment: Mapping[str, str], platform: str) -> Iterator[Finding]:
+    """Where the window would appear."""
+    if not platform.startswith("linux") or environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"):
+        yield good("there is a display for the window")
+    else:
+        yield note("there is no display", shell_command("gui", "--offscreen", "--screenshot", "window.png"))
+
+
+def yarp() -> Iterator[Finding]:
+    """The name server that YARP's configuration names."""
+    from grabbergui.net.yarp.os.name_client import NameClient
+
+    try:
+        names = NameClient.find()
+        ports = names.list()
+    except GrabberError as error:
+        yield note(f"no YARP network: {error}", f"{shell_command('yarp-server')} runs a name server")
+    else:
+        yield good(
+            f"the YARP name server at {names.server.host}:{names.server.port} knows {len(ports)} ports"
+        )
+
+
+def ros2() -> Iterator[Finding]:
+    """Whether rclpy can be imported."""
+    if importlib.util.find_spec("rclpy") is None:
+        yield note(
+            "ROS 2 is not installed here",
+            f"{shell_command('setup', 'ros2')}, or source the system's setup.bash first",
+        )
+    else:
+        yield good("ROS 2 is installed")
