@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="265"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="263"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="266"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="264"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="267"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="265"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="268"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="266"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="178"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="176"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="183"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="181"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="206"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="204"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -771,47 +771,47 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="127"/>
+        <location filename="../../grabbergui/models/connection.py" line="126"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="197"/>
+        <location filename="../../grabbergui/models/connection.py" line="196"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="289"/>
+        <location filename="../../grabbergui/models/connection.py" line="288"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="27"/>
+        <location filename="../../grabbergui/models/messages.py" line="214"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="35"/>
+        <location filename="../../grabbergui/models/messages.py" line="222"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="50"/>
+        <location filename="../../grabbergui/models/messages.py" line="237"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="53"/>
+        <location filename="../../grabbergui/models/messages.py" line="240"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="58"/>
+        <location filename="../../grabbergui/models/messages.py" line="245"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/link_messages.py" line="52"/>
+        <location filename="../../grabbergui/models/messages.py" line="239"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -860,102 +860,102 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="110"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="211"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="110"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="211"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="220"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="220"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="227"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="227"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="141"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
         <source>No frame for {0:.0f} s, after {1} that came.</source>
         <translation>Ninguna imagen desde hace {0:.0f} s, tras {1} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="141"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
         <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="151"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="252"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="153"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="166"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="182"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="185"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="286"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="187"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="288"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="189"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="290"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="192"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="196"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="297"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="198"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="153"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="166"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
@@ -1011,112 +1011,112 @@ It {1}.</source>
 <context>
     <name>Drivers</name>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is lost: {0}</source>
         <translation>se perdió la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application took control of the camera for itself alone</source>
         <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application, at {0}, took control of the camera</source>
         <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera took our control back; its heartbeat may have expired, or it has restarted</source>
         <translation>la cámara retiró el control; puede que expirase su heartbeat o que se haya reiniciado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was lost while it was opened</source>
         <translation>{0} se perdió mientras se abría</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is not open</source>
         <translation>{0} no está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was unplugged</source>
         <translation>{0} se desconectó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was not acknowledged within {1} s ({2} tries)</source>
         <translation>{0} no se confirmó en {1} s ({2} intentos)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was not acknowledged within {1} s; the camera had asked for patience</source>
         <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} did not answer in time</source>
         <translation>{0} no respondió a tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} did not answer within {1} s</source>
         <translation>{0} no respondió en {1} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the device takes no commands; unplug it and plug it in again</source>
         <translation>el dispositivo no acepta órdenes; desconéctelo y vuelva a conectarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application at {0} controls {1}; close it there</source>
         <translation>otra aplicación en {0} controla {1}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application controls {0}; close it there</source>
         <translation>otra aplicación controla {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application controls the camera: {0}</source>
         <translation>otra aplicación controla la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is in use by another application; close it there</source>
         <translation>otra aplicación usa {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is open for reading only; another application may control it</source>
         <translation>la cámara está abierta solo para lectura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera answers reads but not this write; another application may control it</source>
         <translation>la cámara responde a las lecturas pero no a esta escritura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is served read-only</source>
         <translation>la cámara se sirve solo para lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is not there any more</source>
         <translation>{0} ya no existe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is {1} instead of {2}</source>
         <translation>{0} es {1} en lugar de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera did not answer for {0} s</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
@@ -1124,102 +1124,102 @@ It {1}.</source>
 <context>
     <name>Errors</name>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="54"/>
+        <location filename="../../grabbergui/models/error_text.py" line="53"/>
         <source>the connection to {0} was lost</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="70"/>
+        <location filename="../../grabbergui/models/error_text.py" line="69"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="76"/>
+        <location filename="../../grabbergui/models/error_text.py" line="75"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="80"/>
+        <location filename="../../grabbergui/models/error_text.py" line="79"/>
         <source>{0} does not take this value; allowed is {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="82"/>
+        <location filename="../../grabbergui/models/error_text.py" line="81"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="91"/>
+        <location filename="../../grabbergui/models/error_text.py" line="90"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="93"/>
+        <location filename="../../grabbergui/models/error_text.py" line="92"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="95"/>
+        <location filename="../../grabbergui/models/error_text.py" line="94"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="97"/>
+        <location filename="../../grabbergui/models/error_text.py" line="96"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="88"/>
+        <location filename="../../grabbergui/models/error_text.py" line="87"/>
         <source>{0} may be another camera than the one you named: {1}</source>
         <translation>{0} puede no ser la cámara que indicó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="64"/>
+        <location filename="../../grabbergui/models/error_text.py" line="63"/>
         <source>; and {0} more</source>
         <translation>; y {0} más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="61"/>
+        <location filename="../../grabbergui/models/error_text.py" line="60"/>
         <source>set as before</source>
         <translation>ajustada como antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="65"/>
+        <location filename="../../grabbergui/models/error_text.py" line="64"/>
         <source>but not as before: {0}</source>
         <translation>pero no como antes: {0}</translation>
     </message>
@@ -1382,97 +1382,97 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="232"/>
+        <location filename="../../grabbergui/models/features/text.py" line="231"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="236"/>
+        <location filename="../../grabbergui/models/features/text.py" line="235"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="238"/>
+        <location filename="../../grabbergui/models/features/text.py" line="237"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="240"/>
+        <location filename="../../grabbergui/models/features/text.py" line="239"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="241"/>
+        <location filename="../../grabbergui/models/features/text.py" line="240"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="248"/>
+        <location filename="../../grabbergui/models/features/text.py" line="247"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="250"/>
+        <location filename="../../grabbergui/models/features/text.py" line="249"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="253"/>
+        <location filename="../../grabbergui/models/features/text.py" line="252"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="254"/>
+        <location filename="../../grabbergui/models/features/text.py" line="253"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="256"/>
+        <location filename="../../grabbergui/models/features/text.py" line="255"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="260"/>
+        <location filename="../../grabbergui/models/features/text.py" line="259"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="271"/>
+        <location filename="../../grabbergui/models/features/text.py" line="270"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="271"/>
+        <location filename="../../grabbergui/models/features/text.py" line="270"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="283"/>
+        <location filename="../../grabbergui/models/features/text.py" line="282"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="291"/>
+        <location filename="../../grabbergui/models/features/text.py" line="290"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="292"/>
+        <location filename="../../grabbergui/models/features/text.py" line="291"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="294"/>
+        <location filename="../../grabbergui/models/features/text.py" line="293"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="286"/>
+        <location filename="../../grabbergui/models/features/text.py" line="285"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="234"/>
+        <location filename="../../grabbergui/models/features/text.py" line="233"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
@@ -2621,7 +2621,7 @@ It {1}.</source>
 <context>
     <name>Picture</name>
     <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="279"/>
+        <location filename="../../grabbergui/models/picture/picture.py" line="278"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
@@ -3194,17 +3194,17 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="200"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="198"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="193"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="191"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="174"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="172"/>
         <source>there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
@@ -3238,17 +3238,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -3414,47 +3414,47 @@ It {1}.</source>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="294"/>
+        <location filename="../../grabbergui/models/servoing.py" line="278"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="295"/>
+        <location filename="../../grabbergui/models/servoing.py" line="279"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="296"/>
+        <location filename="../../grabbergui/models/servoing.py" line="280"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="297"/>
+        <location filename="../../grabbergui/models/servoing.py" line="281"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="299"/>
+        <location filename="../../grabbergui/models/servoing.py" line="283"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="300"/>
+        <location filename="../../grabbergui/models/servoing.py" line="284"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="301"/>
+        <location filename="../../grabbergui/models/servoing.py" line="285"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="302"/>
+        <location filename="../../grabbergui/models/servoing.py" line="286"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="298"/>
+        <location filename="../../grabbergui/models/servoing.py" line="282"/>
         <source>following</source>
         <translation>siguiendo</translation>
     </message>
@@ -3949,77 +3949,77 @@ It {1}.</source>
 <context>
     <name>Status</name>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <location filename="../../grabbergui/models/status.py" line="133"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <location filename="../../grabbergui/models/status.py" line="134"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <location filename="../../grabbergui/models/status.py" line="135"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <location filename="../../grabbergui/models/status.py" line="136"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <location filename="../../grabbergui/models/status.py" line="137"/>
         <source>Starting</source>
         <translation>Arrancando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <location filename="../../grabbergui/models/status.py" line="138"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <location filename="../../grabbergui/models/status.py" line="139"/>
         <source>Playing</source>
         <translation>Reproduciendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <location filename="../../grabbergui/models/status.py" line="140"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <location filename="../../grabbergui/models/status.py" line="141"/>
         <source>Waiting for trigger</source>
         <translation>Esperando disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="143"/>
+        <location filename="../../grabbergui/models/status.py" line="142"/>
         <source>No frame for {0:.0f} s</source>
         <translation>Sin imagen desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="144"/>
+        <location filename="../../grabbergui/models/status.py" line="143"/>
         <source>Lost for {0:.0f} s</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="164"/>
+        <location filename="../../grabbergui/models/status.py" line="163"/>
         <source>{0} fps</source>
         <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="166"/>
+        <location filename="../../grabbergui/models/status.py" line="165"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="175"/>
+        <location filename="../../grabbergui/models/status.py" line="174"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="177"/>
+        <location filename="../../grabbergui/models/status.py" line="176"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>
@@ -4128,32 +4128,32 @@ It {1}.</source>
 <context>
     <name>StreamHealth</name>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="78"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="86"/>
         <source>more arrives than this computer can take</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="80"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="88"/>
         <source>{0} lost · {1} incomplete</source>
         <translation>{0} perdidas · {1} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="84"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="92"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="95"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="103"/>
         <source>Frames dropped because nobody took them in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/stream_health.py" line="98"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="106"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
@@ -4179,72 +4179,72 @@ It {1}.</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="130"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="143"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="132"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="145"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/exposure.py" line="37"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="175"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/exposure.py" line="40"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="178"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="95"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="108"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="102"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="115"/>
         <source>{0}: {1}; not all is as it was: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="40"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="269"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="44"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="273"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="275"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="49"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="278"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="77"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="306"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="83"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="312"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="88"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="317"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="114"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="343"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
@@ -4259,12 +4259,12 @@ It {1}.</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="135"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="148"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="138"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="151"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
@@ -4272,22 +4272,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="68"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="73"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="89"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
