@@ -25,11 +25,12 @@ _FEW_LINES = {
     reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
     reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
 }
-_WHOLE_SENSOR = {
-    reg.OFFSET_X: 0,
-    reg.OFFSET_Y: 0,
-    reg.WIDTH: reg.SENSOR_WIDTH,
-    reg.HEIGHT: reg.SENSOR_HEIGHT,
+COUNTED_WIDTH, COUNTED_HEIGHT, COUNTED_RATE = 2048, 2048, 25.0
+_COUNTED = {
+    reg.WIDTH: COUNTED_WIDTH,
+    reg.HEIGHT: COUNTED_HEIGHT,
+    reg.FRAME_RATE_ENABLE: 1,
+    reg.FRAME_RATE: COUNTED_RATE,
     reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
 }
 GIGABIT = 125e6
@@ -45,8 +46,8 @@ class Conditions:
     loss: float = 0.0
     segmentation: bool = True
     "Whether the kernel cuts packets out of large sends. It makes the camera faster, as a camera's hardware."
-    whole_sensor: bool = False
-    "Mono8 images of the whole sensor, whose first pixel counts them, instead of the few lines."
+    counted: bool = False
+    "Mono8 images at a constant rate, whose first pixel counts them, instead of the few lines."
 
 
 def serve(conditions: Conditions) -> None:
@@ -64,7 +65,7 @@ def serve(conditions: Conditions) -> None:
         power_on={
             reg.FRAME_RATE_ENABLE: 0,
             reg.EXPOSURE_TIME: 1000.0,
-            **(_WHOLE_SENSOR if conditions.whole_sensor else _FEW_LINES),
+            **(_COUNTED if conditions.counted else _FEW_LINES),
         },
     )
     print("ready", flush=True)
@@ -80,7 +81,7 @@ def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
     Gives when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
     """
     command = [sys.executable, "-m", "benchmarks._gige_camera", str(conditions.bandwidth)]
-    command += [str(conditions.loss), str(int(conditions.segmentation)), str(int(conditions.whole_sensor))]
+    command += [str(conditions.loss), str(int(conditions.segmentation)), str(int(conditions.counted))]
     sent: dict[int, float] = {}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None
@@ -98,7 +99,7 @@ if __name__ == "__main__":
     parser.add_argument("bandwidth", type=float)
     parser.add_argument("loss", type=float)
     parser.add_argument("segmentation", type=int)
-    parser.add_argument("whole_sensor", type=int)
+    parser.add_argument("counted", type=int)
     chosen = parser.parse_args()
-    switches = bool(chosen.segmentation), bool(chosen.whole_sensor)
+    switches = bool(chosen.segmentation), bool(chosen.counted)
     serve(Conditions(chosen.bandwidth, chosen.loss, *switches))

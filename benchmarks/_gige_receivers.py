@@ -24,7 +24,7 @@ from grabbergui.core.errors import FrameTimeoutError
 ARAVIS = "arv-camera-test-0.8"
 SYSTEM_PYTHON = "/usr/bin/python3"
 "Has PyGObject, where the system has Aravis for it."
-RING = "ours, packet ring"
+SOCKETS = "ours, packet_ring=0"
 FRAME_TIMEOUT = 0.5
 STOCK_RECEIVE_BUFFER = 212_992
 "`net.core.rmem_max` as Linux has it."
@@ -154,7 +154,7 @@ def receive_viva(packet_size: int, seconds: float) -> Run:
 
 IN_CHILD: dict[str, Receiver] = {
     "ours": receive_ours,
-    RING: functools.partial(receive_ours, options="&packet_ring=1"),
+    SOCKETS: functools.partial(receive_ours, options="&packet_ring=0"),
     "window": receive_in_window,
     "viva-genicam": receive_viva,
 }
