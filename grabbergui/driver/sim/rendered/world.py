@@ -211,19 +211,21 @@ def draw(panel: Panel, out: NDArray[np.uint16], view: Matrix, pinhole: Matrix) -
     texture = _level(panel, outline, samples)
     size = (int(right - left) * samples, int(bottom - top) * samples)
     painted = cv2.warpPerspective(texture, place @ pinhole @ _to_camera(panel, view, texture), size)
+    colour = cv2.cvtColor(painted, cv2.COLOR_BGRA2BGR)  # a copy without gaps, which is drawn much faster
     mask = np.zeros((size[1], size[0]), np.uint8)
     shape = np.rint(((outline - (left, top) + 0.5) * samples - 0.5) * 16).astype(np.int32)
     cv2.fillConvexPoly(mask, shape, 255, cv2.LINE_8, 4)
     region = out[top:bottom, left:right]
     if not panel.fine:
-        cv2.copyTo(painted[..., :3], mask, region)
+        cv2.copyTo(colour, mask, region)
         return
+    # Opacity in three equal channels: numpy takes three times as long to repeat one of them.
     opacity = painted[..., 3].astype(np.float32) * (mask != 0) / 65535
-    light = painted[..., :3] * opacity[..., None]
+    light = cv2.multiply(colour, cv2.cvtColor(opacity, cv2.COLOR_GRAY2BGR), dtype=cv2.CV_32F)
     shrunk = (int(right - left), int(bottom - top))
-    opacity = cv2.resize(opacity, shrunk, interpolation=cv2.INTER_AREA)
+    opacity = cv2.cvtColor(cv2.resize(opacity, shrunk, interpolation=cv2.INTER_AREA), cv2.COLOR_GRAY2BGR)
     light = cv2.resize(light, shrunk, interpolation=cv2.INTER_AREA)
-    region[:] = np.rint(region * (1 - opacity[..., None]) + light).astype(np.uint16)
+    region[:] = np.rint(region * (1 - opacity) + light).astype(np.uint16)
 
 
 def _to_camera(panel: Panel, view: Matrix, texture: NDArray[np.uint16]) -> Matrix:
