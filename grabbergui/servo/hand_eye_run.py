@@ -20,8 +20,7 @@ import numpy as np
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
-from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints
-from grabbergui.calibration.hand_eye_poses import propose
+from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints, propose
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError

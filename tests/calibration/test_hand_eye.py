@@ -8,8 +8,7 @@ import pytest
 from benchmarks import _hand_eye_scenes as scenes
 from grabbergui.calibration import geometry, hand_eye_file
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
-from grabbergui.calibration.hand_eye_model import Arrangement, Problem
-from grabbergui.calibration.hand_eye_poses import propose
+from grabbergui.calibration.hand_eye_model import Arrangement, Problem, propose
 from grabbergui.core.errors import UsageError
 
 

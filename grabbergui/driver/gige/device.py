@@ -34,8 +34,7 @@ from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
 from grabbergui.driver.gige.discovery.search import FoundDevice
 from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_messages import Identity
-from grabbergui.driver.gige.stream.channel import Stream, tick_frequency
-from grabbergui.driver.gige.stream.channels import Streams, chosen_channels
+from grabbergui.driver.gige.stream.channel import Stream, Streams, chosen_channels, tick_frequency
 from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy

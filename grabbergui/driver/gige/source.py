@@ -14,7 +14,7 @@ from grabbergui.core.uri import GigeUriOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.stream.channels import ALL_CHANNELS
+from grabbergui.driver.gige.stream.channel import ALL_CHANNELS
 from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy

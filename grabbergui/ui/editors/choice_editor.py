@@ -9,8 +9,7 @@ from PyQt5.QtWidgets import QAction, QActionGroup, QComboBox, QCompleter, QMenu,
 from grabbergui.core.features import EnumEntry, Feature, FeatureKind
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.text import access_text, value_text
-from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.guards import ShortcutGuard, WheelGuard
+from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, WheelGuard
 
 LONG = 12
 """Lists with more entries can be searched."""

@@ -18,8 +18,7 @@ from grabbergui.models.features.text import (
     shown_unit,
     without_shown_unit,
 )
-from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.guards import ShortcutGuard, WheelGuard
+from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, WheelGuard
 from grabbergui.ui.editors.value_slider import ValueSlider
 
 LEAST_DIGITS = 4

@@ -25,7 +25,7 @@ from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, st
 from grabbergui.servo.overlay import Drawing, colour_of
 from grabbergui.servo.state_machine import State
 from grabbergui.ui import icons
-from grabbergui.ui.editors.guards import WheelGuard
+from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
