@@ -1,7 +1,7 @@
 """TEO and the camera on its head as a process of its own, as a robot and its camera have their own computers.
 
 The robot is behind its YARP ports, the camera a GigE Vision device. Whoever starts it reads one line, where
-the name server is; it ends with its standard input.
+the name server is and when the camera's clock was zero; it ends with its standard input.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from grabbergui.calibration.geometry import Pose
 from grabbergui.core.pfnc import by_name
@@ -63,22 +64,34 @@ def serve(fps: float, board: bool) -> None:
     ports = TeoPorts(robot, NameClient(server.contact))
     run_first()
     ports.open()
-    print(f"{server.contact.host}:{server.contact.port}", flush=True)
+    zero = time.monotonic() - 1e-9 * camera.model.timestamp()
+    print(f"{server.contact.host}:{server.contact.port} {zero}", flush=True)
     sys.stdin.read()
     ports.close()
     camera.close()
     server.close()
 
 
+@dataclass(frozen=True)
+class Stand:
+    """Where the process is found."""
+
+    name_server: str
+    camera: str
+    "URI."
+    zero: float
+    "Seconds of `time.monotonic` at which the camera's clock was zero: frames cannot tell it exactly."
+
+
 @contextlib.contextmanager
-def stand(fps: float, *, board: bool = True) -> Iterator[tuple[str, str]]:
-    """The process. Gives where its name server is, and its camera's URI."""
+def stand(fps: float, *, board: bool = True) -> Iterator[Stand]:
+    """The process."""
     command = [sys.executable, "-m", "benchmarks._servo_stand", str(fps), str(int(board))]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None
-        place = process.stdout.readline().strip()
+        place, zero = process.stdout.readline().split()
         try:
-            yield place, f"gige:{ADDRESS}"
+            yield Stand(place, f"gige:{ADDRESS}", float(zero))
         finally:
             process.stdin.close()
             process.wait(10)

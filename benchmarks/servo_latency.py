@@ -7,9 +7,11 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
+
+from typing_extensions import override
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
@@ -23,27 +25,33 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.priority import run_as_others, run_first
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
 
-Opened = AbstractContextManager[tuple[Robot, FrameGrabber]]
+Photon = Callable[[Frame], float]
+"""When the middle of a frame's exposure was, seconds of `time.monotonic`."""
+Opened = AbstractContextManager[tuple[Robot, FrameGrabber, Photon]]
 """A robot and a camera, closed at the end."""
 FPS = 30
 PERIOD_MS = 1e3 / FPS
 WARM_UP = 60
-"Pictures at the beginning that do not count."
+WINDOW_WARM_UP = 150
+"Pictures at the beginning that do not count: until detectors, and the window, are there."
 LOADS = 0, 2
 METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512: an image arrives, is
 searched, and is answered by a command. Robot and camera are a process of their own with real-time priority,
 as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2 topic (RGB8),
-and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins in the middle
-of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms), so rendering and
-transport are in it. *face*: no marker is there, and the head follows a face; *marker, face*: faces are
-searched although a marker is seen, which the program never does. Busy programs compute without a pause beside
-it."""
+and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins in the true
+middle of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms), by the
+simulated camera's own clock, and ends when the command was given to the robot's connection. The rest of the
+exposure, drawing the image and transport are in it: *image here* is how much passes until the loop has the
+image, which a real camera spends on reading out. *face*: no marker is there, and the head follows a face;
+*marker, face*: faces are searched although a marker is seen, which the program never does. Busy programs
+compute without a pause beside it."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +66,19 @@ class Case:
 
 
 @contextmanager
-def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber]]:
+def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
     """The simulated TEO in a process of its own, pictures by GigE Vision and commands over YARP."""
     with ExitStack() as stack:
-        place, uri = stack.enter_context(stand(FPS, board=board))
-        robot, camera = TeoOverYarp(NameClient.find(place)), sources.create(uri)
+        there = stack.enter_context(stand(FPS, board=board))
+        robot, camera = TeoOverYarp(NameClient.find(there.name_server)), sources.create(there.camera)
         for part in (robot, camera):
             part.open()
             stack.callback(part.close)
-        yield robot, camera
+        yield robot, camera, lambda frame: there.zero + 1e-9 * frame.timestamp_ns + 0.5e-6 * EXPOSURE_US
 
 
 @contextmanager
-def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
+def over_ros2() -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
     """The simulated TIAGo in a process of its own, picture and commands over rclpy."""
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
@@ -87,7 +95,8 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
             for part in (robot, camera):
                 part.open()
                 stack.callback(part.close)
-            yield robot, camera
+            # The stamp is the exposure's beginning, on the clock of this computer.
+            yield robot, camera, lambda frame: frame.captured + 0.5e-6 * closed_loop.EXPOSURE_US
     finally:
         simulation.terminate()
         simulation.wait(10)
@@ -119,17 +128,19 @@ def measure(arguments: list[str] | None = None) -> Section:
     run_as_others()
     rows, worst, loaded = [], 0.0, 0.0
     for case in cases():
-        with opened(case) as (robot, camera), busy(case.busy) if case.busy else nullcontext():
-            latencies = latencies_of(robot, camera, options.seconds, case)
+        with opened(case) as (robot, camera, photon), busy(case.busy) if case.busy else nullcontext():
+            arrivals, latencies = latencies_of(robot, camera, photon, options.seconds, case)
         percentiles = statistics.quantiles(latencies, n=100)
         median, p99 = statistics.median(latencies), percentiles[98]
         worst = max(worst, p99)
         loaded = max(loaded, p99) if case.busy else loaded
         window = "in its window" if case.window else "headless"
         numbers = f"{median:.1f}", f"{percentiles[94]:.1f}", f"{p99:.1f}", f"{max(latencies):.1f}"
-        rows.append([case.robot, case.seen, window, str(case.busy), str(len(latencies)), *numbers])
+        here = f"{statistics.median(arrivals):.1f}"
+        rows.append([case.robot, case.seen, window, str(case.busy), str(len(latencies)), here, *numbers])
         print(rows[-1], flush=True)
-    header = ["robot", "seen", "program", "busy programs", "pictures", "median, ms", "95 %", "99 %", "worst"]
+    header = ["robot", "seen", "program", "busy programs", "pictures", "image here, ms", "median, ms"]
+    header += ["95 %", "99 %", "worst"]
     return Section(
         "Servoing, photon to command",
         "python -m benchmarks servo_latency    # four minutes",
@@ -146,20 +157,45 @@ def measure(arguments: list[str] | None = None) -> Section:
     )
 
 
-def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float, case: Case) -> list[float]:
-    def detector(frame: Frame) -> Detector:
-        made = closed_loop.detector(Config(), closed_loop.calibration(), real_time=True)
-        made.faces_with_markers = case.seen == "marker, face"
-        return made
+class TimedRunner(Runner):
+    """Notes the true age of each image as the loop gets it and as its command is sent, milliseconds."""
 
-    runner = Runner(camera, robot, detector)
+    def __init__(self, camera: FrameGrabber, robot: Robot, photon: Photon, case: Case) -> None:
+        super().__init__(camera, robot, lambda _: _detector(case))
+        self.arrivals: list[float] = []
+        self.latencies: list[float] = []
+        self._photon = photon
+        self.cycle_done.connect(self._on_cycle_done)
+
+    @override
+    def _see(self, frame: Frame) -> float | None:
+        self.arrivals.append(1e3 * (time.monotonic() - self._photon(frame)))
+        return super()._see(frame)
+
+    def _on_cycle_done(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        if frame is not None:
+            self.latencies.append(1e3 * (time.monotonic() - self._photon(frame)))
+
+
+def _detector(case: Case) -> Detector:
+    made = closed_loop.detector(Config(), closed_loop.calibration(), real_time=True)
+    made.faces_with_markers = case.seen == "marker, face"
+    return made
+
+
+def latencies_of(
+    robot: Robot, camera: FrameGrabber, photon: Photon, seconds: float, case: Case
+) -> tuple[list[float], list[float]]:
+    """True ages of images, milliseconds: as the loop has them, and as their commands were sent."""
+    runner = TimedRunner(camera, robot, photon, case)
     runner.start()
     if case.window:
         show(runner, seconds)
     else:
         time.sleep(seconds)
     runner.stop()
-    return list(runner.latency_ms)[WARM_UP:]
+    first = WINDOW_WARM_UP if case.window else WARM_UP
+    return runner.arrivals[first:], runner.latencies[first:]
 
 
 def show(runner: Runner, seconds: float) -> None:

@@ -10,13 +10,14 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, ProtocolError, TransportError
+from grabbergui.core.errors import GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
@@ -37,7 +38,7 @@ _ARM_FRESH = 0.3
 
 
 class TeoOverYarp(Robot):
-    """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own.
+    """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on the connections' threads.
 
     Its drives keep their velocity until the next command: the gate's watchdog ends it in time.
     """
@@ -57,15 +58,19 @@ class TeoOverYarp(Robot):
         self._names = names
         self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
         self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
-        self._head_state = InputPort(f"{local}{HEAD}/state:i", names)
-        self._arm_state = InputPort(f"{local}{ARM}/state:i", names)
-        self._arm_encoders = InputPort(f"{local}{ARM_BOARD}/state:i", names)
+        self._readings: dict[str, tuple[float, np.ndarray]] = {}
+
+        def listener(part: str, port: str, read: Callable[[Bottle], np.ndarray]) -> InputPort:
+            return _ReadingPort(f"{local}{port}/state:i", names, part, self._readings, read)
+
+        self._head_state = listener("head", HEAD, lambda bottle: teo_messages.read_encoders(bottle, 2))
+        self._arm_state = listener("hand", ARM, teo_messages.read_status)
+        self._arm_encoders = listener("arm", ARM_BOARD, lambda bottle: teo_messages.read_encoders(bottle, 6))
         self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
         self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
         # Connections of their own: a request that is still waited for must not hold up a stop.
         self._head_stop = RpcClient(self._head_rpc.target, names)
         self._arm_stop = RpcClient(self._arm_rpc.target, names)
-        self._readings: dict[str, tuple[float, np.ndarray]] = {}
         self._dialects: tuple[Dialect, Dialect] | None = None
         self._mode: Vocab | None = None
         self._announced: Vocab | None = None
@@ -76,8 +81,7 @@ class TeoOverYarp(Robot):
         "How many there were; a command during which one came is not sent any more."
         self._sending = threading.Lock()
         "Held while a command is written, which never waits, so that a stop is the later of the two."
-        self._running = threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._open = False
 
     def open(self) -> None:
         """See Robot. Opens our ports, connects them to the robot's, and starts to listen."""
@@ -93,21 +97,15 @@ class TeoOverYarp(Robot):
             self.close()
             raise
         self._connect_arm_encoders()
-        self._running.set()
-        self._listen("head", self._head_state, lambda bottle: teo_messages.read_encoders(bottle, 2))
-        self._listen("hand", self._arm_state, teo_messages.read_status)
-        self._listen("arm", self._arm_encoders, lambda bottle: teo_messages.read_encoders(bottle, 6))
+        self._open = True
 
     def close(self) -> None:
         """See Robot."""
-        if self._running.is_set():
+        if self._open:
             self.stop()
-        self._running.clear()
+        self._open = False
         for port in self._ports:
             port.close()
-        for thread in self._threads:
-            thread.join()
-        self._threads = []
         for client in (self._head_rpc, self._arm_rpc, self._head_stop, self._arm_stop):
             client.close()
 
@@ -327,20 +325,32 @@ class TeoOverYarp(Robot):
         if not teo_messages.succeeded(reply):
             raise _RefusedError(f"{client.target} refused {request.to_text()}: {reply}")
 
-    def _listen(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:
-        thread = threading.Thread(target=self._receive, args=(name, port, read), name=port.name, daemon=True)
-        thread.start()
-        self._threads.append(thread)
 
-    def _receive(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:
-        while self._running.is_set():
-            with suppress(FrameTimeoutError):
-                data, _ = port.read(0.2)
-                try:
-                    # The robot's clock may be another; a reading is as old as its arrival.
-                    self._readings[name] = (time.monotonic(), read(Bottle.decode(data)))
-                except ProtocolError as error:
-                    log.warning("%s: %s", port.name, error)
+class _ReadingPort(InputPort):
+    """Reads a robot's state on the connection's own thread.
+
+    A thread more would be three hundred changes of threads a second, each of which may hold up the loop.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        names: NameClient,
+        part: str,
+        readings: dict[str, tuple[float, np.ndarray]],
+        read: Callable[[Bottle], np.ndarray],
+    ) -> None:
+        super().__init__(name, names)
+        self._part, self._readings, self._read = part, readings, read
+
+    @override
+    def deliver(self, request: Request) -> Reply:
+        try:
+            # The robot's clock may be another; a reading is as old as its arrival.
+            self._readings[self._part] = time.monotonic(), self._read(Bottle.decode(request.data))
+        except ProtocolError as error:
+            log.warning("%s: %s", self.name, error)
+        return None
 
 
 class _RefusedError(TransportError):
