@@ -1660,6 +1660,147 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>LutController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="86"/>
+        <source>Reading the look-up table</source>
+        <translation>Leyendo la tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="122"/>
+        <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
+        <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="123"/>
+        <source>Load a look-up table</source>
+        <translation>Cargar una tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="132"/>
+        <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
+        <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="133"/>
+        <source>Save the look-up table</source>
+        <translation>Guardar la tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="141"/>
+        <source>Saved {0}</source>
+        <translation>Se guardó {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="158"/>
+        <source>The camera has the new look-up table</source>
+        <translation>La cámara tiene la nueva tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
+        <source>Writing the look-up table</source>
+        <translation>Escribiendo la tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="173"/>
+        <source>Switching the look-up table</source>
+        <translation>Conmutando la tabla de consulta</translation>
+    </message>
+</context>
+<context>
+    <name>LutDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="42"/>
+        <source>Look-up table</source>
+        <translation>Tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="44"/>
+        <source>&amp;Table</source>
+        <translation>&amp;Tabla</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="47"/>
+        <source>The camera &amp;uses it</source>
+        <translation>La cámara la &amp;usa</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="49"/>
+        <source>Curve of the look-up table</source>
+        <translation>Curva de la tabla de consulta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="50"/>
+        <source>Right: value of the sensor; up: value that is sent in its place</source>
+        <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="55"/>
+        <source>Gamma</source>
+        <translation>Gamma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="56"/>
+        <source>Below 1, dark parts become brighter; above 1, darker</source>
+        <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="57"/>
+        <source>&amp;Gamma</source>
+        <translation>G&amp;amma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="59"/>
+        <source>Li&amp;near</source>
+        <translation>Li&amp;neal</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="60"/>
+        <source>L&amp;oad…</source>
+        <translation>Ca&amp;rgar…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="61"/>
+        <source>&amp;Save…</source>
+        <translation>&amp;Guardar…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="64"/>
+        <source>Un&amp;do</source>
+        <translation>&amp;Deshacer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="65"/>
+        <source>Write the table back that the camera had before</source>
+        <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="66"/>
+        <source>&amp;Write to the camera</source>
+        <translation>&amp;Escribir en la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
+        <source>&amp;Close</source>
+        <translation>&amp;Cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="93"/>
+        <source>{0} entries</source>
+        <translation>{0} valores</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="94"/>
+        <source>not written yet</source>
+        <translation>aún sin escribir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="94"/>
+        <source>as the camera has it</source>
+        <translation>como la tiene la cámara</translation>
+    </message>
+</context>
+<context>
     <name>MainWindow</name>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="6"/>
@@ -1697,567 +1838,567 @@ It {1}.</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="122"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="124"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="140"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="142"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="165"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="167"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="171"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="173"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="177"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="184"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="191"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="198"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="205"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="212"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="223"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="259"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="299"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="443"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="462"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="466"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="466"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="475"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="476"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="503"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="504"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="508"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="514"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="512"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="518"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="359"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="360"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2272,177 +2413,177 @@ It {1}.</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="395"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="480"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="475"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
         <source>Read a camera_info file, and show the picture without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="484"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="485"/>
         <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="484"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
         <source>Read the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="494"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="495"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="492"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="498"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="499"/>
         <source>Check this computer for what usually goes wrong with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="238"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>Connect to the source chosen and set format and region before its first picture</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
     </message>
@@ -2452,59 +2593,69 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="381"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="382"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="382"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="383"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="383"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="384"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="384"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="385"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
         <source>Save the newest frame at full resolution, each of its components: PNG, or TIFF for more than 8 bits</source>
         <translation>Guarda el último fotograma a resolución completa, cada uno de sus componentes: PNG, o TIFF con más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
         <source>Save point &amp;cloud</source>
         <translation>Guardar nube de p&amp;untos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
         <source>Save the points of the newest frame&apos;s range image as PLY, in millimetres</source>
         <translation>Guarda los puntos de la imagen de distancias del último fotograma en PLY, en milímetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="281"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
         <source>Point clou&amp;d…</source>
         <translation>N&amp;ube de puntos…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
         <source>Show the points of the range image in a window, to turn with the mouse</source>
         <translation>Muestra en una ventana los puntos de la imagen de distancias, que se giran con el ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="277"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>&amp;Sensor has polarisers</source>
         <translation>El &amp;sensor tiene polarizadores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>Checked by itself where the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
         <translation>Se marca solo cuando las características de la cámara lo indican. Se supone la disposición de Sony: 90°, 45° sobre 135°, 0°.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
+        <source>Loo&amp;k-up table…</source>
+        <translation>Tabla de &amp;consulta…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
+        <source>Show the camera&apos;s look-up table as a curve, edit it, and write it to the camera</source>
+        <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
 </context>
 <context>
@@ -2917,17 +3068,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="282"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="284"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="291"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="291"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -144,6 +145,10 @@ class FileControl:
     def __init__(self, memory: RegisterMemory, store: FileStore) -> None:
         self._memory = memory
         self.store = store
+        self.on_open: Callable[[File], None] = lambda file: None
+        "Called before a file is opened."
+        self.on_stored: Callable[[File], None] = lambda file: None
+        "Called after a file was replaced or deleted from outside."
         self._open: dict[File, FileOpenMode] = {}
         self._staged: dict[File, bytearray] = {}
         "Data to be stored when the file is closed."
@@ -177,6 +182,7 @@ class FileControl:
 
     def _open_file(self, file: File) -> tuple[FileOperationStatus, int]:
         mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
+        self.on_open(file)
         wear = _KINDS[file].wear
         if mode is not FileOpenMode.READ:
             if wear is Wear.READ_ONLY:
@@ -205,6 +211,7 @@ class FileControl:
             return FileOperationStatus.FAILURE, 0
         self.store.replace(file, self.store.content(file) if staged is None else bytes(staged))
         self.store.note(f"{SPELLED[file]} was written: {len(self.store.content(file))} bytes")
+        self.on_stored(file)
         return FileOperationStatus.SUCCESS, 0
 
     def _read(self, file: File) -> tuple[FileOperationStatus, int]:
@@ -234,6 +241,7 @@ class FileControl:
             return FileOperationStatus.FAILURE, 0
         self.store.replace(file, b"")
         self.store.note(f"{SPELLED[file]} was deleted")
+        self.on_stored(file)
         return FileOperationStatus.SUCCESS, 0
 
     def _range(self) -> tuple[int, int]:

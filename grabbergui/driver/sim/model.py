@@ -16,6 +16,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.auto import regulate
 from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece
 from grabbergui.driver.sim.files import FileControl, FileStore, firmware_version
+from grabbergui.driver.sim.lut import LookUpTable
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -50,6 +51,9 @@ class FramePlan:
     chunk_values: dict[Chunk, float]
     "Empty while chunk mode is off."
     payload_bytes: int
+
+
+_LUT = reg.File.LUT_LUMINANCE
 
 
 class CameraModel:
@@ -93,9 +97,12 @@ class CameraModel:
         self.memory = RegisterMemory(reg.ALL)
         for register, value in (power_on or {}).items():
             self.memory.set(register, value)
-        update_geometry(self.memory)
         self.files = files or FileStore()
         self._file_control = FileControl(self.memory, self.files)
+        self._look_up_table = LookUpTable(self.memory, self.files)
+        self._file_control.on_open = lambda file: self._look_up_table.save() if file is _LUT else None
+        self._file_control.on_stored = lambda file: self._look_up_table.load() if file is _LUT else None
+        update_geometry(self.memory)
         self._user_sets = UserSets(self.memory, self.files)
         self._show_firmware()
         self._install_hooks()

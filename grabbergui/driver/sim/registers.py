@@ -387,6 +387,12 @@ FILE_SIZE = _one("FileSize")
 FILE_ACCESS_OFFSET = _one("FileAccessOffset")
 FILE_ACCESS_LENGTH = _one("FileAccessLength")
 FILE_ACCESS_BUFFER = _described.buffer("FileAccessBuffer")
+
+# -- LUTControl -----------------------------------------------------------------------------------
+LUT_ENABLE = _one("LUTEnable")
+LUT_INDEX = _one("LUTIndex")
+LUT_VALUE = _one("LUTValue")
+LUT_VALUE_ALL = _described.buffer("LUTValueAll")
 "Address and length."
 
 # -- ChunkDataControl -----------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from grabbergui.core.component import ComponentKind, PayloadType
@@ -52,6 +52,8 @@ class FrameSettings:
     "Horizontal, vertical."
     payload_type: PayloadType = PayloadType.IMAGE
     components: tuple[ComponentKind, ...] = (ComponentKind.INTENSITY,)
+    lut: bytes | None = field(default=None, repr=False)
+    "The look-up table, 16 bits big-endian; None while it is off."
 
     @property
     def image_bytes(self) -> int:
@@ -97,6 +99,7 @@ def settings_of(memory: RegisterMemory) -> FrameSettings:
         (BinningMode(memory.integer(horizontal)), BinningMode(memory.integer(vertical))),
         _payload_type(memory),
         _components(memory),
+        memory.read(*reg.LUT_VALUE_ALL) if memory.integer(reg.LUT_ENABLE) else None,
     )
 
 

@@ -35,6 +35,7 @@ from grabbergui.ui.controllers.components import ComponentController
 from grabbergui.ui.controllers.favourites import FavouritesController, FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.help import HelpController, LogController
+from grabbergui.ui.controllers.lut import LutController
 from grabbergui.ui.controllers.measuring import MeasuringController
 from grabbergui.ui.controllers.pausing import PauseController, PlaybackController
 from grabbergui.ui.controllers.picture import AcquisitionController, DisplayController
@@ -113,6 +114,7 @@ class Program(QObject):
         self.work = CameraWork(tasks, connection, said)
         self.settings_files = SettingsFilesController(window, files, connection, self.work, said)
         self.user_sets = UserSetsController(window.actionUserSets, window, connection, self.work, said)
+        self.lut = LutController(window.actionLookUpTable, window, files, connection, self.work, said)
         self.display = DisplayController(window, picture, window.histogram, connection, self.picture, self)
         self.components = ComponentController(
             window, picture, window.histogram, connection, self.picture, self

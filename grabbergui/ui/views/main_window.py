@@ -150,6 +150,7 @@ class MainWindow(QMainWindow):
     actionCalibrate: QAction
     actionLoadCalibration: QAction
     actionShowCalibration: QAction
+    actionLookUpTable: QAction
     actionManual: QAction
     actionWhatsThis: QAction
     actionDoctor: QAction

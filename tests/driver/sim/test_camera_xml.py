@@ -159,6 +159,7 @@ CATEGORIES = (
     "AnalogControl",
     "AutoFunctionControl",
     "DigitalIOControl",
+    "LUTControl",
     "UserSetControl",
     "FileAccessControl",
     "Scan3dControl",

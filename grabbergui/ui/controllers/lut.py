@@ -1,0 +1,189 @@
+"""The camera's look-up tables: shown, edited, kept in files, written."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+from PyQt5.QtCore import QObject
+from PyQt5.QtWidgets import QAction, QWidget
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.lookup_table import (
+    LutShape,
+    Table,
+    gamma_table,
+    has_lut,
+    load_table,
+    read_table,
+    save_table,
+    selectors_of,
+    shape_of,
+    write_table,
+)
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.settings.feature_set import Progress
+from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
+from grabbergui.ui.views.bases import FileQuestions
+from grabbergui.ui.views.lut_dialog import LutDialog
+
+
+@dataclass(frozen=True, eq=False)
+class _Present:
+    """The table that the camera has."""
+
+    selectors: tuple[str, ...]
+    selector: str
+    shape: LutShape
+    table: Table
+    used: bool | None
+
+
+class LutController(QObject):
+    """Edits a copy; the camera changes when the user writes it. The table before is kept for one undo."""
+
+    def __init__(
+        self,
+        action: QAction,
+        window: QWidget,
+        files: FileQuestions,
+        connection: Connection,
+        work: CameraWork,
+        messages: CurrentMessages,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._files = files
+        self._work = work
+        self._messages = messages
+        self.dialog: LutDialog | None = None
+        "While it is shown."
+        self._present: _Present | None = None
+        self._edited: Table = np.zeros(0, np.int64)
+        self._before: Table | None = None
+        action.triggered.connect(self.show)
+        CameraAbility(self, connection, has_lut, action).ended.connect(self._on_camera_ended)
+
+    @property
+    def edited(self) -> Table:
+        """The table as it is edited."""
+        return self._edited
+
+    def show(self) -> None:
+        """Read the first table of the camera, and show it."""
+        self._read("")
+
+    def _read(self, selector: str) -> None:
+        def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
+            return _read(grabber.plain, selector, progress, cancelled)
+
+        self._before = None
+        self._work.run(self.tr("Reading the look-up table"), work, self._show)
+
+    def _show(self, present: _Present) -> None:
+        self._present, self._edited = present, present.table.copy()
+        if self.dialog is None:
+            self.dialog = dialog = LutDialog(self._window)
+            dialog.selectorChosen.connect(self._read)
+            dialog.enableToggled.connect(self._on_enable_toggled)
+            dialog.gammaChosen.connect(self._on_gamma_chosen)
+            dialog.linearRequested.connect(self._on_linear_requested)
+            dialog.loadRequested.connect(self._on_load_requested)
+            dialog.saveRequested.connect(self._on_save_requested)
+            dialog.writeRequested.connect(lambda: self._write(self._edited))
+            dialog.undoRequested.connect(self._on_undo_requested)
+            dialog.finished.connect(self._on_dialog_finished)
+            dialog.setSelectors(present.selectors)
+            dialog.show()
+        self.dialog.setEnabledInCamera(present.used)
+        self.dialog.setUndoable(self._before is not None)
+        self.dialog.setTables(present.table, self._edited)
+
+    def _edit(self, table: Table) -> None:
+        self._edited = table
+        if self.dialog is not None and self._present is not None:
+            self.dialog.setTables(self._present.table, table)
+
+    def _on_gamma_chosen(self, gamma: float) -> None:
+        if self._present is not None:
+            self._edit(gamma_table(self._present.shape, gamma))
+
+    def _on_linear_requested(self) -> None:
+        if self.dialog is not None:
+            self.dialog.setGamma(1.0)
+        self._on_gamma_chosen(1.0)
+
+    def _on_load_requested(self) -> None:
+        kinds = self.tr("Tables (*.csv *.txt *.bin *.raw);;All files (*)")
+        path = self._files.to_open(self.tr("Load a look-up table"), kinds)
+        if path is None or self._present is None:
+            return
+        try:
+            self._edit(load_table(path, self._present.shape))
+        except UsageError as error:
+            self._messages.error(error_text(error))
+
+    def _on_save_requested(self) -> None:
+        kinds = self.tr("Comma-separated values (*.csv);;16-bit values (*.bin)")
+        path = self._files.to_save(self.tr("Save the look-up table"), "lut.csv", kinds)
+        if path is None:
+            return
+        try:
+            save_table(path, self._edited)
+        except UsageError as error:
+            self._messages.error(error_text(error))
+        else:
+            self._messages.notice(self.tr("Saved {0}").format(path))
+
+    def _on_undo_requested(self) -> None:
+        if self._before is not None:
+            self._write(self._before)
+
+    def _write(self, table: Table) -> None:
+        present = self._present
+        if present is None:
+            return
+
+        def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
+            write_table(grabber.plain, table, present.selector, progress=progress, cancelled=cancelled)
+            return _read(grabber.plain, present.selector, lambda done, of: None, cancelled)
+
+        def done(after: _Present) -> None:
+            self._before = present.table
+            self._messages.notice(self.tr("The camera has the new look-up table"))
+            self._show(after)
+
+        self._work.run(self.tr("Writing the look-up table"), work, done)
+
+    def _on_enable_toggled(self, used: bool) -> None:
+        present = self._present
+        if present is None:
+            return
+
+        def work(grabber: ChangeTrackingGrabber, _: Progress, __: threading.Event) -> None:
+            if present.selector and grabber.plain.feature("LUTSelector").value != present.selector:
+                grabber.write_feature("LUTSelector", present.selector)
+            grabber.write_feature("LUTEnable", used)
+
+        title = self.tr("Switching the look-up table")
+        self._work.run(title, work, lambda _: None, undoable="LUTEnable")
+
+    def _on_dialog_finished(self, _: int) -> None:
+        self.dialog = self._present = self._before = None
+
+    def _on_camera_ended(self) -> None:
+        if self.dialog is not None:
+            self.dialog.reject()
+
+
+def _read(grabber: FrameGrabber, selector: str, progress: Progress, cancelled: threading.Event) -> _Present:
+    selectors = selectors_of(grabber)
+    chosen = selector or selectors[0]
+    table = read_table(grabber, chosen, progress=progress, cancelled=cancelled)
+    used = grabber.feature("LUTEnable").value if grabber.has_feature("LUTEnable") else None
+    return _Present(selectors, chosen, shape_of(grabber), table, None if used is None else bool(used))

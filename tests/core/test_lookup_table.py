@@ -1,0 +1,156 @@
+"""Look-up tables: made, kept in files, read from and written to a camera, all at once or entry by entry."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grabbergui import sources
+from grabbergui.core import lookup_table
+from grabbergui.core.errors import FeatureAccessError, TransferCancelledError, UsageError
+from grabbergui.core.file_access import read_file
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.lookup_table import (
+    LutShape,
+    gamma_table,
+    has_lut,
+    load_table,
+    read_table,
+    save_table,
+    selectors_of,
+    shape_of,
+    write_table,
+)
+
+SHAPE = LutShape(16, 255, whole=False)
+
+
+@pytest.fixture
+def camera() -> Iterator[FrameGrabber]:
+    grabber = sources.create("sim:?width=160&height=120")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+def test_a_gamma_spans_the_whole_range() -> None:
+    linear = gamma_table(SHAPE, 1.0)
+    assert linear.tolist() == [17 * place for place in range(16)]
+    bright = gamma_table(SHAPE, 0.5)
+    assert (bright >= linear).all() and (bright[[0, -1]] == [0, 255]).all() and bright[4] > linear[4]
+    with pytest.raises(UsageError, match=r"allowed is 0\.05 to 20"):
+        gamma_table(SHAPE, 0.0)
+
+
+@pytest.mark.parametrize("name", ["lut.csv", "lut.txt", "lut.bin"])
+def test_a_file_is_read_as_it_was_written(tmp_path: Path, name: str) -> None:
+    table = gamma_table(SHAPE, 2.2)
+    save_table(tmp_path / name, table)
+    assert np.array_equal(load_table(tmp_path / name, SHAPE), table)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("1\n2\n3\n", "has 3 values from 1 to 3"),
+        ("", "has 0 values"),
+        ("one\ntwo\nthree\n", "cannot be read"),
+        ("\n".join(f"{15 - place},{place}" for place in range(16)), "indices do not count"),
+        ("\n".join(str(20 * place) for place in range(16)), "from 0 to 255"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "lut.csv"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=problem):
+        load_table(path, SHAPE)
+    with pytest.raises(UsageError, match="cannot be read"):
+        load_table(tmp_path / "missing.bin", SHAPE)
+
+
+def test_tables_of_other_spellings_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "lut.csv"
+    path.write_text(",".join(str(place) for place in range(16)))
+    assert load_table(path, SHAPE).tolist() == list(range(16))
+    path.write_text("index;value\n" + "\n".join(f"{place};{place}" for place in range(16)))
+    assert load_table(path, SHAPE).tolist() == list(range(16))
+
+
+def test_values_beyond_16_bits_need_text(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"save it as \.csv"):
+        save_table(tmp_path / "lut.bin", np.array([0, 70_000]))
+    with pytest.raises(UsageError, match="cannot be written"):
+        save_table(tmp_path / "no" / "lut.bin", np.array([0, 1]))
+
+
+def test_a_table_is_written_at_once_and_is_in_the_file_too(camera: FrameGrabber) -> None:
+    assert has_lut(camera) and selectors_of(camera) == ("Luminance",)
+    shape = shape_of(camera)
+    assert shape == LutShape(4096, 65535, whole=True)
+    assert read_table(camera, "Luminance").tolist() == [16 * place for place in range(4096)]
+    camera.write_feature("LUTIndex", 7)
+    wanted = gamma_table(shape, 0.45)
+    reports: list[tuple[int, int]] = []
+    write_table(camera, wanted, "Luminance", progress=lambda done, of: reports.append((done, of)))
+    assert reports == [(4096, 4096)]
+    assert np.array_equal(read_table(camera), wanted)
+    assert camera.feature("LUTIndex").value == 7, "put back"
+    assert np.array_equal(np.frombuffer(read_file(camera, "LUTLuminance"), "<u2"), wanted)
+
+
+def test_without_the_register_every_entry_that_differs_is_written(
+    camera: FrameGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(name: str) -> int:
+        raise FeatureAccessError("it does not travel", name)
+
+    monkeypatch.setattr(camera, "register_length", refused)
+    monkeypatch.setattr(lookup_table, "shape_of", lambda grabber: LutShape(64, 65535, whole=False))
+    before = read_table(camera)
+    wanted = before.copy()
+    wanted[[3, 60]] = 999
+    written: list[object] = []
+    write = camera.write_feature
+
+    def noted(name: str, value: object) -> object:
+        if name == "LUTValue":
+            written.append(value)
+        return write(name, value)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(camera, "write_feature", noted)
+    reports: list[int] = []
+    write_table(camera, wanted, progress=lambda done, of: reports.append(done))
+    assert written == [999, 999] and reports == list(range(1, 65))
+    assert np.array_equal(read_table(camera), wanted)
+
+    cancelled = threading.Event()
+    cancelled.set()
+    with pytest.raises(TransferCancelledError, match="after 0 of 64"):
+        read_table(camera, cancelled=cancelled)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_the_byte_order_is_recognised(
+    camera: FrameGrabber, monkeypatch: pytest.MonkeyPatch, order: str
+) -> None:
+    content = bytearray((np.arange(4096) * 16).astype(f"{order}u2").tobytes())
+    monkeypatch.setattr(camera, "read_register", lambda name, length: bytes(content[:length]))
+    monkeypatch.setattr(camera, "write_register", lambda name, data: content.__setitem__(slice(None), data))
+    assert read_table(camera).tolist() == [16 * place for place in range(4096)]
+    wanted = gamma_table(shape_of(camera), 2.0)
+    write_table(camera, wanted)
+    assert np.array_equal(np.frombuffer(bytes(content), f"{order}u2"), wanted)
+
+
+def test_a_table_of_another_shape_or_an_unknown_layout_is_refused(
+    camera: FrameGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(UsageError, match="has 4096 entries from 0 to 65535; this one has 3"):
+        write_table(camera, np.array([1, 2, 3]))
+    monkeypatch.setattr(camera, "read_register", lambda name, length: b"\x5a" * length)
+    with pytest.raises(UsageError, match="its layout is not known"):
+        read_table(camera)

@@ -1,0 +1,68 @@
+"""The look-up table is a curve that is edited, kept in a file, written to the camera and taken back."""
+
+import numpy as np
+import pytest
+
+from grabbergui.core.lookup_table import load_table, read_table, shape_of
+
+
+@pytest.fixture
+def desk(window_desk):
+    window_desk.connect("sim:?width=160&height=120&fps=20")
+    action = window_desk.window.actionLookUpTable
+    window_desk.until(action.isEnabled)
+    action.trigger()
+    window_desk.until(lambda: window_desk.program.lut.dialog is not None)
+    return window_desk
+
+
+def test_a_gamma_is_written_to_the_camera_and_taken_back(desk):
+    lut, dialog, camera = desk.program.lut, desk.program.lut.dialog, desk.grabber
+    linear = read_table(camera)
+    assert not dialog.writeButton.isEnabled() and not dialog.undoButton.isEnabled()
+    assert not dialog.selectorBox.isVisible(), "one table needs no choice"
+    dialog.gammaBox.setValue(0.5)
+    assert dialog.writeButton.isEnabled() and "not written yet" in dialog.stateLabel.text()
+    assert dialog.plot.values("edited").max() == 65535
+    assert np.array_equal(read_table(camera), linear), "the camera is not touched before"
+    dialog.writeButton.click()
+    desk.until(dialog.undoButton.isEnabled)
+    assert np.array_equal(read_table(camera), lut.edited) and lut.edited[1024] > linear[1024]
+    dialog.undoButton.click()
+    desk.until(lambda: np.array_equal(read_table(camera), linear))
+    desk.until(lambda: np.array_equal(lut.edited, linear))
+    dialog.close()
+    desk.until(lambda: lut.dialog is None)
+
+
+def test_its_use_is_switched_as_a_step_to_undo(desk):
+    dialog, camera = desk.program.lut.dialog, desk.grabber
+    dialog.enableBox.click()
+    desk.until(lambda: camera.feature("LUTEnable").value is True)
+    desk.until(desk.window.actionUndo.isEnabled)
+    desk.window.actionUndo.trigger()
+    desk.until(lambda: camera.feature("LUTEnable").value is False)
+
+
+def test_a_table_is_saved_and_loaded(desk, tmp_path, monkeypatch):
+    lut, dialog = desk.program.lut, desk.program.lut.dialog
+    path = tmp_path / "lut.csv"
+    monkeypatch.setattr(lut._files, "to_save", lambda *_: path)
+    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    dialog.gammaBox.setValue(2.0)
+    curve = lut.edited
+    dialog.saveButton.click()
+    assert np.array_equal(load_table(path, shape_of(desk.grabber)), curve)
+    dialog.linearButton.click()
+    assert lut.edited[2048] != curve[2048] and dialog.gammaBox.value() == 1.0
+    dialog.loadButton.click()
+    assert np.array_equal(lut.edited, curve)
+    path.write_text("1,2,3")
+    dialog.loadButton.click()
+    desk.until(lambda: any("has 3 values" in text for text in desk.errors))
+    assert np.array_equal(lut.edited, curve)
+
+
+def test_the_window_closes_with_its_camera(desk):
+    desk.connect("sim:colour?width=160&height=120")
+    desk.until(lambda: desk.program.lut.dialog is None)
