@@ -24,6 +24,7 @@ ORDER = (
     "USB3 Vision",
     "Both networks at once",
     "The DDS profile",
+    "Beside another ROS 2 driver",
     "YARP ports",
     "Painting",
     "Recording",

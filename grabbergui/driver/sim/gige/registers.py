@@ -124,6 +124,7 @@ class ChannelRegisters:
 
 CHANNELS = tuple(map(ChannelRegisters.of, range(2)))
 "Each that is open gets every frame."
+STREAM_CHANNELS = _register("stream channels", _R.STREAM_CHANNELS, len(CHANNELS))
 SCP, SCPS, SCPD, SCDA, SCSP = CHANNELS[0].all()
 ACTION_GROUP_KEY = _register("action group key", 0x9800, writable=True)
 ACTION_GROUP_MASK = _register("action group mask", 0x9804, writable=True)
@@ -144,7 +145,7 @@ _REGISTERS = (
     PERSISTENT_GATEWAY,
     LINK_SPEED,
     _register("message channels", _R.MESSAGE_CHANNELS, 1),
-    _register("stream channels", _R.STREAM_CHANNELS, len(CHANNELS)),
+    STREAM_CHANNELS,
     _register("action signals", _R.ACTION_SIGNALS, 1),
     ACTION_DEVICE_KEY,
     _register("active links", 0x0910, 1),

@@ -1,0 +1,411 @@
+"""ROS 2 camera drivers side by side: our server and camera_aravis2, on the same simulated GigE camera.
+
+    python -m benchmarks ros2_drivers [--seconds 5] [--rounds 3]
+
+camera_aravis2's `camera_driver_gv` is taken from the variable CAMERA_ARAVIS2 (a path) or from the PATH;
+without it ours is measured alone, and the page says so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from benchmarks import _document
+from benchmarks._network_runs import on_this_machine_only, process
+from benchmarks._results import Chart, Goal, Section, Table, machine
+from benchmarks._ros2_driver_ends import (
+    ADDRESS,
+    PACKET_SIZE,
+    PATIENCE,
+    Seen,
+    Size,
+    Watched,
+    be_camera,
+    cpu_of,
+    operate,
+    read,
+)
+
+OURS, PEER, PEER_WITH_PROFILE = "ours", "camera_aravis2", "camera_aravis2, our DDS profile"
+PEER_PROGRAM = "camera_driver_gv"
+SIZES = (Size("1080p", 1920, 1080, 30.0), Size("8.8 MP", 4096, 2160, 10.0))
+READERS = (1, 4)
+PROFILE = Path(__file__).parents[1] / "resources/ros2/fastdds.xml"
+ARRIVE = 2.0
+"Seconds in which the last pictures may still come."
+WRITES = 20
+"Of Gain, a round."
+TOPIC = "/camera/image_raw"
+METHOD = """One simulated GigE Vision camera (Mono8, {packet} bytes a packet, each sent singly, 10 ms
+exposure; 30 frames a second at 1080p, 10 at 8.8 MP, which is what Gigabit Ethernet carries) in a process of
+its own on the loopback, and one driver at a time, {rounds} rounds in turn of {seconds:g} seconds each:
+`grabbergui serve gige:… --ros2 /camera`, and Fraunhofer IOSB's `camera_aravis2` (a C++ node over Aravis 0.8).
+Readers and operator are plain rclpy processes with the default quality of service (reliable, 10 deep), the
+same for both drivers. Both drivers run without the system's capabilities, as an ordinary user's programs.
+
+camera_aravis2 1.2 was built from its sources with rclcpp 29.3 over the Fast DDS 3.2 of rclpy's wheels. Of
+image_transport it has the raw transport only, and camera_info is that of an uncalibrated camera."""
+WITHOUT = (
+    "\n\n**`camera_driver_gv` was not found here (CAMERA_ARAVIS2, PATH), so that ours is measured alone.**"
+)
+READING = [
+    "**delivered**: pictures exposed in that time, over all rounds, that the *worst* reader has; pictures are"
+    " told apart by their first pixel.",
+    "**latency**: from the start of the exposure, by the camera's own clock, to the whole picture in the"
+    " reader's hands, over all readers; the exposure takes 10 ms of it, the wire 17 ms at 1080p and 71 ms at"
+    " 8.8 MP.",
+    "**CPU a picture**: of the driver's process, the kernel's part included; *CPU, a reader* is the share of"
+    " a core that one reader's process takes.",
+    "*our DDS profile*: `FASTDDS_DEFAULT_PROFILES_FILE=resources/ros2/fastdds.xml`, which our server sets by"
+    " itself.",
+    "**Gain**: from the operator's `set_parameters` to the camera's register, and to the answer.",
+]
+
+
+@dataclass
+class Runs:
+    """All rounds of one driver with one picture and so many readers."""
+
+    delivered: list[tuple[int, int]] = field(default_factory=list)
+    "Pictures that the worst reader has, and of how many."
+    ages: list[list[float]] = field(default_factory=list)
+    "Milliseconds, of all readers."
+    cpu_a_picture: list[float] = field(default_factory=list)
+    "Milliseconds of the driver's process."
+    reader_cores: list[float] = field(default_factory=list)
+    failed: int = 0
+    "Rounds in which a reader got nothing at all."
+
+    def add(self, watched: Watched, seen: list[Seen], cpu: float) -> None:
+        judged = {began for _, began in watched.exposures}
+        first = min(judged, default=0)
+        ages: list[float] = []
+        worst = len(judged)
+        for one in seen:
+            arrived = _exposed(watched.exposures, one.arrivals)
+            worst = min(worst, len(judged & arrived.keys()))
+            ages += [(at - began) / 1e6 for began, at in arrived.items() if began >= first]
+        self.delivered.append((worst, len(judged)))
+        self.ages.append(sorted(ages))
+        self.cpu_a_picture.append(1e3 * cpu / max(len(judged), 1))
+        self.reader_cores.append(statistics.median(one.cores for one in seen))
+
+    @property
+    def share(self) -> float:
+        """Percent of all rounds' pictures that the worst reader has."""
+        worst, of = self._sums()
+        return 100 * worst / of if of and not self.failed else 0.0
+
+    @property
+    def counts(self) -> str:
+        worst, of = self._sums()
+        return f"{worst} of {of}" + (f", none in {self.failed} rounds" if self.failed else "")
+
+    def _sums(self) -> tuple[int, int]:
+        return sum(worst for worst, _ in self.delivered), sum(of for _, of in self.delivered)
+
+    def age(self, share: float) -> float | None:
+        """What so many pictures do not exceed: the median of the rounds; None where none came."""
+        rounds = [ages[min(int(len(ages) * share), len(ages) - 1)] for ages in self.ages if ages]
+        return statistics.median(rounds) if rounds else None
+
+    @property
+    def cpu(self) -> float:
+        """Milliseconds a picture, the median of the rounds."""
+        return statistics.median(self.cpu_a_picture or [float("nan")])
+
+
+@dataclass
+class Gains:
+    """Milliseconds from the request, of all rounds."""
+
+    written: list[float] = field(default_factory=list)
+    answered: list[float] = field(default_factory=list)
+
+
+Key = tuple[str, str, int]
+"Picture, driver, readers."
+
+
+def _exposed(exposures: Sequence[tuple[int, int]], arrivals: Sequence[tuple[int, int]]) -> dict[int, int]:
+    """When each picture was exposed, and when it arrived: the latest before with the same first pixel."""
+    by_pixel: dict[int, list[int]] = defaultdict(list)
+    for pixel, began in exposures:
+        by_pixel[pixel].append(began)
+    found: dict[int, int] = {}
+    for pixel, at in arrivals:
+        earlier = [began for began in by_pixel[pixel] if began <= at]
+        if earlier:
+            found.setdefault(earlier[-1], at)
+    return found
+
+
+# -- the drivers -------------------------------------------------------------------------------------
+def peer() -> str | None:
+    """The peer's program, if it is here."""
+    named = os.environ.get("CAMERA_ARAVIS2")
+    return shutil.which(named or PEER_PROGRAM)
+
+
+def as_ordinary_user(command: list[str]) -> list[str]:
+    """Without the capabilities that root has: packet sockets and larger buffers are not everybody's."""
+    if os.geteuid() != 0:
+        return command
+    return ["setpriv", "--bounding-set=-all", "--inh-caps=-all", *command]
+
+
+def command_of(driver: str, folder: Path) -> list[str]:
+    if driver == OURS:
+        source = f"gige:{ADDRESS}?packet_size={PACKET_SIZE}"
+        return [sys.executable, "-m", "grabbergui", "serve", source, "--ros2", "/camera"]
+    program = peer()
+    assert program is not None
+    features = folder / "features.yaml"
+    features.write_text("- FeatureName: Gain\n  Type: float\n  Description: Gain.\n")
+    parameters = folder / "parameters.yaml"
+    parameters.write_text(
+        f"""/**:
+  ros__parameters:
+    guid: "{ADDRESS}"
+    frame_id: camera
+    dynamic_parameters_yaml_url: "{features}"
+    TransportLayerControl: {{GevSCPSPacketSize: {PACKET_SIZE}}}
+"""
+    )
+    return [program, "--ros-args", "-r", "__node:=camera", "--params-file", str(parameters)]
+
+
+@contextmanager
+def running(driver: str) -> Iterator[int]:
+    """The driver's process number; it ends with the block."""
+    with tempfile.TemporaryDirectory() as name, tempfile.TemporaryFile("w+") as log:
+        environment = {key: value for key, value in os.environ.items() if not key.startswith("FASTDDS_")}
+        if driver == PEER_WITH_PROFILE:
+            environment["FASTDDS_DEFAULT_PROFILES_FILE"] = str(PROFILE)
+        command = as_ordinary_user(command_of(driver, Path(name)))
+        child = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+        try:
+            yield child.pid
+        finally:
+            ended = child.poll()
+            child.terminate()
+            try:
+                child.wait(20)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+            if ended is not None:
+                log.seek(0)
+                print(f"{driver} ended by itself ({ended}):\n{log.read()[-2000:]}", flush=True)
+
+
+# -- what is measured --------------------------------------------------------------------------------
+def measured(
+    drivers: Sequence[str], sizes: Sequence[Size], seconds: float, rounds: int
+) -> tuple[dict[Key, Runs], dict[str, Gains]]:
+    runs: dict[Key, Runs] = defaultdict(Runs)
+    gains: dict[str, Gains] = defaultdict(Gains)
+    for size in sizes:
+        for _ in range(rounds):
+            for count in READERS:
+                for driver in drivers:
+                    with ExitStack() as stack:
+                        camera = process(stack, be_camera, size)
+                        camera.recv()
+                        pid = stack.enter_context(running(driver))
+                        readers = [process(stack, read, number, TOPIC) for number in range(count)]
+                        for end in readers:
+                            end.recv()
+                        found = watch(camera, readers, pid, seconds, runs[size.name, driver, count])
+                        print(size.name, driver, count, *found, flush=True)
+                        if size is sizes[0] and count == READERS[0]:
+                            operator = process(stack, operate, "/camera/set_parameters", WRITES)
+                            operator.recv()
+                            set_gain(camera, operator, gains[driver])
+    return dict(runs), dict(gains)
+
+
+def watch(
+    camera: Connection, readers: list[Connection], pid: int, seconds: float, runs: Runs
+) -> tuple[str, ...]:
+    """Let the readers join and watch for a while; they go on reading."""
+    for reader in readers:
+        reader.send("join")
+    came = [reader.recv() for reader in readers]
+    if not all(came):
+        runs.failed += 1
+        return (f"{came.count(False)} of {len(came)} readers got no picture within {PATIENCE:g} s",)
+    _ask(camera, "begin")
+    cpu = cpu_of(pid)
+    camera.poll(seconds)  # nothing comes: this is the wait
+    watched, cpu = _ask(camera, "end"), cpu_of(pid) - cpu
+    camera.poll(ARRIVE)
+    runs.add(watched, [_ask(reader, "seen") for reader in readers], cpu)
+    worst, of = runs.delivered[-1]
+    ages = runs.ages[-1] or [float("nan")]
+    return f"{worst} of {of}", f"{statistics.median(ages):.1f} ms", f"{runs.cpu_a_picture[-1]:.1f} ms"
+
+
+def set_gain(camera: Connection, operator: Connection, gains: Gains) -> None:
+    """While one reader reads."""
+    _ask(camera, "begin")
+    done = _ask(operator, "set")
+    watched = _ask(camera, "end")
+    for one in done:
+        written = [at for at in watched.gains if one.began <= at <= one.answered]
+        gains.written += [(at - one.began) / 1e6 for at in written[:1]]
+        gains.answered.append((one.answered - one.began) / 1e6)
+
+
+def _ask(end: Connection, order: str) -> Any:
+    end.send(order)
+    return end.recv()
+
+
+# -- how it is shown ---------------------------------------------------------------------------------
+def stream_table(runs: dict[Key, Runs]) -> Table:
+    rows = []
+    for (size, driver, count), run in runs.items():
+        reference = runs.get((size, PEER, count))
+        rows.append(
+            [
+                size,
+                str(count),
+                driver,
+                run.counts,
+                f"{_text(run.age(0.5))} / {_text(run.age(0.99))} ms",
+                _times(run.age(0.5), reference.age(0.5) if reference else None),
+                f"{run.cpu:.1f} ms",
+                _times(run.cpu, reference.cpu if reference else None),
+                f"{statistics.median(run.reader_cores or [float('nan')]):.0%}",
+            ]
+        )
+    header = ["picture", "readers", "driver", "delivered", "latency, median / p99", f"× {PEER}"]
+    return Table([*header, "CPU a picture", f"× {PEER}", "CPU, a reader"], rows)
+
+
+def gain_table(gains: dict[str, Gains]) -> Table:
+    rows = [
+        [driver, *(f"{_middle(times)} / {_late(times)} ms" for times in (one.written, one.answered))]
+        for driver, one in gains.items()
+    ]
+    header = ["driver", "register written, median / p99", "answered, median / p99"]
+    return Table(header, rows, f"Gain, set {WRITES} times a round while one reader has 1080p:")
+
+
+def _middle(times: list[float]) -> str:
+    return f"{statistics.median(times):.2f}" if times else "–"
+
+
+def _late(times: list[float]) -> str:
+    return f"{sorted(times)[int(len(times) * 0.99)]:.2f}" if times else "–"
+
+
+def _text(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}"
+
+
+def _times(value: float | None, reference: float | None) -> str:
+    return f"{value / reference:.2f}" if value is not None and reference else "–"
+
+
+def charts(runs: dict[Key, Runs]) -> list[Chart]:
+    groups = list(dict.fromkeys((size, count) for size, _, count in runs))
+    labels = [f"{size}, {count} reader{'s' * (count > 1)}" for size, count in groups]
+    drivers = list(dict.fromkeys(driver for _, driver, _ in runs))
+
+    def series(figure: Callable[[Runs], float | None]) -> dict[str, list[float | None]]:
+        return {driver: [figure(runs[size, driver, count]) for size, count in groups] for driver in drivers}
+
+    return [
+        Chart(
+            "ros2-drivers-latency",
+            "From the exposure to the reader's hands, median",
+            "milliseconds",
+            labels,
+            series(lambda run: run.age(0.5)),
+            logarithmic=True,
+        ),
+        Chart(
+            "ros2-drivers-cpu",
+            "CPU of the driver for a picture",
+            "milliseconds",
+            labels,
+            series(lambda run: run.cpu),
+        ),
+    ]
+
+
+def goals(runs: dict[Key, Runs], gains: dict[str, Gains]) -> list[Goal]:
+    """Ours no worse than the peer's; nothing where there is no peer."""
+    found = []
+    for size, driver, count in runs:
+        theirs = runs.get((size, PEER, count))
+        if driver != OURS or theirs is None:
+            continue
+        ours = runs[size, OURS, count]
+        who = f"{size}, {count} reader{'s' * (count > 1)}"
+        counts = f"{ours.counts}, {PEER} {theirs.counts}"
+        found.append(Goal(f"{who}: as many pictures delivered", counts, ours.share >= theirs.share))
+        mine, other = ours.age(0.5), theirs.age(0.5)
+        latency = f"{_text(mine)} and {_text(other)} ms"
+        soon = mine is not None and (other is None or mine <= other)
+        found.append(Goal(f"{who}: latency no longer", latency, soon))
+        found.append(
+            Goal(
+                f"{who}: CPU no more",
+                f"{ours.cpu:.1f} and {theirs.cpu:.1f} ms a picture",
+                ours.cpu <= theirs.cpu,
+            )
+        )
+    if OURS in gains and PEER in gains:
+        asked = "Gain in the register no later"
+        mine, other = (statistics.median(gains[driver].written or [float("inf")]) for driver in (OURS, PEER))
+        found.append(Goal(asked, f"{mine:.2f} and {other:.2f} ms", mine <= other))
+    return found
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks ros2_drivers", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=5.0, help="how long each measurement takes")
+    parser.add_argument("--rounds", type=int, default=3)
+    names = [size.name for size in SIZES]
+    parser.add_argument("--sizes", nargs="+", choices=names, default=names)
+    options = parser.parse_args(arguments)
+    if importlib.util.find_spec("rclpy") is None:
+        raise SystemExit("rclpy cannot be imported (make setup-ros2)")
+    before = machine()
+    on_this_machine_only()
+    drivers = [OURS, PEER, PEER_WITH_PROFILE] if peer() else [OURS]
+    sizes = [size for size in SIZES if size.name in options.sizes]
+    runs, gains = measured(drivers, sizes, options.seconds, options.rounds)
+    method = METHOD.format(packet=PACKET_SIZE, rounds=options.rounds, seconds=options.seconds)
+    return Section(
+        "Beside another ROS 2 driver",
+        "python -m benchmarks ros2_drivers          # six minutes; CAMERA_ARAVIS2=…/camera_driver_gv",
+        method + ("" if peer() else WITHOUT),
+        [stream_table(runs), gain_table(gains)],
+        charts(runs),
+        goals(runs, gains),
+        READING,
+        before,
+        lacking="" if peer() else PEER,
+    )
+
+
+if __name__ == "__main__":
+    print(_document.markdown(measure()))
