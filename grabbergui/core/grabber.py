@@ -69,7 +69,7 @@ class DeviceInfo:
 
     @property
     def mark(self) -> str:
-        """What alone tells it from others, for the narrowest places: user name, serial number or address."""
+        """The shortest name that is its own, for narrow places: user name, serial number or address."""
         return self.user_name or self.serial or self.address or self.uri
 
     @property

@@ -45,7 +45,7 @@ class Topics:
     "`geometry_msgs/TwistStamped`, preferred where anybody listens; the default is MoveIt Servo's."
     joint_states: str = "/joint_states"
     camera_frame: str = tiago.CAMERA
-    "The frame that pictures are taken in; where tf tells its place on the head, that is believed."
+    "The frame of the images; its place on the head is taken from tf where tf has it."
 
 
 class TiagoOverRos2(Robot):
@@ -280,8 +280,8 @@ class TiagoOverRos2(Robot):
         missing = self._readings.missing()
         if len(missing) == len(tiago.HEAD_JOINTS) + len(tiago.ARM_JOINTS):
             topic = self._topics.joint_states
-            return f"nobody tells of TIAGo's joints at {topic}; check the topics and ROS_DOMAIN_ID"
-        return f"{self._topics.joint_states} tells nothing of {', '.join(missing)}"
+            return f"nobody publishes TIAGo's joints at {topic}; check the topics and ROS_DOMAIN_ID"
+        return f"{self._topics.joint_states} reports nothing of {', '.join(missing)}"
 
     # -- tf ------------------------------------------------------------------------------------------
     def _listen_to_frames(self, node: Any) -> None:

@@ -31,7 +31,7 @@ def restyle(widget: QWidget, name: str, value: object) -> None:
 class ElidedLabel(QLabel):
     """One line of plain text; the whole of it is in the tooltip.
 
-    Of a camera's name the middle is left out: the serial number at its end tells it from the others.
+    Of a camera's name the middle is left out: the serial number at its end distinguishes it from the others.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:

@@ -132,7 +132,7 @@ def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, s
 
 
 def test_a_missing_robot_is_reported(domain, model):
-    with pytest.raises(SourceNotFoundError, match="nobody tells of TIAGo's joints at /joint_states"):
+    with pytest.raises(SourceNotFoundError, match="nobody publishes TIAGo's joints at /joint_states"):
         TiagoOverRos2(model, timeout=0.3).open()
 
 
