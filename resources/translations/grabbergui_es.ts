@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="135"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="135"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="142"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="141"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -705,7 +705,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="75"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="78"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -2723,7 +2723,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="176"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="175"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
