@@ -5,7 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PyQt5.QtCore import QPoint, QRect, Qt
-from PyQt5.QtWidgets import QApplication, QDockWidget, QToolButton
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QDockWidget,
+    QLineEdit,
+    QScrollArea,
+    QToolBar,
+    QToolButton,
+)
 
 from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.grabber import DeviceInfo
@@ -14,15 +26,18 @@ from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.main_window import SETTLING_MS
 from grabbergui.ui.views.measuring_panels import FocusPanel
+from grabbergui.ui.views.panel_layout import SETTLING_MS
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bar import RecordingBar
-from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
+from grabbergui.ui.widgets.labels import ElidedComboBox, ElidedLabel, TaskStack
 from grabbergui.ui.widgets.message_stack import MessageBar
 from grabbergui.ui.widgets.plots import LABEL_ROOM, CurveRow, SecondsAxis
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import reading_order
+
+LEAST_CHOICE = 60
+"Pixels of a choice whose text ends in dots."
 
 
 @pytest.fixture
@@ -49,6 +64,90 @@ def test_the_whole_window_fits_800_pixels(window_desk):
     window_desk.until(lambda: window.width() == 800)
     assert window.height() == 600
     assert window.centre.minimumSizeHint().width() < 500
+
+
+def clipped(window):
+    """Controls that have less room than they need, or are not seen whole though no scroll bar helps."""
+    kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit)
+    controls = [each for kind in kinds for each in window.findChildren(kind)]
+    return [
+        (each.objectName(), type(each).__name__)
+        for each in controls
+        if each.isVisible() and not isinstance(each.parent(), kinds) and not is_whole(each)
+    ]
+
+
+def is_whole(control):
+    """Whether a control is large enough, and seen whole, where it scrolls once it is scrolled to."""
+    above = control.parentWidget()
+    while not isinstance(above, (QScrollArea, QDockWidget, QToolBar)) and above is not control.window():
+        above = above.parentWidget()
+    if isinstance(above, QScrollArea):
+        above.ensureWidgetVisible(control)
+    elif control.visibleRegion().isEmpty():
+        return isinstance(above, (QDockWidget, QToolBar))  # behind another panel, or behind the arrow
+    top, bottom = (
+        control.visibleRegion().boundingRect().top(),
+        control.visibleRegion().boundingRect().bottom(),
+    )
+    least = control.minimumSizeHint()
+    if isinstance(control, ElidedComboBox):
+        least.setWidth(LEAST_CHOICE)
+    whole = top == 0 and bottom == control.height() - 1
+    return whole and control.width() >= least.width() and control.height() >= least.height()
+
+
+@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
+def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(desks, qapp, request, theme):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, theme)
+    window_desk = desks()
+    window = window_desk.window
+    window_desk.connect("sim:colour")
+    window_desk.program.connection.open_additional("sim:")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
+    window_desk.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
+    window.resize(800, 600)
+    docks = (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
+             window.changesDock, window.logDock)  # fmt: skip
+    keys = (Qt.Key_F3, Qt.Key_F4, "Ctrl+T", "Ctrl+H", Qt.Key_F12)
+    for dock, key in zip(docks, (None, *keys), strict=True):
+        if key is not None:
+            QTest.keySequence(window, QKeySequence(key))
+        window_desk.until(lambda dock=dock: not dock.visibleRegion().isEmpty())
+        window_desk.until(lambda: (window.width(), window.height()) == (800, 600))
+        window_desk.until(lambda: window.picture.canvas.height() >= 90)
+        window_desk.until(lambda: not clipped(window))
+        needed = dock.widget().layout().minimumSize()
+        window_desk.until(
+            lambda d=dock, n=needed: d.widget().height() >= n.height() and d.width() >= n.width()
+        )
+
+
+def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(window_desk):
+    window = window_desk.window
+    window_desk.connect("sim:colour")
+    window_desk.program.connection.open_additional("sim:")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
+    window_desk.until(lambda: window.favouritesArea.height() == window.favourites.height())
+    window.resize(800, 600)
+    window_desk.qtbot.keyClick(window, Qt.Key_F2)
+    window_desk.until(lambda: window.favouritesArea.height() < window.favourites.height())
+    area = window.favouritesArea
+    window_desk.until(area.verticalScrollBar().isVisible)
+    strip = window.favourites
+    window_desk.until(lambda: strip.height() == strip.heightsOfLines(strip.width())[-1])  # all are there
+    last = window.favourites.rows.rows("AcquisitionFrameRate")[0]
+    window_desk.until(lambda: last.editor is not None)
+    assert last.visibleRegion().isEmpty()
+    before = window.favourites.rows.rows("Gain")[0]
+    before.findChildren(QAbstractSpinBox)[0].setFocus()
+    for _ in range(6):
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+        if last.isAncestorOf(QApplication.focusWidget()):
+            break
+    assert last.isAncestorOf(QApplication.focusWidget())
+    window_desk.until(lambda: not QApplication.focusWidget().visibleRegion().isEmpty())
 
 
 def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
@@ -262,6 +361,34 @@ def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_t
     window_desk.qtbot.wait(2 * SETTLING_MS)
     window.resize(1280, 800)
     window_desk.until(lambda: [dock.width() for dock in sides] == before)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.95])
+def test_panels_beside_each_other_cannot_be_dragged_narrower_than_their_controls(window_desk, share):
+    window = window_desk.window
+    for key in (Qt.Key_F2, Qt.Key_F3):
+        window_desk.qtbot.keyClick(window, key)
+    docks = (window.focusDock, window.histogramDock)
+    window_desk.until(lambda: window.focusDock.x() > window.histogramDock.x())
+    QApplication.processEvents()
+    widths = [round(share * window.centre.width()), round((1 - share) * window.centre.width())]
+    window.resizeDocks(docks, widths, Qt.Horizontal)  # as the mouse does
+    for dock in docks:
+        needed = dock.widget().layout().minimumSize().width()
+        window_desk.until(lambda dock=dock, needed=needed: dock.width() >= needed)
+
+
+def test_the_focus_aid_stays_where_it_was_put_by_hand(window_desk):
+    window = window_desk.window
+    for key in (Qt.Key_F2, Qt.Key_F3):
+        window_desk.qtbot.keyClick(window, key)
+    window.addDockWidget(Qt.RightDockWidgetArea, window.focusDock)
+    window_desk.until(lambda: window.focusDock.width() >= window.focus.layout().minimumSize().width())
+    window.resize(1000, 700)
+    window_desk.until(lambda: window.width() == 1000)
+    window_desk.qtbot.wait(SETTLING_MS)
+    assert window.dockWidgetArea(window.focusDock) == Qt.RightDockWidgetArea
+    assert window.focusDock.width() >= window.focus.layout().minimumSize().width()
 
 
 def test_panels_that_were_squeezed_get_their_width_back(window_desk):

@@ -10,12 +10,13 @@ from grabbergui.core.features import EnumEntry, Feature, FeatureKind
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.text import access_text, value_text
 from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, WheelGuard
+from grabbergui.ui.widgets.labels import ElidedComboBox
 
 LONG = 12
 """Lists with more entries can be searched."""
 
 
-class _Combo(QComboBox):
+class _Combo(ElidedComboBox):
     """A combo box that says when its list opens and closes; a long list is searched by typing into it."""
 
     popupShown = pyqtSignal()

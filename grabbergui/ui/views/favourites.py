@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 
-from PyQt5.QtCore import QLine, QPoint, QSize, pyqtSignal
+from PyQt5.QtCore import QEvent, QLine, QMargins, QPoint, QSize, pyqtSignal
 from PyQt5.QtGui import (
     QDragEnterEvent,
     QDragLeaveEvent,
@@ -15,7 +15,7 @@ from PyQt5.QtGui import (
     QPen,
     QResizeEvent,
 )
-from PyQt5.QtWidgets import QGridLayout, QLabel, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QGridLayout, QLabel, QScrollArea, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
@@ -87,13 +87,24 @@ class FavouritesStrip(QWidget):
         self.rows.setFeature(feature)
 
     def minimumSizeHint(self) -> QSize:
-        """One card wide, as the others go to further lines, of which two at most are claimed."""
-        return QSize(CARD_WIDTH, max(LINE_HEIGHT, min(super().minimumSizeHint().height(), 2 * LINE_HEIGHT)))
+        """One card wide, as the others go to further lines."""
+        return QSize(CARD_WIDTH, max(LINE_HEIGHT, super().minimumSizeHint().height()))
+
+    def heightsOfLines(self, width: int) -> list[int]:
+        """Pixels of height that the first line of cards needs in that width, the first two, … all of them."""
+        margins, columns = self._margins(), self._fitting(width)
+        cards = self._shown
+        height, heights = margins.top() + margins.bottom(), []
+        for index in range(0, len(cards), columns):
+            height += max(card.sizeHint().height() for card in cards[index : index + columns])
+            heights.append(height)
+            height += self.cards.verticalSpacing()
+        return heights or [self.sizeHint().height()]
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Put as many into a line as there is room for."""
         super().resizeEvent(event)
-        if self._fitting() != self._columns:
+        if self._fitting(self.width()) != self._columns:
             self._arrange()
 
     # -- dropping ----------------------------------------------------------------------------------
@@ -150,14 +161,18 @@ class FavouritesStrip(QWidget):
         self.update()
 
     # -- cards -------------------------------------------------------------------------------------
-    def _fitting(self) -> int:
-        """How many stand in a line."""
-        margins, gap = self.contentsMargins(), self.cards.horizontalSpacing()
-        room = self.width() - margins.left() - margins.right() + gap
+    def _margins(self) -> QMargins:
+        layout = self.layout()
+        return layout.contentsMargins() if layout is not None else self.contentsMargins()
+
+    def _fitting(self, width: int) -> int:
+        """How many stand in a line of that width."""
+        margins, gap = self._margins(), self.cards.horizontalSpacing()
+        room = width - margins.left() - margins.right() + gap
         return max(1, min(room // (CARD_WIDTH + gap), len(self._shown)))
 
     def _arrange(self) -> None:
-        columns = self._fitting()
+        columns = self._fitting(self.width())
         for column in range(max(columns, self._columns)):
             self.cards.setColumnStretch(column, 1 if column < columns else 0)
         self._columns = columns
@@ -176,3 +191,53 @@ class FavouritesStrip(QWidget):
         row.move(0, self.height())  # not over the others, until the layout has a place for it
         row.show()
         return row
+
+
+class FavouritesArea(QScrollArea):
+    """As high as all lines of pinned controls; where there is little room, some whole lines that scroll."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._room = QWIDGETSIZE_MAX
+
+    @property
+    def height_taken(self) -> int:
+        """Pixels of its height in the room that it was given."""
+        lines = self._lines()
+        return max([height for height in lines if height <= self._room], default=lines[0])
+
+    @property
+    def least_height(self) -> int:
+        """Pixels of its first line."""
+        return self._lines()[0]
+
+    @property
+    def most_height(self) -> int:
+        """Pixels of all lines."""
+        return self._lines()[-1]
+
+    def setRoom(self, height: int) -> None:
+        """Take no more than so many pixels of height, but for one line."""
+        if height != self._room:
+            self._room = height
+            self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        """Whole lines."""
+        return QSize(CARD_WIDTH, self.height_taken)
+
+    def minimumSizeHint(self) -> QSize:
+        """A card, and beside it the bar that scrolls."""
+        bar = self.verticalScrollBar()
+        return QSize(CARD_WIDTH + (bar.sizeHint().width() if bar is not None else 0), self.least_height)
+
+    def viewportEvent(self, event: QEvent | None) -> bool:
+        """Follow the controls, which may need another height."""
+        if event is not None and event.type() == QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().viewportEvent(event)
+
+    def _lines(self) -> list[int]:
+        strip = self.widget()
+        # Without the bar that scrolls: whether it is needed must not depend on its width.
+        return strip.heightsOfLines(self.width()) if isinstance(strip, FavouritesStrip) else [LINE_HEIGHT]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
+from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
     QAction,
     QActionGroup,
@@ -26,11 +26,12 @@ from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.theme import Theme
 from grabbergui.ui.views.changes_panel import ChangesPanel
-from grabbergui.ui.views.favourites import FavouritesStrip
+from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.help_views import LogPanel
 from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel
+from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
@@ -44,15 +45,6 @@ FIRST_SHARE = 0.75
 "Of the screen, in width and height, that a window takes that was never moved."
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
-
-LEAST_PICTURE = 240
-"Pixels of the picture's height below which the tiles take less of it."
-LEAST_TOOL = 150
-"Pixels of the width to which the window may squeeze two panels that stand beside each other."
-SETTLING_MS = 300
-"Until all panels are laid out again, with Qt's animations."
-SEPARATORS = 4
-"Pixels between panels."
 
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
@@ -75,6 +67,7 @@ class MainWindow(QMainWindow):
     """The name of a colour map for grey pictures; empty for grey."""
 
     favourites: FavouritesStrip
+    favouritesArea: FavouritesArea
     picture: PictureView
     gallery: Gallery
     recordingBar: RecordingBar
@@ -171,12 +164,7 @@ class MainWindow(QMainWindow):
         self.statusbar.addWidget(self.status, 1)
         self.statusbar.setSizeGripEnabled(False)
         self.resizeDocks([self.sourcesDock, self.featuresDock], [270, 360], Qt.Orientation.Horizontal)
-        self._widths: dict[QDockWidget, int] = {}
-        "Of the panels at the sides, as they were made last."
-        self._settled_width = -1
-        "Of the window, once its panels are laid out in it."
-        for watched in (self.sourcesDock, self.featuresDock, self.centre):
-            watched.installEventFilter(self)
+        self._panels = PanelLayout(self, self)
         self._arrange_tools()
         self._group_themes()
         self._group_colours()
@@ -201,43 +189,6 @@ class MainWindow(QMainWindow):
             self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         super().keyPressEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Give the panels at the sides the width back that a narrow window took from them."""
-        super().resizeEvent(event)
-        self._settled_width = self.width()
-        if event is not None and event.size().width() > event.oldSize().width():
-            # Once the window has laid itself out.
-            QTimer.singleShot(0, self._widen_sides)
-
-    def _widen_sides(self) -> None:
-        narrow = {dock: width for dock, width in self._widths.items() if dock.width() < width}
-        settled, self._settled_width = self._settled_width, -1  # it may still be too narrow
-        self.resizeDocks(list(narrow), list(narrow.values()), Qt.Orientation.Horizontal)
-        self._settled_width = settled
-
-    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Notice how wide the panels at the sides are made by hand, and how large the middle becomes."""
-        if watched is self.centre and event is not None:
-            if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
-                self._share_height()
-            if event.type() == QEvent.Type.Resize:
-                QTimer.singleShot(0, self._join_tools)
-        changed = isinstance(event, QResizeEvent) and event.size().width() != event.oldSize().width()
-        if changed and isinstance(watched, QDockWidget) and self.width() == self._settled_width:
-            self._widths[watched] = watched.width()
-        return super().eventFilter(watched, event)
-
-    def _share_height(self) -> None:
-        """Give the picture more of little height than the tiles, and let the window become that low."""
-        gallery, layout = self.gallery, self.centre.layout()
-        if layout is None or gallery.isHidden():
-            self.centre.setMinimumHeight(0)  # what its layout needs
-            return
-        others = layout.minimumSize().height() - gallery.minimumHeight()
-        self.centre.setMinimumHeight(others + gallery.heightAs(compact=True))
-        picture = self.centre.height() - others - gallery.heightAs(compact=False)
-        gallery.setCompact(picture + self.picture.minimumSizeHint().height() < LEAST_PICTURE)
 
     def takeRoom(self) -> None:
         """Be as large as a first look wants it: most of a large screen, and never more than there is."""
@@ -297,61 +248,14 @@ class MainWindow(QMainWindow):
 
         def show(wanted: bool) -> None:
             if dock in (self.histogramDock, self.focusDock):
-                self._place_focus(beside=wanted)
+                self._panels.place_focus(beside=wanted)
             dock.setVisible(wanted)
             if wanted:
                 dock.raise_()
+                QTimer.singleShot(0, self._panels.give_way)  # once it is laid out
 
         action.triggered[bool].connect(show)
         return action
-
-    def _place_focus(self, *, beside: bool) -> None:
-        """Put the focus aid beside the histogram where there is room for both, else behind it."""
-        shown = any(dock.isVisible() for dock in (self.histogramDock, self.focusDock))
-        if beside and shown and self.centre.width() >= self._width_of_tools():
-            self.addDockWidget(
-                Qt.DockWidgetArea.BottomDockWidgetArea, self.focusDock, Qt.Orientation.Horizontal
-            )
-            # The window may become narrower than both need: then `_join_tools` follows.
-            self._set_least_tool(LEAST_TOOL)
-            QTimer.singleShot(0, self._join_tools)  # once it is shown
-        elif not beside or not shown:
-            self._put_focus_behind()
-
-    def _join_tools(self) -> None:
-        """Give the focus aid what it needs beside the others, or put it behind them."""
-        focus, others = self.focusDock, self.tabifiedDockWidgets(self.histogramDock)
-        if not focus.isVisible() or focus.isFloating() or focus in others:
-            return
-        room, least = self.centre.width(), _needed_width(focus)
-        if room < self._width_of_tools():
-            self._settled_width = -1  # nobody makes the panels at the sides wider by hand meanwhile
-            self._put_focus_behind()
-            QTimer.singleShot(SETTLING_MS, self._note_settled)
-        elif focus.width() < least or room - SEPARATORS - focus.width() < self._width_of_tools() - least:
-            shared = max(least, (room - self._width_of_tools()) // 2 + least)
-            widths = [room - SEPARATORS - shared, shared]
-            self.resizeDocks([self.histogramDock, focus], widths, Qt.Orientation.Horizontal)
-
-    def _note_settled(self) -> None:
-        if self._settled_width < 0:
-            self._settled_width = self.width()
-
-    def _put_focus_behind(self) -> None:
-        self.tabifyDockWidget(self.histogramDock, self.focusDock)
-        self._set_least_tool(0)
-
-    def _set_least_tool(self, width: int) -> None:
-        """Let the panels below the picture become that narrow; 0: as narrow as their controls are."""
-        for dock in (self.focusDock, self.histogramDock, *self.tabifiedDockWidgets(self.histogramDock)):
-            if (panel := dock.widget()) is not None:
-                panel.setMinimumWidth(width)
-
-    def _width_of_tools(self) -> int:
-        """Pixels that the focus aid and the panels beside it need."""
-        group = [self.histogramDock, *self.tabifiedDockWidgets(self.histogramDock)]
-        others = [dock for dock in group if dock is not self.focusDock]
-        return max(map(_needed_width, others)) + _needed_width(self.focusDock) + SEPARATORS
 
     def _group_colours(self) -> None:
         group = QActionGroup(self)
@@ -462,10 +366,3 @@ class MainWindow(QMainWindow):
         for action in self.findChildren(QAction):
             if not action.shortcut().isEmpty():
                 action.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
-
-
-def _needed_width(dock: QDockWidget) -> int:
-    """Pixels that a panel needs for all of its controls."""
-    panel = dock.widget()
-    layout = panel.layout() if panel is not None else None
-    return layout.minimumSize().width() if layout is not None else dock.minimumSizeHint().width()

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QPainter, QPaintEvent
+from PyQt5.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette
 from PyQt5.QtWidgets import (
+    QComboBox,
     QFrame,
     QLabel,
     QProgressBar,
     QPushButton,
     QStyle,
     QStyleOption,
+    QStyleOptionComboBox,
+    QStylePainter,
+    QToolTip,
     QVBoxLayout,
     QWidget,
 )
 
 from grabbergui.ui.loader import load_form
+
+TEXT_MARGIN = 1
+"Pixels that styles leave on either side of a combo box's text."
 
 
 def restyle(widget: QWidget, name: str, value: object) -> None:
@@ -72,6 +79,47 @@ class ElidedLabel(QLabel):
             style.drawItemText(
                 painter, self.rect(), flags, option.palette, enabled, self.shown, self.foregroundRole()
             )
+
+
+class ElidedComboBox(QComboBox):
+    """Its current text ends in dots where it has no room; the whole of it is in the tooltip then."""
+
+    @property
+    def shown(self) -> str:
+        """The text that is painted."""
+        option, style = QStyleOptionComboBox(), self.style()
+        self.initStyleOption(option)
+        if style is None:
+            return self.currentText()
+        field = QStyle.SubControl.SC_ComboBoxEditField
+        room = style.subControlRect(QStyle.ComplexControl.CC_ComboBox, option, field, self).width()
+        room -= 2 * TEXT_MARGIN
+        return self.fontMetrics().elidedText(self.currentText(), Qt.TextElideMode.ElideRight, room)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw as much of the text as fits."""
+        if self.isEditable():
+            super().paintEvent(event)
+            return
+        painter, option = QStylePainter(self), QStyleOptionComboBox()
+        self.initStyleOption(option)
+        if option.currentText:
+            option.currentText = self.shown
+        elif self.placeholderText():
+            option.palette.setBrush(QPalette.ColorRole.ButtonText, option.palette.placeholderText())
+            option.currentText = self.placeholderText()
+        painter.drawComplexControl(QStyle.ComplexControl.CC_ComboBox, option)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
+
+    def event(self, event: QEvent | None) -> bool:
+        """Add the whole text to the tooltip where it is not to be seen."""
+        hidden = not self.isEditable() and self.shown != self.currentText()
+        if hidden and isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            QToolTip.showText(
+                event.globalPos(), "\n".join(filter(None, (self.currentText(), self.toolTip()))), self
+            )
+            return True
+        return super().event(event)
 
 
 class TaskRow(QFrame):

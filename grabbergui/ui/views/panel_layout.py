@@ -1,0 +1,218 @@
+"""Shares the room of the main window between the image, what stands above and below it, and the panels."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import QDockWidget, QMainWindow, QStyle, QWidget
+
+from grabbergui.ui.views.favourites import FavouritesArea
+from grabbergui.ui.views.gallery import Gallery
+from grabbergui.ui.views.picture_view import PictureView
+
+LEAST_PICTURE = 240
+"Pixels of the image's height below which the tiles take less of it."
+LOW_PICTURE = 150
+"Pixels of the image's height below which pinned controls scroll."
+LEAST_CENTRE = 380
+"Pixels of the middle's width that a window which becomes narrow takes from the panels at its sides."
+LEAST_TOOL = 150
+"Pixels of the width to which the window may squeeze two panels that stand beside each other."
+SETTLING_MS = 300
+"Until all panels are laid out again, with Qt's animations."
+
+
+class Arranged(Protocol):
+    """The parts of the main window that share its room."""
+
+    centre: QWidget
+    favouritesArea: FavouritesArea
+    picture: PictureView
+    gallery: Gallery
+    sourcesDock: QDockWidget
+    featuresDock: QDockWidget
+    histogramDock: QDockWidget
+    focusDock: QDockWidget
+
+
+class PanelLayout(QObject):
+    """Watches the sizes of the window's parts, and changes those of the others.
+
+    In a low window tiles become compact and pinned controls scroll, so that the image keeps some height. In a
+    narrow one the panels at the sides give way until it is wide again, and the focus aid beside the histogram
+    goes behind it.
+    """
+
+    def __init__(self, window: QMainWindow, parts: Arranged) -> None:
+        super().__init__(window)
+        self._window = window
+        self._parts = parts
+        self._sides = (parts.sourcesDock, parts.featuresDock)
+        self._tools = (parts.focusDock, parts.histogramDock)
+        self._widths: dict[QDockWidget, int] = {}
+        "Of the panels at the sides, as they were made last."
+        self._settled_width = -1
+        "Of the window, once its panels are laid out in it."
+        self._squeezed: list[QWidget] = []
+        "Panels that may become narrower than their controls, as the window does."
+        for watched in (window, parts.centre, *self._sides, *self._tools):
+            watched.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Follow the sizes of the window's parts; remember how wide the sides are made by hand."""
+        if event is None or event.type() not in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+            return False
+        centre = self._parts.centre
+        if watched is centre:
+            self._share_height()
+        if not isinstance(event, QResizeEvent) or event.size().width() == event.oldSize().width():
+            return False
+        if watched is self._window:
+            self._follow_window(event.oldSize(), event.size())
+        elif watched is centre or watched in self._tools:
+            QTimer.singleShot(0, self._keep_tools_usable)
+        elif isinstance(watched, QDockWidget) and self._window.width() == self._settled_width:
+            self._widths[watched] = watched.width()
+        return False
+
+    def _follow_window(self, before: QSize, now: QSize) -> None:
+        """Give the panels at the sides the width back that a narrow window took from them."""
+        self._settled_width = now.width()
+        # Once the window has laid itself out.
+        if now.width() > before.width():
+            QTimer.singleShot(0, self._widen_sides)
+        QTimer.singleShot(0, self.give_way)
+
+    def _widen_sides(self) -> None:
+        narrow = {dock: width for dock, width in self._widths.items() if dock.width() < width}
+        self._resize_sides(narrow)  # it may still be too narrow
+
+    def give_way(self) -> None:
+        """Let the panels give the image what they can spare where it has little width or height."""
+        sides = [dock for dock in self._sides if dock.isVisible() and not dock.isFloating()]
+        spare = {dock: max(0, dock.width() - dock.minimumSizeHint().width()) for dock in sides}
+        missing = min(LEAST_CENTRE - self._parts.centre.width(), sum(spare.values()))
+        if missing > 0:
+            share = missing / sum(spare.values())
+            self._resize_sides({dock: dock.width() - round(spare[dock] * share) for dock in sides})
+        low = LOW_PICTURE - self._parts.picture.height()
+        tools = [dock for dock in self._docks_below() if not dock.visibleRegion().isEmpty()]
+        if low > 0 and tools:
+            heights = [max(dock.minimumSizeHint().height(), dock.height() - low) for dock in tools]
+            self._window.resizeDocks(tools, heights, Qt.Orientation.Vertical)
+
+    def _docks_below(self) -> list[QDockWidget]:
+        """The panels below the image, also those behind others."""
+        bottom, docks = Qt.DockWidgetArea.BottomDockWidgetArea, self._window.findChildren(QDockWidget)
+        shown = [dock for dock in docks if dock.isVisible() and not dock.isFloating()]
+        return [dock for dock in shown if self._window.dockWidgetArea(dock) == bottom]
+
+    def _resize_sides(self, widths: dict[QDockWidget, int]) -> None:
+        settled, self._settled_width = self._settled_width, -1  # nobody does it by hand
+        self._window.resizeDocks(list(widths), list(widths.values()), Qt.Orientation.Horizontal)
+        self._settled_width = settled
+
+    def _share_height(self) -> None:
+        """Give the image more of little height than tiles and controls; let the window become low."""
+        parts, layout = self._parts, self._parts.centre.layout()
+        if layout is None:
+            return
+        gallery, controls = parts.gallery, parts.favouritesArea
+        tiles = not gallery.isHidden()
+        others = layout.minimumSize().height() - controls.height_taken - tiles * gallery.minimumHeight()
+        least_tiles, most_tiles = (tiles * gallery.heightAs(compact=compact) for compact in (True, False))
+        parts.centre.setMinimumHeight(others + controls.least_height + least_tiles)
+        # The image's own least height is among the others.
+        room = parts.centre.height() - others + parts.picture.minimumSizeHint().height()
+        compact = room - controls.most_height - most_tiles < LEAST_PICTURE
+        gallery.setCompact(compact)
+        controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_PICTURE)
+
+    # -- the focus aid beside the histogram ------------------------------------------------------------
+    def place_focus(self, *, beside: bool) -> None:
+        """Put the focus aid beside the histogram where there is room for both, else behind it."""
+        shown = any(dock.isVisible() for dock in self._tools)
+        if beside and shown and self._parts.centre.width() >= self._width_of_tools():
+            area = Qt.DockWidgetArea.BottomDockWidgetArea
+            self._window.addDockWidget(area, self._parts.focusDock, Qt.Orientation.Horizontal)
+            self._claim_least_widths()
+            QTimer.singleShot(0, self._keep_tools_usable)  # once it is shown
+        elif not beside or not shown:
+            self._put_focus_behind()
+
+    def _keep_tools_usable(self) -> None:
+        """Give the focus aid and the panels beside it what both need, or put it behind them."""
+        focus, histogram = self._parts.focusDock, self._parts.histogramDock
+        if not self._is_beside():
+            self._claim_widths()
+            return
+        self._claim_least_widths()
+        room, least = self._parts.centre.width(), _needed_width(focus)
+        others = self._width_of_tools() - least - self._separator
+        if room < self._width_of_tools():
+            self._settled_width = -1  # nobody makes the panels at the sides wider by hand meanwhile
+            self._put_focus_behind()
+            QTimer.singleShot(SETTLING_MS, self._note_settled)
+            return
+        wanted = max(least, min(focus.width(), room - self._separator - others))
+        if wanted != focus.width():
+            widths = [room - self._separator - wanted, wanted]
+            self._window.resizeDocks([histogram, focus], widths, Qt.Orientation.Horizontal)
+
+    def _is_beside(self) -> bool:
+        """Whether the focus aid stands beside the histogram or what lies over it, below the image."""
+        focus = self._parts.focusDock
+        group = {self._parts.histogramDock, *self._window.tabifiedDockWidgets(self._parts.histogramDock)}
+        below = self._docks_below()
+        others = [dock for dock in below if dock in group]
+        if focus in group or focus not in below or not others:
+            return False
+        above = [dock for dock in others if not dock.visibleRegion().isEmpty() and dock.x() == focus.x()]
+        return not above
+
+    def _note_settled(self) -> None:
+        if self._settled_width < 0:
+            self._settled_width = self._window.width()
+
+    def _put_focus_behind(self) -> None:
+        self._window.tabifyDockWidget(self._parts.histogramDock, self._parts.focusDock)
+        self._claim_widths()
+
+    def _claim_least_widths(self) -> None:
+        """Let the window become narrower than the panels that stand beside each other need."""
+        histogram = self._parts.histogramDock
+        docks = {*self._tools, *self._window.tabifiedDockWidgets(histogram)}
+        for panel in (dock.widget() for dock in docks):
+            if panel is not None and panel not in self._squeezed:
+                self._squeezed.append(panel)
+                panel.setMinimumWidth(LEAST_TOOL)
+
+    def _claim_widths(self) -> None:
+        """Let these panels become as narrow as their controls are, and no narrower."""
+        while self._squeezed:
+            self._squeezed.pop().setMinimumWidth(0)
+
+    @property
+    def _separator(self) -> int:
+        """Pixels between two panels."""
+        style, extent = self._window.style(), QStyle.PixelMetric.PM_DockWidgetSeparatorExtent
+        return style.pixelMetric(extent, None, self._window) if style is not None else 0
+
+    def _width_of_tools(self) -> int:
+        """Pixels that the focus aid and the panels beside it need."""
+        focus, histogram = self._parts.focusDock, self._parts.histogramDock
+        group = [histogram, *self._window.tabifiedDockWidgets(histogram)]
+        return (
+            max(_needed_width(dock) for dock in group if dock is not focus)
+            + _needed_width(focus)
+            + self._separator
+        )
+
+
+def _needed_width(dock: QDockWidget) -> int:
+    """Pixels that a panel needs for all of its controls."""
+    panel = dock.widget()
+    layout = panel.layout() if panel is not None else None
+    return layout.minimumSize().width() if layout is not None else dock.minimumSizeHint().width()
