@@ -85,12 +85,25 @@ def _text(statistics: StreamStatistics, health: Health, share: float) -> str:
     if health is Health.OVERRUN:
         return translate("StreamHealth", "more arrives than this computer can take")
     lost = statistics.lost + statistics.underruns
-    parts = [translate("StreamHealth", "{0} lost · {1} incomplete").format(lost, statistics.incomplete)]
+    parts = [
+        counted(lost, translate("StreamHealth", "1 lost"), translate("StreamHealth", "{0} lost")),
+        counted(
+            statistics.incomplete,
+            translate("StreamHealth", "1 incomplete"),
+            translate("StreamHealth", "{0} incomplete"),
+        ),
+    ]
     if share >= NOTABLE:
-        parts.append(translate("StreamHealth", "{0} resent").format(localized(f"{share:.1%}")))
+        parts.append(translate("StreamHealth", "{0:.1%} resent").format(share))
     elif statistics.packets_resent:
-        parts.append(translate("StreamHealth", "{0} resent").format(statistics.packets_resent))
-    return " · ".join(parts)
+        parts.append(
+            counted(
+                statistics.packets_resent,
+                translate("StreamHealth", "1 resent"),
+                translate("StreamHealth", "{0} resent"),
+            )
+        )
+    return localized(" · ".join(parts))
 
 
 def _detail(statistics: StreamStatistics) -> str:
@@ -241,8 +254,11 @@ def _silent(seen: Observation) -> Diagnosis:
     if count.frames:
         return Diagnosis(
             Stage.FRAMES,
-            translate("Diagnosis", "No frame for {0:.0f} s, after {1} that came.").format(
-                seen.silent, count.frames
+            counted(
+                count.frames,
+                translate("Diagnosis", "No frame for {1:.0f} s, after one that came."),
+                translate("Diagnosis", "No frame for {1:.0f} s, after {0} that came."),
+                seen.silent,
             ),
             translate("Diagnosis", "Look at the cable and the camera's power; then stop and start again."),
         )

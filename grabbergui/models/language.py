@@ -35,12 +35,13 @@ def localized(text: str) -> str:
     return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
 
 
-def counted(count: int, one: str, many: str) -> str:
-    """Return the text of one thing or, with its number in place of {0}, that of several. Any thread.
+def counted(count: int, one: str, many: str, *values: object) -> str:
+    """Return the text of one thing or that of several, with `count` in place of {0}. Any thread.
 
-    Both texts are translated already. Qt's numerus forms would need a file for English, too.
+    Further `values` take the places {1}, {2}, … Both texts are translated already; a test checks that each
+    counted text of the window comes this way. Qt's numerus forms would need a file for English, too.
     """
-    return one if count == 1 else many.format(count)
+    return (one if count == 1 else many).format(count, *values)
 
 
 def set_translator(translator: Translator | None, decimal_point: str = ".") -> None:

@@ -150,9 +150,11 @@ class Recordings:
             text = translate("Recording", "nothing was recorded of {0}").format(title)
             self._messages.notice(text, owner)
         else:
-            one, many = translate("Recording", "1 frame"), translate("Recording", "{0} frames")
+            frames = counted(
+                progress.frames, translate("Recording", "1 frame"), translate("Recording", "{0} frames")
+            )
             text = translate("Recording", "recorded {0} to {1}")
-            self._messages.notice(text.format(counted(progress.frames, one, many), path), owner)
+            self._messages.notice(text.format(frames, path), owner)
 
     def _on_ending(self, source: OpenSource) -> None:
         """The queue must be closed before the grabber is."""

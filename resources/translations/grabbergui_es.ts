@@ -860,104 +860,109 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="211"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="211"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="220"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="220"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="227"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="227"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
-        <source>No frame for {0:.0f} s, after {1} that came.</source>
-        <translation>Ninguna imagen desde hace {0:.0f} s, tras {1} que llegaron.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
         <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="252"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="286"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="288"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="290"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="297"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <source>No frame for {1:.0f} s, after one that came.</source>
+        <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <source>No frame for {1:.0f} s, after {0} that came.</source>
+        <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
 </context>
 <context>
@@ -1011,112 +1016,112 @@ It {1}.</source>
 <context>
     <name>Drivers</name>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera is lost: {0}</source>
         <translation>se perdió la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application took control of the camera for itself alone</source>
         <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application, at {0}, took control of the camera</source>
         <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera took our control back; its heartbeat may have expired, or it has restarted</source>
         <translation>la cámara retiró el control; puede que expirase su heartbeat o que se haya reiniciado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} was lost while it was opened</source>
         <translation>{0} se perdió mientras se abría</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} is not open</source>
         <translation>{0} no está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} was unplugged</source>
         <translation>{0} se desconectó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} was not acknowledged within {1} s ({2} tries)</source>
-        <translation>{0} no se confirmó en {1} s ({2} intentos)</translation>
+        <translation>{0} no se confirmó en {1} s (intentos: {2})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} was not acknowledged within {1} s; the camera had asked for patience</source>
         <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} did not answer in time</source>
         <translation>{0} no respondió a tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} did not answer within {1} s</source>
         <translation>{0} no respondió en {1} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the device takes no commands; unplug it and plug it in again</source>
         <translation>el dispositivo no acepta órdenes; desconéctelo y vuelva a conectarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application at {0} controls {1}; close it there</source>
         <translation>otra aplicación en {0} controla {1}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application controls {0}; close it there</source>
         <translation>otra aplicación controla {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application controls the camera: {0}</source>
         <translation>otra aplicación controla la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} is in use by another application; close it there</source>
         <translation>otra aplicación usa {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera is open for reading only; another application may control it</source>
         <translation>la cámara está abierta solo para lectura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera answers reads but not this write; another application may control it</source>
         <translation>la cámara responde a las lecturas pero no a esta escritura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera is served read-only</source>
         <translation>la cámara se sirve solo para lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} is not there any more</source>
         <translation>{0} ya no existe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>{0} is {1} instead of {2}</source>
         <translation>{0} es {1} en lugar de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>the camera did not answer for {0} s</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
@@ -1359,17 +1364,17 @@ It {1}.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="157"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="166"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="164"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="167"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -1422,52 +1427,52 @@ It {1}.</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="253"/>
+        <location filename="../../grabbergui/models/features/text.py" line="257"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="255"/>
+        <location filename="../../grabbergui/models/features/text.py" line="259"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="259"/>
+        <location filename="../../grabbergui/models/features/text.py" line="263"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="270"/>
+        <location filename="../../grabbergui/models/features/text.py" line="274"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="270"/>
+        <location filename="../../grabbergui/models/features/text.py" line="274"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="282"/>
+        <location filename="../../grabbergui/models/features/text.py" line="286"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="290"/>
+        <location filename="../../grabbergui/models/features/text.py" line="294"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="291"/>
+        <location filename="../../grabbergui/models/features/text.py" line="295"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="293"/>
+        <location filename="../../grabbergui/models/features/text.py" line="297"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="285"/>
+        <location filename="../../grabbergui/models/features/text.py" line="289"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
@@ -1475,6 +1480,11 @@ It {1}.</source>
         <location filename="../../grabbergui/models/features/text.py" line="233"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/text.py" line="252"/>
+        <source>1 byte of text</source>
+        <translation>texto de 1 byte</translation>
     </message>
 </context>
 <context>
@@ -1808,852 +1818,852 @@ It {1}.</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="27"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="33"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="62"/>
         <source>&amp;Picture</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="77"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="111"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="117"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="124"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="130"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="142"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="148"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="167"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="173"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="173"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="185"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="192"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="199"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="206"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="223"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="299"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="443"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="458"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="462"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="467"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="462"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="466"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="476"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="475"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="476"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="508"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="503"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="509"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="512"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="516"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="514"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="520"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="518"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="524"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="360"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="264"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="85"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="94"/>
         <source>Colours of gre&amp;y pictures</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="480"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="486"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
         <source>Read a camera_info file, and show the picture without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="484"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="485"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
         <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="495"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
         <source>Read the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="499"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="494"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="495"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="498"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="504"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="499"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
         <source>Check this computer for what usually goes wrong with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
         <source>Connect to the source chosen and set format and region before its first picture</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="91"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="97"/>
         <source>&amp;Polarised mosaic</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="382"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="383"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="287"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="384"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="385"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="289"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>Save the newest frame at full resolution, each of its components: PNG, or TIFF for more than 8 bits</source>
         <translation>Guarda el último fotograma a resolución completa, cada uno de sus componentes: PNG, o TIFF con más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
         <source>Save point &amp;cloud</source>
         <translation>Guardar nube de p&amp;untos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
         <source>Save the points of the newest frame&apos;s range image as PLY, in millimetres</source>
         <translation>Guarda los puntos de la imagen de distancias del último fotograma en PLY, en milímetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
         <source>Point clou&amp;d…</source>
         <translation>N&amp;ube de puntos…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
         <source>Show the points of the range image in a window, to turn with the mouse</source>
         <translation>Muestra en una ventana los puntos de la imagen de distancias, que se giran con el ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
         <source>&amp;Sensor has polarisers</source>
         <translation>El &amp;sensor tiene polarizadores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
         <source>Checked by itself where the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
         <translation>Se marca solo cuando las características de la cámara lo indican. Se supone la disposición de Sony: 90°, 45° sobre 135°, 0°.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
         <source>Loo&amp;k-up table…</source>
         <translation>Tabla de &amp;consulta…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Show the camera&apos;s look-up table as a curve, edit it, and write it to the camera</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
@@ -3086,32 +3096,32 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="185"/>
+        <location filename="../../grabbergui/models/recordings.py" line="187"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="177"/>
+        <location filename="../../grabbergui/models/recordings.py" line="179"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="173"/>
+        <location filename="../../grabbergui/models/recordings.py" line="175"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="187"/>
+        <location filename="../../grabbergui/models/recordings.py" line="189"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="188"/>
+        <location filename="../../grabbergui/models/recordings.py" line="190"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="179"/>
+        <location filename="../../grabbergui/models/recordings.py" line="181"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
@@ -3136,7 +3146,7 @@ It {1}.</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="154"/>
+        <location filename="../../grabbergui/models/recordings.py" line="156"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -3219,7 +3229,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="173"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3307,6 +3317,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/recording_bar.py" line="131"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="129"/>
+        <source>1 dropped</source>
+        <translation>1 descartada</translation>
     </message>
 </context>
 <context>
@@ -4268,7 +4283,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/widgets/status_strip.py" line="77"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
-        <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
+        <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/status_strip.ui" line="68"/>
@@ -4284,29 +4299,54 @@ It {1}.</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="88"/>
-        <source>{0} lost · {1} incomplete</source>
-        <translation>{0} perdidas · {1} incompletas</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="92"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="111"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="103"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
         <source>Frames dropped because nobody took them in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="106"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <source>1 lost</source>
+        <translation>1 perdida</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <source>{0} lost</source>
+        <translation>{0} perdidas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <source>1 incomplete</source>
+        <translation>1 incompleta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <source>{0} incomplete</source>
+        <translation>{0} incompletas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="97"/>
+        <source>{0:.1%} resent</source>
+        <translation>{0:.1%} reenviado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
+        <source>1 resent</source>
+        <translation>1 reenviado</translation>
     </message>
 </context>
 <context>

@@ -1,5 +1,6 @@
 """The window in Spanish: nothing that can be seen stays in English, and nothing in the sources is missing."""
 
+import ast
 import re
 import string
 import subprocess
@@ -30,6 +31,23 @@ from grabbergui.ui.widgets.section import Section
 
 ROOT = Path(__file__).parents[2]
 TRANSLATIONS = ROOT / "resources" / "translations"
+TRANSLATED = (ROOT / "grabbergui" / "ui", ROOT / "grabbergui" / "models")
+NO_PLURAL = "is|es|was|does|has|más|controls|sets|pass|fps"
+SEVERAL = re.compile(rf"(\{{\d[^}}]*\}}|\b1)\s+(?!(?:{NO_PLURAL})\b)[^\W\d]\w+s\b")
+"A number and a plural."
+NO_COUNT = {
+    " (GevSCPSPacketSize, now {0} bytes)",  # at least 576
+    " Packets of {0} bytes need an MTU as large on every device between.",
+    "of {0} × {1} pixels at ({2}, {3})",  # regions of less cannot be drawn
+    "<b>{0:.3f} px</b> over {1} views",  # at least FEWEST_VIEWS
+    "view {0}, errors enlarged {1} times",  # ENLARGED
+    "no more than {0} controls can be pinned; unpin one first",  # constants
+    "no more than {0} values can be plotted at once; remove one first",
+    "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?",
+    "{0} was not acknowledged within {1} s ({2} tries)",  # several, see ControlTiming
+    "{0} free",  # bytes, with their unit
+}  # fmt: skip
+"""Texts with a number before a plural that is never 1, or counts nothing."""
 ENGLISH = re.compile(
     r"\b(the|of|and|is|are|to|with|for|from|this|that|show|shown|save|choose|picture|frames?|sources?|open|"
     r"close|draw|record|recording|until|time|values?|here|once|again|what|where|camera's)\b",
@@ -139,6 +157,45 @@ def test_every_text_is_translated_with_all_that_is_filled_in(code):
         assert places[0] == places[1], source
 
 
+@pytest.fixture(scope="module")
+def counted_texts():
+    """The texts of one and of several in each call of `counted`."""
+    pairs = []
+    for path in (p for room in TRANSLATED for p in room.rglob("*.py")):
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not (isinstance(call, ast.Call) and getattr(call.func, "id", "") == "counted"):
+                continue
+            texts = [argument.args[-1].value for argument in call.args[1:3]]
+            assert all(isinstance(text, str) for text in texts), f"{path}:{call.lineno}: texts as they are"
+            pairs.append(tuple(texts))
+    return pairs
+
+
+@pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
+def test_every_counted_text_has_a_form_for_one(counted_texts, code):
+    known = texts_of(TRANSLATIONS / f"grabbergui_{code}.ts")
+    several = {many for _, many in counted_texts}
+    uncounted = {
+        source: text
+        for (_, source), text in known.items()
+        if (SEVERAL.search(source) or SEVERAL.search(text)) and source not in several | NO_COUNT
+    }
+    assert not uncounted, "let `counted` choose the form, or say in NO_COUNT why it is never one"
+    assert {source for _, source in known} >= NO_COUNT, "texts that are no longer there"
+
+
+@pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
+def test_the_form_for_one_is_another_text_that_is_singular(counted_texts, code):
+    known = texts_of(TRANSLATIONS / f"grabbergui_{code}.ts")
+    assert len(counted_texts) >= 15
+    for pair in counted_texts:
+        texts = [[text for (_, source), text in known.items() if source == each] for each in pair]
+        assert all(texts), pair
+        for one, many in zip(*texts, strict=True):
+            assert one != many and "{0}" not in one and "{0}" in many, pair
+            assert not SEVERAL.search(one), one
+
+
 @pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
 def test_the_file_that_is_loaded_is_of_these_texts(qapp, code):
     try:
@@ -154,8 +211,7 @@ def test_no_text_of_the_sources_is_missing(tmp_path):
     update = Path(sys.executable).parent / "pylupdate5"
     if not update.exists():
         pytest.skip("pylupdate5 is not beside this Python")
-    rooms = (ROOT / "grabbergui" / "ui", ROOT / "grabbergui" / "models")
-    files = [str(p) for room in rooms for p in room.rglob("*") if p.suffix in (".py", ".ui")]
+    files = [str(p) for room in TRANSLATED for p in room.rglob("*") if p.suffix in (".py", ".ui")]
     target = tmp_path / "found.ts"
     subprocess.run([str(update), *files, "-ts", str(target)], check=True, capture_output=True)
     missing = texts_of(target).keys() - texts_of(TRANSLATIONS / "grabbergui_es.ts").keys()

@@ -20,7 +20,7 @@ from grabbergui.core.features import (
     format_number,
     format_value,
 )
-from grabbergui.models.language import driver_text, localized, translate
+from grabbergui.models.language import counted, driver_text, localized, translate
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
@@ -249,7 +249,11 @@ def range_text(feature: Feature) -> str:
         return translate("Features", "true or false")
     if feature.kind is FeatureKind.STRING:
         if feature.maximum_length:
-            return translate("Features", "up to {0} bytes of text").format(feature.maximum_length)
+            return counted(
+                feature.maximum_length,
+                translate("Features", "1 byte of text"),
+                translate("Features", "up to {0} bytes of text"),
+            )
         return translate("Features", "text")
     if feature.minimum is None or feature.maximum is None:
         return translate("Features", "a number")

@@ -154,8 +154,11 @@ class FeaturePanel(QWidget):
     def _message(self, root: Category, text: str, found: int) -> str:
         """Show which features are hidden, and how to see them."""
         if text and found > MOST_FOUND:
-            one = self.tr("1 more matches; type another letter.")
-            return counted(found - MOST_FOUND, one, self.tr("{0} more match; type another letter."))
+            return counted(
+                found - MOST_FOUND,
+                self.tr("1 more matches; type another letter."),
+                self.tr("{0} more match; type another letter."),
+            )
         if found and not text:
             return ""
         everything = len(visible_names(root, Visibility.GURU, text))

@@ -49,7 +49,7 @@ _LIMITS = (
     _Limit("size", "MB", 1000, scale=1e6),
 )
 """In the order of the form's `limitBox`."""
-NARROW = 480
+NARROW, VERY_NARROW = 480, 340
 "Pixels below which *Play* is an icon, the folder is in the menu alone, and what was recorded takes no room."
 _LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
 "Pixels of the box that says when a recording ends, in a narrow bar and in a wide one."
@@ -126,7 +126,7 @@ class RecordingBar(QWidget):
         frames = counted(progress.frames, self.tr("1 frame"), self.tr("{0} frames"))
         parts = [localized(f"{int(minutes):02d}:{seconds:04.1f}"), frames, _bytes(progress.size)]
         if progress.dropped:
-            parts.append(self.tr("{0} dropped").format(progress.dropped))
+            parts.append(counted(progress.dropped, self.tr("1 dropped"), self.tr("{0} dropped")))
         if progress.left_out:
             parts.append(self.tr("first image of {0}").format(progress.left_out + 1))
         if progress.free and not progress.ended:
@@ -165,7 +165,8 @@ class RecordingBar(QWidget):
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
         self.folderButton.setVisible(not narrow and not recording)
-        self.limitBox.setMinimumWidth(_LEAST_CHOICE if narrow else _WHOLE_CHOICE)
+        least = _LEAST_CHOICE if self.width() < VERY_NARROW else self.limitBox.minimumSizeHint().width()
+        self.limitBox.setMinimumWidth(least if narrow else _WHOLE_CHOICE)
         # Beside the length of the next recording there is no room for the figures of the last one.
         self.progressLabel.setVisible(recording or (not narrow and self.amountBox.isHidden()))
         self.playButton.setMaximumWidth(self._play_width() if narrow else QWIDGETSIZE_MAX)
