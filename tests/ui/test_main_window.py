@@ -329,7 +329,8 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(window_d
     window_desk.watch()
     wrong.noticed_at_last.set()
     window_desk.until(lambda: window_desk.errors)
-    assert "no camera answers at 10.0.0.9" in window_desk.errors[0] and not window.picture.tasks.rows
+    assert "no camera answers at 10.0.0.9" in window_desk.errors[0]
+    window_desk.until(lambda: not window.picture.tasks.rows)
     assert link.source is shown and link.state is LinkState.STREAMING
     window_desk.watch()
 
