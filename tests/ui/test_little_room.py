@@ -143,7 +143,8 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(win
     before = window.favourites.rows.rows("Gain")[0]
     window_desk.until(lambda: before.findChildren(QAbstractSpinBox))
     before.findChildren(QAbstractSpinBox)[0].setFocus()
-    for _ in range(6):
+    window_desk.until(lambda: last.editor is not None)
+    for _ in range(20):
         QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
         if last.isAncestorOf(QApplication.focusWidget()):
             break
