@@ -141,9 +141,10 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(win
     window_desk.until(lambda: last.editor is not None)
     assert last.visibleRegion().isEmpty()
     before = window.favourites.rows.rows("Gain")[0]
-    window_desk.until(lambda: before.findChildren(QAbstractSpinBox))
-    before.findChildren(QAbstractSpinBox)[0].setFocus()
-    window_desk.until(lambda: last.editor is not None)
+    rows = (before, last)
+    window_desk.until(lambda: all(row.editor is not None and row.editor.field.isVisible() for row in rows))
+    before.editor.field.setFocus()
+    window_desk.until(before.editor.field.hasFocus)
     for _ in range(20):
         QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
         if last.isAncestorOf(QApplication.focusWidget()):
