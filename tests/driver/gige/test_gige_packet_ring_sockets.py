@@ -142,6 +142,18 @@ def test_each_full_round_of_the_ring_is_taken(monkeypatch: pytest.MonkeyPatch) -
         stand.close()
 
 
+def test_a_pause_ends_with_the_block_in_which_packets_gather(stand: Stand) -> None:
+    stand.send(block(1))
+    stand.expect(1)
+    *others, trailer = block(2)
+    stand.send(others)
+    assert stand.ring._rest(0.002)
+    stand.send([trailer])
+    assert not stand.ring._rest(PATIENCE)
+    assert stand.socket_is_empty()
+    stand.expect(2)
+
+
 # -- packets that a ring cannot read -----------------------------------------------------------------
 def fragments(packet: bytes, address: tuple[str, int], source_port: int) -> list[bytes]:
     """IP packets, from the header on, whose fragments the kernel joins to one datagram."""

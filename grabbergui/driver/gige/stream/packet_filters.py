@@ -1,6 +1,7 @@
-"""Filters that the kernel runs on packets: which of them enter a packet ring, and none for a UDP socket.
+"""Filters that the kernel runs on packets: which enter a packet ring, and which the UDP socket.
 
-A filter is a classic BPF program (`packet(7)`, SO_ATTACH_FILTER). Offsets count from the IP header.
+A filter is a classic BPF program (`packet(7)`, SO_ATTACH_FILTER). Offsets count from the IP header in a
+packet socket, and from the UDP header in a UDP socket.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ import socket
 import struct
 from typing import Final
 
+from grabbergui.driver.gige.gvsp import EXTENDED_BIT, PacketFormat
+
 SO_ATTACH_FILTER, SO_DETACH_FILTER = 26, 27
 "Options of a Linux socket; the socket module does not name them."
 _LOAD_BYTE, _LOAD_HALF, _LOAD_WORD = 0x30, 0x28, 0x20
-_EQUAL, _GREATER, _ANY_BIT, _RETURN = 0x15, 0x25, 0x45, 0x06
+_EQUAL, _GREATER, _ANY_BIT, _AND, _RETURN = 0x15, 0x25, 0x45, 0x54, 0x06
 _PACKET_TYPE = 0xFFFFF004
 "SKF_AD_OFF + SKF_AD_PKTTYPE, which is not in the packet."
 _TO_GROUP = 2
@@ -28,6 +31,15 @@ Instruction = tuple[int, int, int, int]
 "Code, instructions to skip if true and if false, value."
 NOTHING: Final[list[Instruction]] = [(_RETURN, 0, 0, 0)]
 "Admits no packet."
+_FORMAT_AT = 12
+TRAILERS: Final[list[Instruction]] = [
+    (_LOAD_BYTE, 0, 0, _FORMAT_AT),
+    (_AND, 0, 0, 0xFF ^ EXTENDED_BIT),
+    (_EQUAL, 0, 1, PacketFormat.TRAILER),
+    (_RETURN, 0, 0, 0xFFFF),
+    *NOTHING,
+]
+"Admits the last packets of blocks. In a UDP socket."
 
 
 def stream_filter(device_ip: str, local_ip: str, port: int) -> list[Instruction]:

@@ -5,10 +5,13 @@ fixed length while it arrives; the process only reads the slots. This needs CAP_
 before any firewall. The socket listens on all interfaces, so that a route may change and an interface may
 vanish and return; a filter in the kernel admits only the stream's packets.
 
-The UDP socket stays open to reserve its port. A ring does not see every packet that a UDP socket receives
-whole: fragments, packets joined on their way, multicast from this host, packets unpacked by IPsec. So after
-each silence both receive, until the ring has proved that it sees the stream; then a filter empties the UDP
-socket. Where the ring fails, the UDP socket takes over for the rest of the stream.
+The UDP socket stays open to reserve its port, and shows the ends of blocks: a filter leaves it their
+trailers, so that a pause in which packets gather ends with the block.
+
+A ring does not see every packet that a UDP socket receives whole: fragments, packets joined on their way,
+multicast from this host, packets unpacked by IPsec. So after each silence the UDP socket receives everything,
+until the ring has proved that it sees the stream. Where the ring fails, the UDP socket takes over for the
+rest of the stream.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
-from grabbergui.driver.gige.stream.packet_filters import NOTHING, attach, detach, stream_filter
+from grabbergui.driver.gige.stream.packet_filters import TRAILERS, attach, detach, stream_filter
 from grabbergui.driver.gige.stream.packet_source import DatagramSource, PacedSource
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
@@ -69,7 +72,7 @@ AT_ONCE = 1024
 FIRST_LOOK = 16
 "Slots looked at first; the range grows while all of them are full."
 PROOF = 16
-"Packets through the ring after which the UDP socket is emptied."
+"Packets through the ring after which the UDP socket receives trailers only."
 SILENCE = 0.5
 "Seconds without a packet after which the UDP socket receives again."
 MOST_DISCARDED = 1 << 16
@@ -155,17 +158,20 @@ class PacketRing(PacedSource):
         self._at = 0
         "Index of the next slot."
         self._proved: int | None = 0
-        "Packets through the ring since the UDP socket receives too; None while it does not."
+        "Packets through the ring since the UDP socket receives all, too; None while it does not."
         self._last_packet = time.monotonic()
         self._wait = waiter([self._socket])
+        self._wait_for_trailer = waiter([receiver])
         self._wait_for_both = waiter([self._socket, receiver])
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Take packets from the ring, or once it has failed, from the reserve."""
-        if self._reserve is None:
-            super().receive(assembler, timeout)
-        else:
+        if self._reserve is not None:
             self._reserve.receive(assembler, timeout)
+            return
+        super().receive(assembler, timeout)
+        if self._trailers_only and self._flowing and not assembler.block_in_progress:
+            _empty(self._receiver)
 
     def close(self) -> None:
         """Release the memory."""
@@ -177,6 +183,10 @@ class PacketRing(PacedSource):
     def failed(self) -> bool:
         """Whether the reserve took over."""
         return self._reserve is not None
+
+    @property
+    def _trailers_only(self) -> bool:
+        return self._proved is None and not self.failed
 
     # -- the ring --------------------------------------------------------------------------------
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
@@ -249,6 +259,16 @@ class PacketRing(PacedSource):
         self._at = (self._at + taken) % len(self._slots)
 
     # -- the UDP socket --------------------------------------------------------------------------
+    def _rest(self, seconds: float) -> bool:
+        """Wait until the block ends, which its trailer in the UDP socket shows, for whole milliseconds."""
+        if self._trailers_only and seconds >= 0.001:
+            whole = int(1000 * seconds) / 1000
+            if self._wait_for_trailer(whole):
+                _empty(self._receiver)
+                return False
+            seconds -= whole
+        return super()._rest(seconds)
+
     def _await_packets(self, timeout: float) -> bool:
         """Wait at most `timeout` seconds for a packet; return False if the ring has failed."""
         if self._proved == 0:
@@ -273,12 +293,12 @@ class PacketRing(PacedSource):
         return False
 
     def _note_packets(self, count: int, now: float) -> None:
-        """Empty the UDP socket, for as long as packets arrive, once the ring has taken enough of them."""
+        """Leave the UDP socket only trailers once the ring has taken enough packets."""
         self._last_packet = now
         if self._proved is not None:
             self._proved += count
             if self._proved >= PROOF:
-                attach(self._receiver, NOTHING)
+                attach(self._receiver, TRAILERS)
                 _empty(self._receiver)
                 self._proved = None
 
@@ -286,13 +306,13 @@ class PacketRing(PacedSource):
         """Let the UDP socket receive, too: a change of the network may hide the stream from the ring."""
         if self._proved is None:
             detach(self._receiver)
-        else:
-            _empty(self._receiver)
+        _empty(self._receiver)
         self._proved = 0
 
     def _fail(self, why: str) -> None:
         log.info("packets are received by system calls, no longer through a packet ring: %s", why)
         if self._proved is None:
+            _empty(self._receiver)
             detach(self._receiver)
         self._release()
         self._reserve = self._make_reserve()

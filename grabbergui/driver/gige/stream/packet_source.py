@@ -132,6 +132,11 @@ class PacedSource(DatagramSource):
             pause = min(pause, ANSWER_PAUSE)
         if not pause:
             return False
-        time.sleep(pause)
-        self._pace.slept(pause, time.monotonic() - begun)
+        if self._rest(pause):
+            self._pace.slept(pause, time.monotonic() - begun)
+        return True
+
+    def _rest(self, seconds: float) -> bool:
+        """Wait; return False if that ended early, because a block did."""
+        time.sleep(seconds)
         return True
