@@ -1,16 +1,15 @@
 """ROS, where a test uses it, in a domain of its own; what a robot waits for on a busy machine."""
 
 import os
-from dataclasses import replace
 
 import pytest
 
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.servo.config import Config
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
-from patience import allowance, until
+from patience import until
 from ros2_domain import own_domain
+from servo_limits import patient_config
 
 
 @pytest.fixture(scope="session")
@@ -40,12 +39,5 @@ def robot(names, simulated):
 
 @pytest.fixture
 def config():
-    """Of a run in real time: on a machine that is slow just now, pictures and readings may be older.
-
-    With the limits of a real robot it would rightly not move at all there. Tests in simulated time hold them.
-    """
-    config, slow = Config(), min(3 * allowance(), 30)
-    limits = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck", "guardian_timeout")
-    relaxed = replace(config.safety, **{name: slow * getattr(config.safety, name) for name in limits})
-    object.__setattr__(config, "safety", relaxed)  # past the check, which holds every user to 0.2 s
-    return config
+    """Of a run in real time."""
+    return patient_config()

@@ -162,7 +162,7 @@ def test_the_white_balance_is_set(newcomer):
         newcomer.qtbot.keyClick(combo.view(), Qt.Key_Down)
     newcomer.qtbot.keyClick(combo.view(), Qt.Key_Return)
     newcomer.until(lambda: cast() < before / 2)
-    assert not newcomer.desk.errors
+    newcomer.until(lambda: not newcomer.desk.errors)  # a busy machine may have sent no frame for a while
 
 
 def test_a_region_is_drawn_and_the_whole_sensor_comes_back(newcomer):

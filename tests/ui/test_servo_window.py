@@ -29,6 +29,7 @@ from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, Cal
 from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.widgets.robot_view import NEAR, Orbit
 from patience import PATIENCE, attempts
+from servo_limits import patient_config
 
 TUNING = Tuning.of(Config())
 
@@ -258,8 +259,12 @@ def live(qtbot, window, calibration):
     robot = SimRobot(teo.MODEL)
     camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
     camera.open()
+    config = patient_config()
     runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(Config(), calibration(frame.width, frame.height))
+        camera,
+        robot,
+        lambda frame: closed_loop.detector(config, calibration(frame.width, frame.height)),
+        config,
     )
     controller = ServoController(window, runner, calibration)
     try:

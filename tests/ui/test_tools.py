@@ -93,8 +93,7 @@ def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(desk):
     before = window.histogram._histogram.mean("grey")
     window.histogram.levels.setRegion((0, 64))
     assert desk.program.picture.settings.levels.white == pytest.approx(0.25)
-    desk.watch(5)
-    assert screen(desk).mean() > 1.5 * before
+    desk.until(lambda: screen(desk).mean() > 1.5 * before)
     desk.until(lambda: window.histogram._histogram.mean("grey") == pytest.approx(before, rel=0.2))
     desk.qtbot.mouseClick(window.histogram.resetButton, Qt.LeftButton)
     assert desk.program.picture.settings.levels.neutral

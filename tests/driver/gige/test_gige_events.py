@@ -28,7 +28,6 @@ from grabbergui.driver.gige.gvcp import Ack, CommandCode, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults
 from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
@@ -223,7 +222,7 @@ def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera
 
 
 def test_events_go_on_after_a_reboot(simulate: Callable[..., GigeCamera]) -> None:
-    simulated = simulate(faults=Faults(reboot_after=0.5))
+    simulated = simulate()
     camera = Camera(GigeDevice(simulated.address))
     states: queue.Queue[ConnectionState] = queue.Queue()
     camera.open()
@@ -231,6 +230,7 @@ def test_events_go_on_after_a_reboot(simulate: Callable[..., GigeCamera]) -> Non
         camera.connection_changed.connect(lambda state, why: states.put(state))
         listener = Listener(camera)
         listener.switch_on("Test")
+        simulated.cut_power()
         assert states.get(timeout=PATIENCE) is ConnectionState.LOST
         assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
         camera.execute("TestEventGenerate")

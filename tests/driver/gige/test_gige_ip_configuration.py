@@ -19,7 +19,6 @@ from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.discovery.commands import check_addresses, keep_address, read_configuration
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults
 
 NET = f"127.86.{os.getpid() % 250 + 1}"
 
@@ -60,10 +59,11 @@ def test_the_same_is_in_the_cameras_features(camera: GigeCamera) -> None:
 
 
 def test_a_camera_that_keeps_its_address_has_it_after_a_restart() -> None:
-    with closing(GigeCamera(f"{NET}.2", faults=Faults(reboot_after=0.5))) as camera:
+    with closing(GigeCamera(f"{NET}.2")) as camera:
         with closing(GigeDevice(f"{NET}.2")) as device:
             device.open(Access.CONTROL)
             keep_address(device, f"{NET}.20", "255.0.0.0")
+        camera.cut_power()
         found = None
         for _ in range(100):
             found = found or search.ask(f"{NET}.20", 0.1)

@@ -6,7 +6,7 @@ from stage import REGION, on
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.undoing import revert
 from grabbergui.models.tuning.one_push import EXPOSURE_STEPS, EXPOSURE_TOLERANCE, balance, expose
-from patience import Stopwatch, allowance
+from patience import Stopwatch, allowance, until
 
 
 @pytest.mark.parametrize("light", [0.02, 0.3, 1.0, 40.0])
@@ -55,8 +55,8 @@ def test_exposure_on_a_region_of_the_simulated_camera(sim, options):
     s.grabber.write_feature("ExposureAuto", "Continuous")
     with Stopwatch() as watch:
         assert "Exposed" in s.run(on(REGION, expose)), s.failures
-    # The scene wanders, so a little more than the tolerance is allowed.
-    assert s.light().mean == pytest.approx(0.5, abs=2 * EXPOSURE_TOLERANCE)
+    # The scene wanders, so a little more than the tolerance is allowed; a busy machine looks late.
+    until(lambda: s.light().mean == pytest.approx(0.5, abs=2 * EXPOSURE_TOLERANCE))
     assert s.value("ExposureAuto") == "Off"
     assert watch.seconds < 20 * allowance()
 
