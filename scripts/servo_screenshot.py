@@ -1,23 +1,37 @@
-"""Takes the manual's picture of the servoing window: the real loop on the simulated TEO, in simulated time.
+"""Takes the manual's pictures of the servoing window and of the hand–eye calibration, on the simulated TEO.
 
     QT_QPA_PLATFORM=offscreen python scripts/servo_screenshot.py light docs/images/servo.png
 
-Simulated time makes it the same on a busy machine, where the loop in real time would stop for late pictures.
+The others go beside it, as hand-eye and hand-eye-result. The loop runs in simulated time: that makes it the
+same on a busy machine, where the loop in real time would stop for late pictures.
 """
 
 import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 from psygnal import Signal
 from PyQt5.QtTest import QTest
 
+from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
 from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config, MarkerConfig
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.ui.controllers.hand_eye import HandEyeController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.bases import HandEyePage
+from grabbergui.ui.views.file_dialogs import FileDialogs
+from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 
 SECONDS, SHOWN_AT = 9.4, 4.0
@@ -30,6 +44,7 @@ class Follower:
 
     cycle_done = Signal(object, object)
     failed = Signal(str)
+    calibrates_hand_eye = True
 
     def __init__(self, run: closed_loop.ClosedLoop) -> None:
         self.loop, self.robot, self.config, self.gate = run.loop, run.robot, run.config, run.gate
@@ -63,6 +78,45 @@ def main(theme: str, file: str) -> None:
     QTest.qWait(500)
     window.grab().save(file)
     controller.close()
+    window.close()
+    hand_eye(Path(file))
+
+
+def hand_eye(beside: Path) -> None:
+    """Calibrate a camera on the hand, in real time, and take the pages of motion and result."""
+    robot, poses = SimRobot(teo.MODEL), 12
+    config = Config(marker=MarkerConfig(kind="charuco", size=0.03, columns=5, rows=4))
+    cameras = SimulatedCameras(robot)
+    gate, calibration = CommandGate(robot, config), closed_loop.calibration().scaled_to
+    stand = HandEyeStand(
+        robot, gate, config, cameras, calibration, lambda eye: Placement(eye, "hand", "camera"), "hand",
+        leave=cameras.close,
+    )  # fmt: skip
+    dialog = HandEyeDialog()
+    controller = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
+    dialog.show()
+    dialog.viewsBox.setValue(poses)
+    await_that(lambda: "is seen" in dialog.verdictLabel.text())
+    dialog.nextButton.click()
+    dialog.agreeBox.click()
+    dialog.nextButton.click()
+    await_that(lambda: dialog.progress.value() >= poses - 3)
+    await_that(lambda: "is seen" in dialog.verdictLabel.text())
+    dialog.grab().save(str(beside.with_name(beside.name.replace("servo", "hand-eye"))))
+    await_that(lambda: dialog.page is HandEyePage.RESULT)
+    QTest.qWait(500)
+    dialog.grab().save(str(beside.with_name(beside.name.replace("servo", "hand-eye-result"))))
+    dialog.reject()
+    controller.model.close(10)
+
+
+def await_that(condition: Callable[[], bool], seconds: float = 300.0) -> None:
+    """Let the window live until something holds."""
+    until = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > until:
+            raise TimeoutError("the calibration did not get there")
+        QTest.qWait(50)
 
 
 if __name__ == "__main__":

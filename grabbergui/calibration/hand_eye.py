@@ -36,13 +36,13 @@ READING_SPREADS = tuple(math.radians(degrees) for degrees in (0.0, 0.02, 0.05, 0
 OUTLIER = 4.0
 "A view that is so many times further off than the median is left out."
 _TOO_LITTLE = "the views differ too little: turn camera or target about two axes between them"
-_METHODS = (
-    cv2.CALIB_HAND_EYE_PARK,
-    cv2.CALIB_HAND_EYE_HORAUD,
-    cv2.CALIB_HAND_EYE_DANIILIDIS,
-    cv2.CALIB_HAND_EYE_TSAI,
-    cv2.CALIB_HAND_EYE_ANDREFF,
-)
+_METHODS = {
+    "Park": cv2.CALIB_HAND_EYE_PARK,
+    "Horaud": cv2.CALIB_HAND_EYE_HORAUD,
+    "Daniilidis": cv2.CALIB_HAND_EYE_DANIILIDIS,
+    "Tsai": cv2.CALIB_HAND_EYE_TSAI,
+    "Andreff": cv2.CALIB_HAND_EYE_ANDREFF,
+}
 _ITERATIONS = 60
 
 
@@ -58,6 +58,8 @@ class HandEyeResult(Guess):
     "Root mean square of every view's corners, pixels; NaN for one that was left out."
     reading_spread: float = 0.0
     "Radians: standard deviation of the joint readings, of `READING_SPREADS`."
+    method: str = ""
+    "OpenCV's method whose solution was refined: Park, Horaud, Daniilidis, Tsai or Andreff."
 
     @property
     def uncertainty(self) -> tuple[float, float]:
@@ -75,7 +77,7 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
     if len(views) < FEWEST_VIEWS:
         raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
     problem = Problem(arrangement, calibration)
-    start, pixel = _start(problem, views)
+    start, pixel, method = _start(problem, views)
     used = list(views)
     fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
     best = max(fits, key=lambda fit: fit.likelihood)
@@ -97,6 +99,7 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
         math.sqrt(float(np.mean([problem.error(view, guess) ** 2 for view in used]))),
         tuple(error if much <= limit else math.nan for error, much in zip(errors, strange, strict=True)),
         best.spread,
+        method,
     )
 
 
@@ -187,8 +190,8 @@ class _Fit:
         return np.linalg.inv(np.linalg.cholesky(covariance)).astype(np.float64)
 
 
-def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float]:
-    """Return the best of OpenCV's closed-form solutions, and the noise of corners in pixels."""
+def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float, str]:
+    """Return the best of OpenCV's closed-form solutions, the noise of corners in pixels, and its method."""
     arrangement, calibration = problem.arrangement, problem.calibration
     none = [
         np.zeros(0 if chain is None else len(chain.low)) for chain in (arrangement.camera, arrangement.target)
@@ -209,8 +212,8 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
         tools.append(
             geometry.inverse(camera_from_target(arrangement, still, view.camera_angles, view.target_angles))
         )
-    best, least = None, math.inf
-    for method in _METHODS:
+    best, least, chosen = None, math.inf, ""
+    for name, method in _METHODS.items():
         try:
             rotation, place = cv2.calibrateHandEye(
                 [tool[:3, :3] for tool in tools],
@@ -228,7 +231,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
             guess = Guess(camera, tool @ camera @ target, *none)
             error = float(np.median([problem.error(view, guess) for view in views]))
             if error < least:
-                best, least = guess, error
+                best, least, chosen = guess, error, name
     if best is None:
         raise UsageError(_TOO_LITTLE)
-    return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE)
+    return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE), chosen

@@ -67,6 +67,7 @@ def save(result: HandEyeResult, path: Path, placement: Placement | None = None) 
         "covariance": [[float(value) for value in row] for row in result.covariance],
         "reading_spread": result.reading_spread,
         "rms_pixels": result.rms,
+        "method": result.method,
     }
     header = "# Hand–eye calibration: metres and radians; rotations are quaternions x y z w.\n"
     path.write_text(header + yaml.safe_dump(content, sort_keys=False, default_flow_style=None), "utf-8")
@@ -99,6 +100,7 @@ def load(path: Path) -> HandEyeResult:
         float(_numbers(content, "rms_pixels", (), path)),
         (),
         float(_numbers(content, "reading_spread", (), path)),
+        str(content.get("method", "")),
     )
 
 

@@ -276,8 +276,8 @@ def propose(
             break
     if len(candidates) < count:
         raise UsageError(
-            f"only {len(candidates)} of {tries} poses show the target; {count} are wanted. "
-            "Move the target into the middle of what the camera sees, or take a smaller one"
+            f"only {len(candidates)} of {tries} poses show the target, {count} are wanted: "
+            "move it, or take a smaller one"
         )
     gains = []
     for view in candidates:

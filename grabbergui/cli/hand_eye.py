@@ -14,12 +14,15 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli import servo, servo_robots
 from grabbergui.cli.parsing import count, part
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.hand_eye import HandEyeResult
     from grabbergui.calibration.hand_eye_file import Placement
-    from grabbergui.servo.hand_eye_run import HandEyeRun, Progress
+    from grabbergui.servo.config import Config
+    from grabbergui.servo.gate import CommandGate
+    from grabbergui.servo.hand_eye_progress import Progress
+    from grabbergui.servo.hand_eye_run import HandEyeRun
 
 
 def add_commands(commands: Any) -> None:
@@ -27,7 +30,7 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser(
         "hand-eye",
         help="find where a robot's camera sits: the robot moves and looks at a board",
-        description="The robot moves as soon as it is there; Ctrl-C stops it.",
+        description="Without --window the robot moves as soon as it is there; Ctrl-C stops it.",
         example="grabbergui hand-eye --robot sim-teo --eye head --target charuco --out teo.hand-eye.yaml",
     )
     parser.add_argument(
@@ -51,19 +54,29 @@ def add_commands(commands: Any) -> None:
         action="store_true",
         help="then publish it on /tf_static until Ctrl-C",
     )
+    parser.add_argument(
+        "--window", action="store_true", help="with a window: nothing moves before a person agrees"
+    )
+    parser.add_argument(
+        "--theme",
+        choices=("auto", "light", "dark"),
+        default="auto",
+        help="colours of the window",
+    )
     parser.add_argument("--config", type=Path, metavar="FILE", help="limits, workspace and obstacles (.ini)")
     parser.add_argument("--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1")
     servo.add_target(parser)
     servo_robots.add_arguments(parser)
-    parser.set_defaults(run=_run, headless=True, dry_run=False, steps=False, faces=None)
+    parser.set_defaults(run=_run, headless=True, dry_run=False, steps=False, faces=None, follow=None)
 
 
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.gate import CommandGate
-    from grabbergui.servo.hand_eye_frames import TargetDetector
+    from grabbergui.servo.hand_eye_frames import TargetWatch
     from grabbergui.servo.hand_eye_run import HandEyeRun, watched
 
+    options.headless = not options.window
     folder = options.out.resolve().parent
     if not folder.is_dir() or not os.access(options.out if options.out.exists() else folder, os.W_OK):
         raise UsageError(f"the result could not be written to {options.out}; choose another --out")
@@ -73,7 +86,9 @@ def _run(options: argparse.Namespace) -> int:
         if scene.guardian is not None:
             scene.guardian.await_ready()
         gate = CommandGate(scene.robot, config, scene.guardian)
-        look = TargetDetector(scene.grabber, config, scene.calibration)
+        if options.window:
+            return _show(scene, gate, config, options, stop)
+        look = TargetWatch(scene.grabber, config.marker, scene.calibration)
         stack.callback(look.close)
         stack.enter_context(watched(gate))
         run = HandEyeRun(
@@ -89,19 +104,42 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _show(
+    scene: servo_robots.Scene,
+    gate: CommandGate,
+    config: Config,
+    options: argparse.Namespace,
+    stop: threading.Event,
+) -> int:
+    """Calibrate in a window; whether there is a result is the exit status."""
+    try:
+        from grabbergui.ui.run import standalone
+        from grabbergui.ui.theme import Theme
+    except ImportError as error:
+        raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
+    gate.halt("nothing moves before a person agrees")
+    stand = servo_robots.hand_eye_stand(scene, gate, config, options, options.out)
+    try:
+        return int(standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop) is None)
+    finally:
+        stand.close()
+
+
 def _pause(seconds: float, stop: threading.Event, run: HandEyeRun) -> None:
     if stop.wait(seconds):
         run.cancel()
 
 
 class _Report:
-    """Prints the events of a run."""
+    """Prints the outcomes of a run."""
 
     def __init__(self) -> None:
         self._began = time.monotonic()
 
     def add(self, progress: Progress) -> None:
         """Print one event."""
+        if progress.step.value == "moving":
+            return  # its outcome is printed
         print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
 
 

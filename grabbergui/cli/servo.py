@@ -165,7 +165,7 @@ def _follow(
         if recorder is not None:
             recorder.add(cycle, frame, runner.loop.sighting)
 
-    window = None if options.headless else _window(options, stop)
+    window = None if options.headless else _window(options, stop, scene, runner)
     runner.cycle_done.connect(turned)
     runner.failed.connect(outcome.fail)
     # Without a window, the command itself is the wish that it moves.
@@ -197,15 +197,21 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Runner, CalibrationFor], str]:
+def _window(
+    options: argparse.Namespace, stop: threading.Event, scene: servo_robots.Scene, runner: Runner
+) -> Callable[[Runner, CalibrationFor], str]:
     try:
         from grabbergui.ui.run import servo_process
         from grabbergui.ui.theme import Theme
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
-    theme = Theme(options.theme)
     return partial(
-        servo_process.show, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
+        servo_process.show,
+        seconds=options.seconds,
+        screenshot=options.screenshot,
+        theme=Theme(options.theme),
+        stop=stop,
+        stand=servo_robots.hand_eye_stand(scene, runner.gate, runner.config, options, options.hand_eye),
     )
 
 

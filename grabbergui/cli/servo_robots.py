@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from grabbergui.calibration.hand_eye_file import Placement
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
+    from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.guardian_link import GuardianLink
+    from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
     from grabbergui.servo.robots.robot import KinematicModel, Robot
     from grabbergui.servo.robots.tiago_ros2 import Topics
     from grabbergui.servo.runner import Runner
@@ -48,6 +50,8 @@ class Scene:
     "Perhaps something moves in this world: the window waits for a person's Start."
     guardian: GuardianLink | None = None
     "Of a robot that would go on moving if this program died; starting."
+    cameras: SimulatedCameras | None = None
+    "Of a simulated robot with its own camera: puts that where a hand–eye calibration wants it."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -159,6 +163,29 @@ def placement(options: argparse.Namespace) -> Placement:
     )
 
 
+def hand_eye_stand(
+    scene: Scene, gate: CommandGate, config: Config, options: argparse.Namespace, file: Path | None
+) -> HandEyeStand:
+    """Return what the window needs to calibrate hand and eye; `file` is the robot's."""
+    from grabbergui.servo.hand_eye_stand import HandEyeStand
+
+    def place(eye: str) -> Placement:
+        return placement(argparse.Namespace(**{"mount_frame": None, **vars(options), "eye": eye}))
+
+    cameras, leave = scene.cameras, None if scene.cameras is None else scene.cameras.close
+    return HandEyeStand(
+        scene.robot,
+        gate,
+        config,
+        cameras or (lambda eye, marker: scene.grabber),
+        scene.calibration,
+        place,
+        getattr(options, "eye", "head"),
+        file,
+        leave or (lambda: None),
+    )
+
+
 def tiago_model(options: argparse.Namespace) -> KinematicModel:
     """TIAGo as the options have it. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
@@ -191,6 +218,7 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
     from grabbergui.driver.sim.rendered.scene import Things
     from grabbergui.servo import closed_loop
     from grabbergui.servo.control import ArmController
+    from grabbergui.servo.hand_eye_stand import SimulatedCameras
     from grabbergui.servo.robots.simulated import SimRobot
 
     eye = getattr(options, "eye", "")
@@ -204,7 +232,7 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
         grabber = closed_loop.hand_eye_camera(robot, config.marker, eye)
         grabber.open()
         stack.callback(grabber.close)
-        return Scene(robot, grabber, closed_loop.calibration().scaled_to)
+        return Scene(robot, grabber, closed_loop.calibration().scaled_to, cameras=SimulatedCameras(robot))
     board = rendered_scene.board_pose()
     things = closed_loop.things_for(
         config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)
@@ -224,7 +252,7 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
 
     given = options.calibration is not None or options.field_of_view is not None
     calibration = _calibration(options, grabber) if given else closed_loop.calibration().scaled_to
-    return Scene(robot, grabber, calibration, truth)
+    return Scene(robot, grabber, calibration, truth, cameras=SimulatedCameras(robot))
 
 
 def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:

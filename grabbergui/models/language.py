@@ -95,6 +95,41 @@ _SENTENCES = (
     # A camera that returned with other settings
     QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),
+    # A robot that is calibrated
+    QT_TRANSLATE_NOOP("Drivers", "the target is not seen: bring it into the middle of the image first"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "only {0} of {1} views were possible: give the arm more room, or move the target"
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "hand–eye calibration needs {0} views or more, not {1}"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "the views differ too little: turn camera or target about two axes between them"
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "the views contradict one another: check the target's size and the calibration"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "no image came within {0} s: check camera and cable"),
+    QT_TRANSLATE_NOOP("Drivers", "there is no camera to look with"),
+    QT_TRANSLATE_NOOP("Drivers", "the robot is stopped: {0}"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} does not report its joints"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} does not report the angles of its arm"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} no longer reports the angles of its arm"),
+    QT_TRANSLATE_NOOP("Drivers", "the head of {0} is not driven"),
+    QT_TRANSLATE_NOOP("Drivers", "the arm of {0} is not driven"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "this is a dry run, in which the robot does not move: start without --dry-run"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "it would be outside the workspace"),
+    QT_TRANSLATE_NOOP("Drivers", "it would leave the workspace ({0})"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} would come within {1} mm of {2}"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "a pitch of {0} m must be more than the markers' size, {1} m, or they would overlap"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "two poses explain it"),
+    QT_TRANSLATE_NOOP("Drivers", "it is seen edge-on"),
+    QT_TRANSLATE_NOOP("Drivers", "its corners are no square's"),
 )
 """From the special to the general."""
 

@@ -46,6 +46,7 @@ CONFIRM_S = 0.5
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 MUTE = "the window does not answer"
+HAND_EYE = "stopped to calibrate hand and eye"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ class Report:
 
 @dataclass(frozen=True)
 class Wish:
-    """What the window wants: `stop` (a reason, and its number), `start`, `tune`.
+    """What the window wants: `stop` (a reason, and its number), `start`, `tune`, `hand-eye`.
 
     Or what it has to say: `beat`, that it lives; `taken`, that the next image may come; `closed`, its end.
     """
@@ -105,6 +106,8 @@ class RunServer:
     ) -> None:
         self.closed = threading.Event()
         "Set once the window is gone, after the robot was stopped for it."
+        self.hand_eye_wanted = False
+        "Whether the window gave way to the calibration of hand and eye."
         self._runner, self._calibration = runner, calibration
         self._to, self._from = to_window, from_window
         self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)
@@ -189,6 +192,9 @@ class RunServer:
             if wish.kind == "stop":
                 # A thread for each: a robot whose network hangs must not hold up a second stop.
                 _apart(partial(self._stop, wish), "emergency stop")
+            elif wish.kind == "hand-eye":
+                self.hand_eye_wanted = True
+                _apart(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
             elif wish.kind == "start":
                 _apart(self._start, "start")
             elif wish.config is not None:
@@ -226,9 +232,18 @@ class RunMirror:
     failed = Signal(str)
     """The loop ended, did not start, or did not confirm a stop; the reason as display text."""
 
-    def __init__(self, from_loop: IO[bytes], to_loop: IO[bytes], ended: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        from_loop: IO[bytes],
+        to_loop: IO[bytes],
+        ended: Callable[[], None],
+        *,
+        calibrates_hand_eye: bool = False,
+    ) -> None:
         """`ended` is called when the loop's process closes its end or dies. Waits for the first report."""
         self.running = True
+        self.calibrates_hand_eye = calibrates_hand_eye
+        "Whether the loop's process does on request."
         self.loop, self.robot, self.gate = _Loop(), _Robot(), _Gate()
         self._from, self._to = from_loop, to_loop
         self._ended = ended
@@ -282,6 +297,10 @@ class RunMirror:
 
     def stop(self) -> None:
         """Do nothing: the loop is stopped by its own process."""
+
+    def calibrate_hand_eye(self) -> None:
+        """Let the loop's process stop the robot and calibrate hand and eye once this window is closed."""
+        self._wish(Wish("hand-eye"))
 
     def tune(self, config: Config) -> None:
         """Other gains, limits and rate from the next cycle on."""

@@ -47,6 +47,8 @@ AT_BOARD = (-0.42, 0.1)
 "Pan and tilt, radians, at which TEO looks at the board that the person holds."
 ON_HAND = geometry.pose(geometry.rotation_from_vector((0.1, -0.2, 0.3)), (0.03, -0.05, 0.04))
 "A camera, or a target, that is screwed onto the hand."
+IN_VIEW_M = 0.8
+"Metres before the camera at which the simulated board is put into its view."
 SHEET_PIXELS = 960
 "Along the longer edge of a printed board's drawing."
 
@@ -132,12 +134,21 @@ def mounted_camera(
     return Camera(SimulatedDevice(info, model))
 
 
-def hand_eye_camera(robot: SimRobot, marker: MarkerConfig, eye: str) -> FrameGrabber:
-    """A simulated camera on head or hand, or standing, with a target before it: for hand–eye calibration."""
+def hand_eye_camera(
+    robot: SimRobot, marker: MarkerConfig, eye: str, *, in_view: bool = False
+) -> FrameGrabber:
+    """A simulated camera on head or hand, or standing, with a target before it: for hand–eye calibration.
+
+    For the head it is the board that the person holds; `in_view`, it is where the head looks now.
+    """
     stands, hand = robot.model.stands, robot.state().hand
     before = geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 0.45))
     if eye == "head":
         board = rendered_scene.board_pose()
+        if in_view:
+            tilted = geometry.pose(geometry.rotation_from_vector((0.3, 0.25, 0.0)))
+            ahead = geometry.pose(before[:3, :3], (0.0, 0.0, IN_VIEW_M))
+            board = robot.camera_at(math.inf) @ ahead @ tilted
         return mounted_camera(robot, things_for(marker, Things(lambda _: None, lambda _: board)))
     if eye == "hand":
         board = stands @ hand @ ON_HAND @ before

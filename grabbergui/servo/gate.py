@@ -127,6 +127,11 @@ class CommandGate:
         """Why the emergency stop is on; empty while it is not."""
         return self._halted
 
+    @property
+    def dry_run(self) -> bool:
+        """Whether neither motion nor stop reaches the robot."""
+        return self._dry_run
+
     def tune(self, config: Config) -> None:
         """Other limits from now on."""
         with self._lock:

@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,18 +25,13 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.hand_eye_progress import FIRST_VIEWS, SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
 log = logging.getLogger(__name__)
 
 EYES = ("head", "hand", "fixed")
 "Where the camera is: on the head or the hand (the target is fixed), or fixed (the target is in the hand)."
-FIRST_VIEWS = 6
-"Views from small moves around the first pose, if the model does not give the place of camera or target."
-SMALL = math.radians(7)
-"Largest joint move for those views, in radians."
-SPAN = math.radians(40)
-"Range of the arm's joints around the first pose, in radians."
 PROPOSED = 3
 "Poses proposed at a time; the run takes the first that it can reach."
 SOLVED_EVERY = 5
@@ -57,16 +51,6 @@ RAMP_S = 0.5
 
 Look = Callable[[float], "MarkerDetection | None"]
 "Returns the target in the first frame exposed after a time on the run's clock; None if it is not visible."
-
-
-@dataclass(frozen=True)
-class Progress:
-    """State of a run for display."""
-
-    views: int
-    wanted: int
-    text: str
-    "Latest event as display text."
 
 
 def arrangement(eye: str, model: KinematicModel) -> Arrangement:
@@ -126,7 +110,19 @@ class HandEyeRun:
             self._collect(start, guess, np.asarray(first.points))
         finally:
             self._gate.rest()
-        self._say("computing")
+        return self.solve()
+
+    @property
+    def views(self) -> list[HandEyeView]:
+        """The views taken so far. Any thread."""
+        return list(self._views)
+
+    def solve(self) -> HandEyeResult:
+        """Compute the result from the views taken so far, for instance of a run that was stopped.
+
+        Raises UsageError if they are too few or too similar.
+        """
+        self._say("computing", Step.COMPUTING)
         return solve(self._arrangement, self._views, self._calibration)
 
     # -- poses -----------------------------------------------------------------------------------
@@ -140,7 +136,7 @@ class HandEyeRun:
         for _ in range(4 * FIRST_VIEWS):
             if len(self._views) >= FIRST_VIEWS:
                 break
-            self._visit(angles + SMALL * random.uniform(-1, 1, angles.shape))
+            self._visit(angles + math.radians(SMALL_DEGREES) * random.uniform(-1, 1, angles.shape))
         return self._known()
 
     def _collect(self, start: RobotState, guess: Guess, points: Vector) -> None:
@@ -150,7 +146,7 @@ class HandEyeRun:
             if tried > 4 * self._wanted:
                 raise UsageError(
                     f"only {len(self._views)} of {self._wanted} views were possible: give the arm more room, "
-                    "or bring the target where more poses show it"
+                    "or move the target"
                 )
             for camera, target in propose(
                 near, guess, points, self._calibration, PROPOSED, self._views, seed=tried
@@ -171,32 +167,35 @@ class HandEyeRun:
     def _known(self) -> Guess:
         result = solve(self._arrangement, self._views, self._calibration)
         millimetres, degrees = 1e3 * result.uncertainty[0], math.degrees(result.uncertainty[1])
-        self._say(f"the camera is known to {millimetres:.1f} mm and {degrees:.2f}°")
+        text = f"the camera is known to {millimetres:.1f} mm and {degrees:.2f}°"
+        self._say(text, Step.KNOWN, known=result.uncertainty)
         return Guess(result.camera, result.target, result.camera_offsets, result.target_offsets)
 
     # -- one view --------------------------------------------------------------------------------
     def _visit(self, goal: Vector) -> bool:
         """Move to joint angles and take a view; return whether that succeeded."""
         if self._eye != "head" and (why_not := self._gate.obstruction(goal)):
-            self._say(f"a pose is passed over: {why_not}")
-            return False
+            return self._skip(Skip.OBSTRUCTED, why_not)
+        self._say(f"moving to view {len(self._views) + 1} of {self._wanted}", Step.MOVING)
         if not self._go(goal):
-            self._say(f"a pose is passed over: {self._gate.hindrance or 'it was not reached'}")
-            return False
+            return self._skip(Skip.NOT_REACHED, self._gate.hindrance)
         before = self._angles(self._state())
         seen = self._seen()
         after = self._angles(self._state())
         if seen is None or seen.points is None or seen.pixels is None:
-            self._say("a pose is passed over: the target is not seen surely")
-            return False
+            return self._skip(Skip.NOT_SEEN)
         if np.abs(after - before).max() > STILL:
-            self._say("a pose is passed over: the robot did not rest")
-            return False
+            return self._skip(Skip.NOT_AT_REST)
         nothing = np.zeros(0)
         camera, target = (nothing, after) if self._eye == "fixed" else (after, nothing)
         self._views.append(HandEyeView(camera, target, seen.points, seen.pixels))
-        self._say(f"view {len(self._views)} of {self._wanted}")
+        self._say(f"view {len(self._views)} of {self._wanted}", Step.VIEW)
         return True
+
+    def _skip(self, why: Skip, detail: str = "") -> bool:
+        text = f"a pose is skipped: {detail or why.value}"
+        self._say(text, Step.SKIPPED, skip=why, detail=detail)
+        return False
 
     def _seen(self) -> MarkerDetection | None:
         """Return the target once the robot rests; None if its pose is missing or ambiguous."""
@@ -279,19 +278,27 @@ class HandEyeRun:
         if self._gate.halted:
             raise SourceUnavailableError(f"the robot is stopped: {self._gate.halted}")
 
-    def _say(self, text: str) -> None:
+    def _say(
+        self,
+        text: str,
+        step: Step,
+        *,
+        skip: Skip | None = None,
+        detail: str = "",
+        known: tuple[float, float] | None = None,
+    ) -> None:
         log.info("%s", text)
-        self._report(Progress(len(self._views), self._wanted, text))
+        self._report(Progress(len(self._views), self._wanted, text, step, skip, detail, known))
 
 
 @contextmanager
-def watched(gate: CommandGate) -> Iterator[None]:
+def watched(gate: CommandGate, clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
     """Run a watchdog thread: it stops the robot when commands cease and sends the guardian's heartbeat."""
     over = threading.Event()
 
     def watch() -> None:
         while not over.wait(0.02):
-            gate.expire(time.monotonic())
+            gate.expire(clock())
             gate.beat()
 
     thread = threading.Thread(target=watch, name="hand-eye watchdog", daemon=True)
@@ -305,12 +312,13 @@ def watched(gate: CommandGate) -> Iterator[None]:
 
 
 class _Near:
-    """A chain with its joint limits narrowed to `SPAN` around given angles."""
+    """A chain with its joint limits narrowed to `SPAN_DEGREES` around given angles."""
 
     def __init__(self, chain: Joints, angles: Vector) -> None:
         self._chain = chain
-        self.low = np.maximum(chain.low, angles - SPAN)
-        self.high = np.minimum(chain.high, angles + SPAN)
+        span = math.radians(SPAN_DEGREES)
+        self.low = np.maximum(chain.low, angles - span)
+        self.high = np.minimum(chain.high, angles + span)
 
     def forward(self, angles: Vector) -> Pose:
         """Return the tool's pose in the base."""

@@ -41,6 +41,8 @@ class Runner:
     """A `ControlCycle`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
     failed = Signal(str)
     """The loop ended by an error; the reason as display text. On the loop's thread."""
+    calibrates_hand_eye = False
+    "Whether it does so itself: its window does, with what it is given for that."
 
     def __init__(
         self,

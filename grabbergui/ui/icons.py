@@ -40,6 +40,19 @@ def pixmap(name: str, beside: QWidget, size: int, colour: QColor | None = None) 
     return drawn
 
 
+def dot(colour: QColor) -> QIcon:
+    """Return a small disc, for a row of a list."""
+    canvas = QPixmap(16, 16)
+    canvas.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(canvas)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    painter.drawEllipse(3, 3, 10, 10)
+    painter.end()
+    return QIcon(canvas)
+
+
 def window_icon() -> QIcon:
     """The program's own icon, in its own colours."""
     made = QIcon()

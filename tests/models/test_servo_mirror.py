@@ -196,3 +196,10 @@ def test_the_mirror_ends_with_the_loops_process(pair):
     pair.pipes[0].close()
     assert pair.ended.wait(PATIENCE)
     assert not pair.mirror.running
+
+
+def test_a_wish_to_calibrate_hand_and_eye_stops_the_robot(pair):
+    assert not pair.server.hand_eye_wanted
+    pair.mirror.calibrate_hand_eye()
+    until(lambda: pair.runner.gate.halted == servo_mirror.HAND_EYE)
+    assert pair.server.hand_eye_wanted

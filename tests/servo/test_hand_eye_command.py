@@ -14,11 +14,12 @@ from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_frames import TargetDetector
+from grabbergui.servo.hand_eye_frames import TargetWatch
 from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.ros2 import publish_frame
+from grabbergui.ui.run import standalone
 from patience import until
 
 CAMERA = geometry.pose(geometry.rotation_from_vector((0.3, -0.1, 0.2)), (0.07, 0.01, 0.06))
@@ -31,7 +32,7 @@ def test_the_simulated_camera_shows_the_target_in_frames_that_are_new(eye):
     robot = SimRobot(teo.MODEL, head=closed_loop.AT_BOARD)
     camera = closed_loop.hand_eye_camera(robot, config.marker, eye)
     camera.open()
-    look = TargetDetector(camera, config, closed_loop.calibration().scaled_to)
+    look = TargetWatch(camera, config.marker, closed_loop.calibration().scaled_to)
     try:
         seen = until(lambda: look(0.0), "a view of the target")
     finally:
@@ -140,3 +141,22 @@ def test_without_tf_s_messages_it_says_what_to_do(monkeypatch):
 def test_a_result_that_could_not_be_written_is_refused_before_anything_moves(tmp_path, capsys):
     assert main(["hand-eye", "--out", str(tmp_path / "missing" / "robot.yaml")]) == 2
     assert "choose another --out" in capsys.readouterr().err
+
+
+def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
+    stands = []
+
+    def shown(stand, theme, stop):
+        stands.append(stand)
+        assert stand.gate.halted, "nothing moves before a person agrees"
+        assert stand.why_not("fixed") == ""
+        return FOUND
+
+    monkeypatch.setattr(standalone, "hand_eye", shown)
+    file = tmp_path / "robot.yaml"
+    command = ["hand-eye", "--window", "--robot", "sim-teo", "--eye", "hand", "--out", str(file)]
+    assert main([*command, "--mount-frame", "wrist", "--target", "charuco"]) == 0
+    (stand,) = stands
+    assert (stand.eye, stand.file, stand.config.marker.kind) == ("hand", file, "charuco")
+    assert (stand.placement("hand").mount, stand.placement("head").eye) == ("wrist", "head")
+    assert stand.gate.sent == 0

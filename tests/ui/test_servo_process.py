@@ -12,6 +12,7 @@ import pytest
 from grabbergui.models.servo_mirror import CLOSED
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
+from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
@@ -48,6 +49,33 @@ def test_a_window_that_is_killed_stops_the_robot_and_says_so(monkeypatch):
         showing.join(PATIENCE)
         assert told == [f"the window has ended unexpectedly (exit status {-signal.SIGKILL})"]
         assert runner.gate.halted == CLOSED
+    finally:
+        runner.stop()
+        camera.close()
+
+
+def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
+    monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
+    robot, happened = SimRobot(teo.MODEL), []
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker), fps=10)
+    camera.open()
+    runner = Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
+    calibration = closed_loop.calibration().scaled_to
+    stand = HandEyeStand(robot, runner.gate, Config(), None, calibration, None)
+    windows = iter([("", True), ("", False)])
+
+    def window(*arguments):
+        happened.append(("window", runner.running, runner.gate.halted))
+        return next(windows)
+
+    monkeypatch.setattr(servo_process, "_show", window)
+    monkeypatch.setattr(
+        servo_process.standalone, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running))
+    )
+    runner.start()
+    try:
+        assert servo_process.show(runner, calibration, None, stand=stand) == ""
+        assert happened == [("window", True, ""), ("wizard", False), ("window", True, servo_process.HELD)]
     finally:
         runner.stop()
         camera.close()

@@ -14,9 +14,11 @@ from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.fitted import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage, Region
+from grabbergui.models.servo_mirror import RunMirror
 from grabbergui.models.servoing import Entry, Posture, Tuning
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
+from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.overlay import Drawing, Stroke
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
@@ -26,6 +28,7 @@ from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.widgets.robot_view import NEAR, Orbit
 from patience import PATIENCE, attempts
@@ -234,8 +237,8 @@ def test_a_line_is_cut_off_before_the_eye():
 
 @pytest.mark.parametrize(
     "make",
-    [ServoWindow, CalibrationDialog, lambda: CalibrationChoiceDialog("Left eye")],
-    ids=["servo window", "calibration", "choice of a calibration"],
+    [ServoWindow, CalibrationDialog, lambda: CalibrationChoiceDialog("Left eye"), HandEyeDialog],
+    ids=["servo window", "calibration", "choice of a calibration", "hand and eye"],
 )
 def test_every_control_has_a_name_to_be_read_aloud(qtbot, make):
     made = make()
@@ -266,7 +269,9 @@ def live(qtbot, window, calibration):
         lambda frame: closed_loop.detector(config, calibration(frame.width, frame.height)),
         config,
     )
-    controller = ServoController(window, runner, calibration)
+    cameras = SimulatedCameras(robot)
+    stand = HandEyeStand(robot, runner.gate, Config(), cameras, calibration, None, leave=cameras.close)
+    controller = ServoController(window, runner, calibration, stand)
     try:
         yield runner, robot
     finally:
@@ -378,3 +383,43 @@ def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibrat
     assert not calibration(608, 512).nominal
     qtbot.waitUntil(lambda: not any("not calibrated" in text for text in window.messages.messages))
     dialog.reject()
+
+
+def test_hand_and_eye_are_calibrated_while_the_loop_rests(window, live, qtbot):
+    runner, robot = live
+    runner.start()
+    qtbot.waitUntil(lambda: robot.speed > 0.01)
+    window.handEyeButton.click()
+    qtbot.waitUntil(lambda: window.findChild(HandEyeDialog) is not None)
+    dialog = window.findChild(HandEyeDialog)
+    qtbot.waitUntil(lambda: "is seen" in dialog.verdictLabel.text())
+    assert not runner.running
+    assert robot.speed == 0
+    assert not window.handEyeButton.isEnabled()
+    window.startPressed.emit()
+    assert "Close the calibration" in window.messages.messages[0]
+    dialog.reject()
+    qtbot.waitUntil(lambda: runner.running and window.reasonLabel.text() == "Start lets the robot move")
+    assert robot.speed == 0
+    window.startButton.click()
+    qtbot.waitUntil(lambda: robot.speed > 0.01)
+
+
+class Elsewhere(RunMirror):
+    """A run of another process that reports nothing."""
+
+    def __init__(self):
+        self.running, self.calibrates_hand_eye, self.config, self.wishes = True, True, Config(), []
+
+    def _wish(self, wish):
+        self.wishes.append(wish.kind)
+
+
+def test_a_window_of_another_process_gives_way_to_the_calibration_there(window, qtbot):
+    mirror = Elsewhere()
+    controller = ServoController(window, mirror, lambda width, height: None)
+    assert window.handEyeButton.isEnabled()
+    window.handEyeButton.click()
+    assert mirror.wishes == ["hand-eye"]
+    assert not window.isVisible()
+    controller.close()

@@ -14,17 +14,23 @@ from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
-from grabbergui.models.servo_mirror import Run
+from grabbergui.models.servo_mirror import Run, RunMirror
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
+from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.controllers.hand_eye import HandEyeController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
+from grabbergui.ui.views.file_dialogs import FileDialogs
+from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 
 log = logging.getLogger(__name__)
 
+ENDING_S = 10.0
+"Seconds that a computation in progress may take to end after the calibration of hand and eye is closed."
 CURVES_MS = 150
 "Between two paintings of the curves."
 
@@ -35,10 +41,23 @@ class ServoController(QObject):
     refused = Signal(str)
     """*Start* failed; the reason as display text. Emitted on a thread of its own."""
 
-    def __init__(self, window: ServoWindow, runner: Run, calibration: CalibrationFor) -> None:
+    def __init__(
+        self,
+        window: ServoWindow,
+        runner: Run,
+        calibration: CalibrationFor,
+        stand: HandEyeStand | None = None,
+    ) -> None:
+        """With a `stand` of the runner's robot and gate, hand and eye can be calibrated from here."""
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
         """Open on top of the window."""
+        self.hand_eye: HandEyeController | None = None
+        """Of the wizard that is open on top of the window; the loop does not run meanwhile."""
+        self._stand = stand
+        self._restart: threading.Thread | None = None
+        window.setHandEyeAvailable(stand is not None or runner.calibrates_hand_eye)
+        window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
         self._offer: Message | None = None
         self.model = ServoModel(runner, calibration)
@@ -62,6 +81,11 @@ class ServoController(QObject):
         self._timer.stop()
         if self.calibrating is not None:
             self.calibrating.reject()
+        if self.hand_eye is not None:
+            self.hand_eye.close()
+            self.hand_eye.model.close(ENDING_S)
+        if self._restart is not None:
+            self._restart.join()  # or it would start the runner after its owner stopped it
         self._bridge.close()
         self.model.close()
 
@@ -72,6 +96,9 @@ class ServoController(QObject):
 
     def _on_window_start_pressed(self) -> None:
         runner = self._runner
+        if self.hand_eye is not None:
+            self._window.messages.showError(self.tr("Close the calibration of hand and eye first"))
+            return
 
         def start() -> None:
             if not runner.running:
@@ -112,6 +139,44 @@ class ServoController(QObject):
 
     def _on_pilot_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
+
+    # -- hand and eye ------------------------------------------------------------------------------
+    def _on_window_hand_eye_pressed(self) -> None:
+        stand, runner = self._stand, self._runner
+        if isinstance(runner, RunMirror):
+            runner.calibrate_hand_eye()
+            self._window.close()  # the robot is another process's, which opens the wizard
+            return
+        if stand is None or self.hand_eye is not None:
+            return
+        stand.config = runner.config
+        self._window.setHandEyeAvailable(False)
+
+        def make() -> None:
+            dialog = HandEyeDialog(self._window)
+            self.hand_eye = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
+            dialog.closing.connect(self._on_hand_eye_closing)
+            dialog.show()
+
+        def stop() -> None:
+            runner.stop()  # two loops must not command one robot
+            self._bridge.call(make)
+
+        _apart(stop, "servo end")
+
+    def _on_hand_eye_closing(self) -> None:
+        controller, self.hand_eye = self.hand_eye, None
+        runner, held = self._runner, self.tr("Start lets the robot move")
+        if controller is None or isinstance(runner, RunMirror):
+            return
+        model = controller.model
+
+        def start() -> None:
+            model.close(ENDING_S)
+            runner.start(held=held)
+
+        self._window.setHandEyeAvailable(True)
+        self._restart = _apart(start, "servo start")
 
     # -- a camera that nobody calibrated -----------------------------------------------------------
     def _offer_calibrating(self, nominal: bool) -> None:
@@ -159,5 +224,7 @@ class ServoController(QObject):
             self._window.setCurves(curves)
 
 
-def _apart(function: Callable[[], None], name: str) -> None:
-    threading.Thread(target=function, name=name, daemon=True).start()
+def _apart(function: Callable[[], None], name: str) -> threading.Thread:
+    thread = threading.Thread(target=function, name=name, daemon=True)
+    thread.start()
+    return thread

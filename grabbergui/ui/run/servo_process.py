@@ -21,6 +21,7 @@ from PyQt5.QtCore import QTimer
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.servo_mirror import BEAT_S, CLOSED, RunMirror, RunServer
+from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
 from grabbergui.ui.run import standalone
 from grabbergui.ui.run.application import application, require_display
@@ -30,6 +31,8 @@ log = logging.getLogger(__name__)
 
 PROGRAM = ["-m", "grabbergui.ui.run.servo_process"]
 "What Python runs as the window's process."
+HELD = "ready: nothing moves until Start is pressed"
+"State of the robot after hand and eye were calibrated."
 _LOOK_S = 0.1
 "Seconds between looks at whether the window is still there."
 _END_S = 5.0
@@ -43,6 +46,8 @@ class Options:
     seconds: float | None
     screenshot: Path | None
     theme: Theme
+    hand_eye: bool
+    "Whether hand and eye can be calibrated."
 
 
 def show(
@@ -52,8 +57,12 @@ def show(
     screenshot: Path | None = None,
     theme: Theme = Theme.AUTO,
     stop: threading.Event | None = None,
+    stand: HandEyeStand | None = None,
 ) -> str:
     """Show a running runner until its window is closed; return why that was no ordinary end, or nothing.
+
+    With a `stand` of the runner's robot and gate, hand and eye can be calibrated. That window is in this
+    process, between two of the other: no loop runs meanwhile.
 
     Takes what `standalone.servo` takes. The robot is stopped when the window's process dies or hangs. Where
     only a field of view is known, the window offers to calibrate, and runs in this process instead.
@@ -61,8 +70,27 @@ def show(
     """
     require_display()
     if _assumed(calibration):
-        standalone.servo(runner, calibration, seconds, screenshot, theme, stop)
+        standalone.servo(runner, calibration, seconds, screenshot, theme, stop, stand)
         return ""
+    options = Options(seconds, screenshot, theme, stand is not None)
+    try:
+        while True:
+            failure, hand_eye_wanted = _show(runner, calibration, options, stop)
+            if stand is None or not hand_eye_wanted or (stop is not None and stop.is_set()):
+                return failure
+            runner.stop()  # two loops must not command one robot
+            stand.config = runner.config
+            standalone.hand_eye(stand, theme=theme, stop=stop)
+            runner.start(held=HELD)
+    finally:
+        if stand is not None:
+            stand.close()
+
+
+def _show(
+    runner: Runner, calibration: CalibrationFor, options: Options, stop: threading.Event | None
+) -> tuple[str, bool]:
+    """Show the window once; return why that was no ordinary end, and whether it gave way to hand and eye."""
     process = subprocess.Popen(
         [sys.executable, *PROGRAM],
         stdin=subprocess.PIPE,
@@ -73,7 +101,7 @@ def show(
     assert process.stdout is not None
     server = RunServer(runner, calibration, process.stdin, process.stdout)
     try:
-        pickle.dump(Options(seconds, screenshot, theme), process.stdin)
+        pickle.dump(options, process.stdin)
         process.stdin.flush()
         server.open()
         while not server.closed.wait(_LOOK_S):
@@ -86,7 +114,8 @@ def show(
     finally:
         server.close()
         status = _end(process)
-    return f"the window has ended unexpectedly (exit status {status})" if status else ""
+    failure = f"the window has ended unexpectedly (exit status {status})" if status else ""
+    return failure, server.hand_eye_wanted
 
 
 def _end(process: subprocess.Popen[bytes]) -> int:
@@ -133,7 +162,7 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     options = pickle.load(from_loop)
     ended = threading.Event()
-    mirror = RunMirror(from_loop, to_loop, ended.set)
+    mirror = RunMirror(from_loop, to_loop, ended.set, calibrates_hand_eye=options.hand_eye)
     app = application()
     beat = QTimer(app)
     beat.timeout.connect(mirror.beat)

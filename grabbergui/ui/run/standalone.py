@@ -10,14 +10,22 @@ from PyQt5.QtWidgets import QDialog
 
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.servo_mirror import Run
+from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
+from grabbergui.ui.controllers.hand_eye import HandEyeController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.file_dialogs import FileDialogs
+from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+
+ENDING_S = 10.0
+"""Seconds that a computation in progress may take to end after the dialog is closed."""
 
 
 def calibrate(
@@ -69,6 +77,38 @@ def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> Cali
     return chooser.choice
 
 
+def hand_eye(
+    stand: HandEyeStand,
+    seconds: float | None = None,
+    screenshot: Path | None = None,
+    theme: Theme = Theme.AUTO,
+    stop: threading.Event | None = None,
+) -> HandEyeResult | None:
+    """Show the hand–eye calibration until its dialog is closed or the time is up; return the newest result.
+
+    The robot rests on return. Setting `stop` stops it, then closes the dialog.
+    """
+    app = application()
+    dress(app, look(theme, screenshot is not None))
+    dialog = HandEyeDialog()
+    controller = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
+    model = controller.model
+
+    def end() -> None:
+        if screenshot is not None:
+            dialog.grab().save(str(screenshot))
+        dialog.reject()
+
+    if seconds is not None:
+        QTimer.singleShot(round(seconds * 1000), end)
+    try:
+        with closed_by(stop, dialog.reject):
+            dialog.exec_()
+    finally:
+        model.close(ENDING_S)
+    return None if model.solution is None else model.solution.result
+
+
 def servo(
     runner: Run,
     calibration: CalibrationFor,
@@ -76,16 +116,18 @@ def servo(
     screenshot: Path | None = None,
     theme: Theme = Theme.AUTO,
     stop: threading.Event | None = None,
+    stand: HandEyeStand | None = None,
 ) -> None:
     """Show a running runner until the window is closed or the time is up.
 
     A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` a
     picture of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
+    With a `stand` of the runner's robot and gate, hand and eye can be calibrated from the window.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
     window = ServoWindow()
-    controller = ServoController(window, runner, calibration)
+    controller = ServoController(window, runner, calibration, stand)
 
     def close() -> None:
         if screenshot is not None:
@@ -104,5 +146,7 @@ def servo(
             app.exec_()
     finally:
         controller.close()
+        if stand is not None:
+            stand.close()
         window.deleteLater()
         app.processEvents()

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PyQt5.QtCore import QEvent, QObject, QSignalBlocker, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QIcon, QKeyEvent, QPainter, QPixmap
+from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
     QDoubleSpinBox,
     QLabel,
@@ -31,6 +31,7 @@ from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.widgets.servo_widgets import DrawingItem, StateStrip, TimePlot
+from grabbergui.ui.widgets.stop_keys import StopKeys
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 
@@ -40,6 +41,7 @@ class ServoWindow(QWidget):
 
     stopPressed = pyqtSignal()
     startPressed = pyqtSignal()
+    handEyePressed = pyqtSignal()
     tuningChanged = pyqtSignal(object)
     """A Tuning that was set by hand."""
     viewChanged = pyqtSignal(object, object)
@@ -48,6 +50,7 @@ class ServoWindow(QWidget):
     messages: MessageStack
     states: StateStrip
     reasonLabel: QLabel
+    handEyeButton: QPushButton
     startButton: QPushButton
     stopButton: QPushButton
     sides: QSplitter
@@ -81,6 +84,7 @@ class ServoWindow(QWidget):
         self.history.setColumnWidth(1, 196)
         self.stopButton.clicked.connect(lambda: self.stopPressed.emit())
         self.startButton.clicked.connect(lambda: self.startPressed.emit())
+        self.handEyeButton.clicked.connect(lambda: self.handEyePressed.emit())
         self._boxes = (
             self.headGainBox,
             self.headFastestBox,
@@ -93,28 +97,9 @@ class ServoWindow(QWidget):
             WheelGuard(box)
             box.setKeyboardTracking(False)
             box.valueChanged.connect(self._on_box_value_changed)
-        # Whatever has the focus, a button or a number being typed: these keys stop.
-        for child in self.findChildren(QWidget):
-            child.installEventFilter(self)
+        # Whatever has the focus, a button or a number being typed.
+        StopKeys(self, STOP_KEYS).pressed.connect(self.stopPressed)
         icons.apply(self)
-
-    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Space and Escape stop, before any child makes something else of them."""
-        if isinstance(event, QKeyEvent) and event.key() in STOP_KEYS:
-            if event.type() == QEvent.Type.ShortcutOverride:
-                event.accept()
-                return True
-            if event.type() == QEvent.Type.KeyPress:
-                self._stop(event)
-                return True
-        return super().eventFilter(watched, event)
-
-    def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Space and Escape stop where nothing has the focus, too."""
-        if event is not None and event.key() in STOP_KEYS:
-            self._stop(event)
-        else:
-            super().keyPressEvent(event)
 
     # -- setters ---------------------------------------------------------------------------------
     def setPicture(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
@@ -132,10 +117,14 @@ class ServoWindow(QWidget):
         self.reasonLabel.setText(reason)
         self.startButton.setEnabled(state is State.STOPPED)
 
+    def setHandEyeAvailable(self, available: bool) -> None:
+        """Show whether hand and eye can be calibrated now."""
+        self.handEyeButton.setEnabled(available)
+
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""
         row = QTreeWidgetItem([localized(f"{entry.time:.2f} s"), state_text(entry.state), entry.reason])
-        row.setIcon(1, _dot(QColor(*colour_of(entry.state))))
+        row.setIcon(1, icons.dot(QColor(*colour_of(entry.state))))
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
         row.setToolTip(2, entry.reason)
         self.history.addTopLevelItem(row)
@@ -156,25 +145,8 @@ class ServoWindow(QWidget):
                 box.setValue(value)
 
     # -- inside ----------------------------------------------------------------------------------
-    def _stop(self, event: QKeyEvent) -> None:
-        event.accept()
-        if not event.isAutoRepeat():
-            self.stopPressed.emit()
-
     def _on_box_value_changed(self) -> None:
         self.tuningChanged.emit(Tuning(*(box.value() for box in self._boxes)))
-
-
-def _dot(colour: QColor) -> QIcon:
-    canvas = QPixmap(16, 16)
-    canvas.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(canvas)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    painter.drawEllipse(3, 3, 10, 10)
-    painter.end()
-    return QIcon(canvas)
 
 
 def _values(tuning: Tuning) -> Sequence[float]:

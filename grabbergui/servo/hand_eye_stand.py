@@ -1,0 +1,149 @@
+"""A robot, its camera and what is known of both, for a hand–eye calibration that a window drives."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grabbergui.calibration import hand_eye_file
+from grabbergui.calibration.fitted import CalibrationFor
+from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.hand_eye import HandEyeResult
+from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config, MarkerConfig
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.hand_eye_frames import Seen, TargetWatch
+from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, Robot
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.ros2 import StaticFrame
+
+Cameras = Callable[[str, MarkerConfig], FrameGrabber]
+"Returns the open camera that sees a target for an entry of `hand_eye_run.EYES`."
+
+
+@dataclass(eq=False)
+class HandEyeStand:
+    """Robot and camera, opened and closed by others. `close` ends what was published."""
+
+    robot: Robot
+    gate: CommandGate
+    "The one that every other stop of this robot goes through, too."
+    config: Config
+    cameras: Cameras
+    calibration: CalibrationFor
+    placement: Callable[[str], Placement]
+    "Frames of tf for an entry of `hand_eye_run.EYES`."
+    eye: str = "head"
+    "Proposed place of the camera."
+    file: Path | None = None
+    "The robot's file: proposed for saving, and compared with."
+    leave: Callable[[], None] = lambda: None
+    "Closes a camera that `cameras` opened; called when a wizard ends."
+    clock: Callable[[], float] = time.monotonic
+    pause: Callable[[float], None] = time.sleep
+
+    def __post_init__(self) -> None:
+        self._frame: StaticFrame | None = None
+
+    def watch(
+        self,
+        eye: str,
+        marker: MarkerConfig,
+        seen: Seen,
+        failed: Callable[[GrabberError], object],
+        between: Callable[[], object],
+    ) -> TargetWatch:
+        """Start to detect a target. Raises GrabberError; for the callbacks see `TargetWatch`."""
+        grabber = self.cameras(eye, marker)
+        return TargetWatch(grabber, marker, self.calibration, seen=seen, failed=failed, between=between)
+
+    def why_not(self, eye: str) -> str:
+        """Return why the camera cannot be calibrated there, as display text; empty if it can."""
+        if self.gate.dry_run:
+            return "this is a dry run, in which the robot does not move: start without --dry-run"
+        part = HEAD if eye == "head" else ARM
+        if part not in self.robot.parts:
+            return f"the {part} of {self.robot.name} is not driven"
+        state = self.robot.state()
+        if state is None:
+            return f"{self.robot.name} does not report its joints"
+        if part == ARM and state.arm is None:
+            return f"{self.robot.name} does not report the angles of its arm"
+        return ""
+
+    def in_use(self, eye: str) -> tuple[str, Pose] | None:
+        """Return the origin (`robot`, `model` or a file's path) and the camera's pose that hold at present.
+
+        The pose is on the chain's tool, or in the base; None if there is none.
+        """
+        if eye == "head" and self.robot.placed is not None:
+            return "robot", self.robot.placed.camera
+        if self.file is not None and self.file.is_file():
+            try:
+                result, placed = hand_eye_file.load(self.file), hand_eye_file.placement(self.file)
+            except (UsageError, OSError):
+                result, placed = None, None
+            if result is not None and placed is not None and placed.eye == eye:
+                return str(self.file), result.camera
+        return ("model", self.robot.model.camera) if eye == "head" else None
+
+    def use(self, result: HandEyeResult) -> CameraPlace | None:
+        """Let servoing take the camera on the head from a result; return what it used before."""
+        before = self.robot.placed
+        self.robot.placed = CameraPlace(result.camera, result.camera_offsets)
+        return before
+
+    def use_again(self, before: CameraPlace | None) -> None:
+        """Undo `use`."""
+        self.robot.placed = before
+
+    def publish(self, placement: Placement, camera: Pose) -> None:
+        """Publish the camera's frame on `/tf_static` instead of the one before.
+
+        Raises SourceUnavailableError without ROS 2 or tf's messages.
+        """
+        self.withdraw()
+        frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(camera))
+        frame.open()
+        self._frame = frame
+
+    def withdraw(self) -> None:
+        """Publish no frame any more."""
+        frame, self._frame = self._frame, None
+        if frame is not None:
+            frame.close()
+
+    @property
+    def published(self) -> bool:
+        """Whether a frame is published."""
+        return self._frame is not None
+
+    def close(self) -> None:
+        """Withdraw what was published. May be called twice."""
+        self.withdraw()
+
+
+class SimulatedCameras:
+    """Puts the camera of a simulated robot where the eye is to be, with the target before it."""
+
+    def __init__(self, robot: SimRobot) -> None:
+        self._robot = robot
+        self._grabber: FrameGrabber | None = None
+
+    def __call__(self, eye: str, marker: MarkerConfig) -> FrameGrabber:
+        """Return the open camera; the one before is closed."""
+        self.close()
+        self._grabber = closed_loop.hand_eye_camera(self._robot, marker, eye, in_view=True)
+        self._grabber.open()
+        return self._grabber
+
+    def close(self) -> None:
+        """Close the camera. May be called twice."""
+        grabber, self._grabber = self._grabber, None
+        if grabber is not None:
+            grabber.close()
