@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="135"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="135"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="141"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="142"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -1125,6 +1125,116 @@ It {1}.</source>
         <source>the camera did not answer for {0} s</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the target is not seen: bring it into the middle of the image first</source>
+        <translation>no se ve el objetivo: llévelo primero al centro de la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>only {0} of {1} views were possible: give the arm more room, or move the target</source>
+        <translation>solo fueron posibles {0} de {1} vistas: dé más espacio al brazo o mueva el objetivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one</source>
+        <translation>solo {0} de {1} posturas muestran el objetivo y se quieren {2}: muévalo o use uno más pequeño</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>hand–eye calibration needs {0} views or more, not {1}</source>
+        <translation>la calibración mano-ojo necesita {0} vistas o más, no {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the views differ too little: turn camera or target about two axes between them</source>
+        <translation>las vistas se diferencian muy poco: gire la cámara o el objetivo sobre dos ejes entre ellas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the views contradict one another: check the target&apos;s size and the calibration</source>
+        <translation>las vistas se contradicen: compruebe el tamaño del objetivo y la calibración</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>no image came within {0} s: check camera and cable</source>
+        <translation>no llegó ninguna imagen en {0} s: compruebe la cámara y el cable</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>there is no camera to look with</source>
+        <translation>no hay cámara con la que mirar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the robot is stopped: {0}</source>
+        <translation>el robot está parado: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0} does not report its joints</source>
+        <translation>{0} no comunica sus articulaciones</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0} does not report the angles of its arm</source>
+        <translation>{0} no comunica los ángulos de su brazo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0} no longer reports the angles of its arm</source>
+        <translation>{0} ya no comunica los ángulos de su brazo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the head of {0} is not driven</source>
+        <translation>la cabeza de {0} no está accionada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>the arm of {0} is not driven</source>
+        <translation>el brazo de {0} no está accionado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>this is a dry run, in which the robot does not move: start without --dry-run</source>
+        <translation>esto es una prueba en la que el robot no se mueve: arranque sin --dry-run</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>it would be outside the workspace</source>
+        <translation>quedaría fuera del espacio de trabajo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>it would leave the workspace ({0})</source>
+        <translation>saldría del espacio de trabajo ({0})</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0} would come within {1} mm of {2}</source>
+        <translation>{0} se acercaría a {1} mm de {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>a pitch of {0} m must be more than the markers&apos; size, {1} m, or they would overlap</source>
+        <translation>un paso de {0} m debe ser mayor que el tamaño de los marcadores, {1} m, o se solaparían</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>two poses explain it</source>
+        <translation>dos posturas lo explican</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>it is seen edge-on</source>
+        <translation>se ve de canto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>its corners are no square&apos;s</source>
+        <translation>sus esquinas no son las de un cuadrado</translation>
+    </message>
 </context>
 <context>
     <name>Errors</name>
@@ -1556,6 +1666,595 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/gallery.ui" line="6"/>
         <source>Open sources</source>
         <translation>Fuentes abiertas</translation>
+    </message>
+</context>
+<context>
+    <name>HandEye</name>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye.py" line="230"/>
+        <source>the result could not be saved as {0}: {1}</source>
+        <translation>no se pudo guardar el resultado como {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye.py" line="335"/>
+        <source>Stopped</source>
+        <translation>Parado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
+        <source>the target is not seen</source>
+        <translation>no se ve el objetivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye.py" line="380"/>
+        <source>no images come from the camera</source>
+        <translation>no llegan imágenes de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye.py" line="389"/>
+        <source>internal error, see the log: {0}</source>
+        <translation>error interno, véase el registro: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="19"/>
+        <source>&lt;b&gt;{0} will move by itself&lt;/b&gt; to {1} poses, one after another, for {2}.</source>
+        <translation>&lt;b&gt;{0} se moverá por sí mismo&lt;/b&gt; a {1} posturas, una tras otra, durante {2}.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="24"/>
+        <source>The head turns at up to {0:.0f} °/s; the arm rests.</source>
+        <translation>La cabeza gira a un máximo de {0:.0f} °/s; el brazo reposa.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="26"/>
+        <source>Pan stays within {0}° to {1}°, tilt within {2}° to {3}°.</source>
+        <translation>El giro queda entre {0}° y {1}°, la inclinación entre {2}° y {3}°.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="30"/>
+        <source>The hand moves at up to {0:.0f} mm/s, first by {1} small moves of at most {2:.0f}°.</source>
+        <translation>La mano se mueve a un máximo de {0:.0f} mm/s, primero con {1} movimientos pequeños de {2:.0f}° como mucho.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="34"/>
+        <source>Each joint stays within {0:.0f}° of where it is now.</source>
+        <translation>Cada articulación queda a menos de {0:.0f}° de donde está ahora.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="36"/>
+        <source>The hand stays within x {0} to {1}, y {2} to {3}, z {4} to {5} m in the base.</source>
+        <translation>La mano queda entre x {0} y {1}, y {2} y {3}, z {4} y {5} m en la base.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="41"/>
+        <source>The robot&apos;s body is not known: only the workspace is checked.</source>
+        <translation>No se conoce el cuerpo del robot: solo se comprueba el espacio de trabajo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="43"/>
+        <source>The arm keeps {0:.0f} mm away from body and configured obstacles.</source>
+        <translation>El brazo se mantiene a {0:.0f} mm del cuerpo y de los obstáculos configurados.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="46"/>
+        <source>&lt;b&gt;The camera is not calibrated&lt;/b&gt;: calibrate it first, or the result is rough.</source>
+        <translation>&lt;b&gt;La cámara no está calibrada&lt;/b&gt;: calíbrela primero, o el resultado será aproximado.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="50"/>
+        <source>Space, Escape and the stop button stop it at once, from any of its windows.</source>
+        <translation>Espacio, Escape y el botón de parada lo paran de inmediato, desde cualquiera de sus ventanas.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="59"/>
+        <source>about {0} s</source>
+        <translation>unos {0} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="60"/>
+        <source>about {0} min</source>
+        <translation>unos {0} min</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="66"/>
+        <source>moving to pose {0}</source>
+        <translation>yendo a la postura {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="68"/>
+        <source>pose {0} taken</source>
+        <translation>postura {0} tomada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="70"/>
+        <source>computing the result</source>
+        <translation>calculando el resultado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="73"/>
+        <source>known to {0:.1f} mm and {1:.2f}°</source>
+        <translation>conocida a {0:.1f} mm y {1:.2f}°</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="76"/>
+        <source>skipped: {0}</source>
+        <translation>omitida: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="83"/>
+        <source>the gate refuses it</source>
+        <translation>la compuerta de seguridad la rechaza</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="84"/>
+        <source>it was not reached</source>
+        <translation>no se alcanzó</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="85"/>
+        <source>the target is not seen surely</source>
+        <translation>el objetivo no se ve con seguridad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="86"/>
+        <source>the robot did not rest</source>
+        <translation>el robot no estaba en reposo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="93"/>
+        <source>{0}. The robot stands still. {1} poses were taken: compute from them, or start again</source>
+        <translation>{0}. El robot está quieto. Se tomaron {1} posturas: calcule con ellas o empiece de nuevo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="97"/>
+        <source>{0}. The robot stands still. {1} poses were taken, {2} are needed: start again</source>
+        <translation>{0}. El robot está quieto. Se tomaron {1} posturas y hacen falta {2}: empiece de nuevo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="118"/>
+        <source>Known to</source>
+        <translation>Conocida a</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
+        <source>x, y, z (mm)</source>
+        <translation>x, y, z (mm)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="123"/>
+        <source>Roll, pitch, yaw (°)</source>
+        <translation>Alabeo, cabeceo, guiñada (°)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="124"/>
+        <source>Residual</source>
+        <translation>Residuo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="124"/>
+        <source>{0:.3f} px over {1} of {2} poses</source>
+        <translation>{0:.3f} px en {1} de {2} posturas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="130"/>
+        <source>Method</source>
+        <translation>Método</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="130"/>
+        <source>{0}, refined with all corners together</source>
+        <translation>{0}, refinado con todas las esquinas a la vez</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="138"/>
+        <source>Joint offsets</source>
+        <translation>Desfases</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="145"/>
+        <source>the calibration in use</source>
+        <translation>la calibración en uso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="146"/>
+        <source>the robot&apos;s model, which is in use</source>
+        <translation>el modelo del robot, que está en uso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="148"/>
+        <source>{0:.1f} mm and {1:.2f}° from {2}</source>
+        <translation>{0:.1f} mm y {1:.2f}° de {2}</translation>
+    </message>
+</context>
+<context>
+    <name>HandEyeController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="128"/>
+        <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
+        <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="136"/>
+        <source>Save the robot&apos;s file</source>
+        <translation>Guardar el archivo del robot</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="156"/>
+        <source>Servoing goes by a camera on the head; save this result or publish it</source>
+        <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="161"/>
+        <source>Saved as {0}. Go by it with `grabbergui servo … --hand-eye {0}`</source>
+        <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
+    </message>
+</context>
+<context>
+    <name>HandEyeDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="6"/>
+        <source>Calibrate hand and eye</source>
+        <translation>Calibrar mano y ojo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="20"/>
+        <source>EMERGENCY STOP</source>
+        <translation>PARADA DE EMERGENCIA</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="21"/>
+        <source>Stops the robot at once (Escape; Space while it moves)</source>
+        <translation>Para el robot de inmediato (Escape; Espacio mientras se mueve)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="35"/>
+        <source>Live picture</source>
+        <translation>Imagen en directo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="45"/>
+        <source>● waiting for a picture</source>
+        <translation>● esperando una imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
+        <source>Camera on the &amp;head, the board stands</source>
+        <translation>Cámara en la c&amp;abeza, el tablero quieto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
+        <source>The head turns and looks at a board that nobody moves</source>
+        <translation>La cabeza gira y mira un tablero que nadie mueve</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
+        <source>Camera on the h&amp;and, the board stands</source>
+        <translation>Cámara en la &amp;mano, el tablero quieto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
+        <source>The hand moves around a board that nobody moves</source>
+        <translation>La mano se mueve alrededor de un tablero que nadie mueve</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
+        <source>Camera &amp;beside the robot, the hand holds the board</source>
+        <translation>Cámara &amp;fija, el tablero en la mano</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
+        <source>The camera stands; the hand moves the board before it</source>
+        <translation>La cámara está quieta; la mano mueve el tablero ante ella</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="83"/>
+        <source>B&amp;oard</source>
+        <translation>&amp;Tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <source>One marker</source>
+        <translation>Un marcador</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <source>Grid of markers</source>
+        <translation>Cuadrícula de marcadores</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <source>ChArUco</source>
+        <translation>ChArUco</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="85"/>
+        <source>&amp;Dictionary</source>
+        <translation>&amp;Diccionario</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="87"/>
+        <source>&amp;Number</source>
+        <translation>&amp;Número</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="88"/>
+        <source>The marker&apos;s number, or the first one on the board</source>
+        <translation>El número del marcador, o el primero del tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="89"/>
+        <source>A&amp;cross, down</source>
+        <translation>A&amp;ncho, alto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <source>Markers of a grid, or fields of a ChArUco board, across</source>
+        <translation>Marcadores de una cuadrícula, o casillas de un tablero ChArUco, a lo ancho</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <source>Markers or fields down</source>
+        <translation>Marcadores o casillas a lo alto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <source>Down</source>
+        <translation>Alto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="91"/>
+        <source>&amp;Marker, pitch</source>
+        <translation>Ma&amp;rcador, paso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <source>Edge of a marker&apos;s black square, as measured on the paper</source>
+        <translation>Lado del cuadrado negro de un marcador, medido en el papel</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <source> mm</source>
+        <translation> mm</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <source>From marker to marker of a grid; edge of a ChArUco field</source>
+        <translation>De marcador a marcador de una cuadrícula; lado de una casilla ChArUco</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <source>Pitch</source>
+        <translation>Paso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="93"/>
+        <source>&amp;Poses, speed</source>
+        <translation>&amp;Posturas, veloc.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <source>From how many poses the robot looks at the board</source>
+        <translation>Desde cuántas posturas mira el robot el tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <source> %</source>
+        <translation> %</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <source>All motion is slowed down to this share of its speed</source>
+        <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <source>Speed</source>
+        <translation>Velocidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="98"/>
+        <source>&amp;Take the printed calibration board</source>
+        <translation>&amp;Usar el tablero de calibración impreso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="99"/>
+        <source>The board that Calibrate camera saves for printing: ChArUco, 8 × 6 fields of 30 mm</source>
+        <translation>El tablero que Calibrar cámara guarda para imprimir: ChArUco, 8 × 6 casillas de 30 mm</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="114"/>
+        <source>Nobody is within reach of the robot</source>
+        <translation>No hay nadie al alcance del robot</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="115"/>
+        <source>Nobody is within the robot&apos;s reach, and its own emergency stop is within mine.</source>
+        <translation>No hay nadie al alcance del robot, y su propia parada de emergencia está al mío.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="127"/>
+        <source>%v of %m poses</source>
+        <translation>%v de %m posturas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="130"/>
+        <source>Events</source>
+        <translation>Sucesos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="134"/>
+        <source>Time</source>
+        <translation>Tiempo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="135"/>
+        <source>Event</source>
+        <translation>Suceso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="148"/>
+        <source>Poses</source>
+        <translation>Posturas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="152"/>
+        <source>Pose</source>
+        <translation>Post.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="153"/>
+        <source>Residual</source>
+        <translation>Residuo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="154"/>
+        <source>Joints, °</source>
+        <translation>Articulaciones, °</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="158"/>
+        <source>&amp;Frames</source>
+        <translation>S&amp;istemas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="159"/>
+        <source>tf&apos;s name of what the camera is mounted on</source>
+        <translation>Nombre en tf del soporte de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="161"/>
+        <source>Frame of the camera</source>
+        <translation>Sistema de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="161"/>
+        <source>tf&apos;s name of the camera&apos;s optical frame</source>
+        <translation>Nombre en tf del sistema óptico de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="294"/>
+        <source>&amp;Use now</source>
+        <translation>&amp;Usar ahora</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <source>Publish in &amp;tf</source>
+        <translation>Publicar en &amp;tf</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="167"/>
+        <source>On /tf_static over ROS 2, until this window&apos;s program ends or this button is released</source>
+        <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="176"/>
+        <source>Bac&amp;k</source>
+        <translation>&amp;Atrás</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="178"/>
+        <source>Close</source>
+        <translation>Cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <source>&amp;Next</source>
+        <translation>&amp;Siguiente</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <source>Setup</source>
+        <translation>Preparación</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <source>Plan</source>
+        <translation>Plan</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <source>Motion</source>
+        <translation>Movimiento</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <source>Result</source>
+        <translation>Resultado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <source>&amp;Let the robot move</source>
+        <translation>&amp;Mover el robot</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <source>C&amp;ompute</source>
+        <translation>&amp;Calcular</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <source>&amp;Save…</source>
+        <translation>&amp;Guardar…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="176"/>
+        <source>Start a&amp;gain</source>
+        <translation>&amp;Empezar de nuevo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="184"/>
+        <source>Starting</source>
+        <translation>Empezando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="192"/>
+        <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
+        <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="222"/>
+        <source>the target is seen</source>
+        <translation>se ve el objetivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
+        <source>{0} left</source>
+        <translation>quedan {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
+        <source>No other calibration of this camera is known</source>
+        <translation>No se conoce otra calibración de esta cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="271"/>
+        <source>Differs by {0}</source>
+        <translation>Difiere en {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
+        <source>left out</source>
+        <translation>excluida</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="285"/>
+        <source>Let servoing go by this result instead of the one before</source>
+        <translation>Que el servocontrol use este resultado en lugar del anterior</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="294"/>
+        <source>In &amp;use</source>
+        <translation>En &amp;uso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <source>On &amp;tf</source>
+        <translation>En &amp;tf</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="359"/>
+        <source>Bring the board into the middle of the picture; it must not move on its own.</source>
+        <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
 </context>
 <context>
@@ -3404,19 +4103,29 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="218"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="100"/>
+        <source>Close the calibration of hand and eye first</source>
+        <translation>Cierre antes la calibración de mano y ojo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="169"/>
+        <source>Start lets the robot move</source>
+        <translation>Iniciar deja que el robot se mueva</translation>
     </message>
 </context>
 <context>
@@ -3432,149 +4141,159 @@ It {1}.</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="36"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="43"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="44"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="73"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="74"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="79"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="75"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="80"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="76"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="82"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="87"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="85"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="90"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="101"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="106"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="90"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="93"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="98"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="97"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="102"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="105"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="105"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
         <source>Hand at mos&amp;t</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="108"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="113"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="112"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="117"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="120"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="116"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="121"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="62"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="141"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="146"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="81"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="82"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="120"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
         <source>S&amp;peed</source>
         <translation>&amp;Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="123"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="128"/>
         <source>All motion is slowed down to this share of its speed</source>
         <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="124"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="129"/>
         <source> %</source>
         <translation> %</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="30"/>
+        <source>Hand–&amp;eye…</source>
+        <translation>Mano-&amp;ojo…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
+        <source>Calibrate where the camera sits: the loop ends, and the robot looks at a board from several poses</source>
+        <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
     </message>
 </context>
 <context>
