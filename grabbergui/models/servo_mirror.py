@@ -257,6 +257,7 @@ class RunMirror:
             raise SourceUnavailableError("the servo program has ended before its window was there")
         self.config: Config = first.config
         self._first: Report | None = first
+        self._reported = time.monotonic()
         self._thread = threading.Thread(target=self._receive, name="servo reports", daemon=True)
 
     def open(self) -> None:
@@ -276,8 +277,12 @@ class RunMirror:
         return known
 
     def beat(self) -> None:
-        """Show that the window lives; call it on the GUI thread, every `BEAT_S`."""
-        self._wish(Wish("beat"))
+        """Show that the window lives; call it on the GUI thread, every `BEAT_S`.
+
+        A loop that hangs reads nothing: beats would fill the pipe, and the next one would wait for ever.
+        """
+        if time.monotonic() - self._reported < DEAF_S:
+            self._wish(Wish("beat"))
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
         """Stop the robot; waits until the loop confirms it, or reports that it does not. Any thread."""
@@ -317,6 +322,7 @@ class RunMirror:
     def _receive(self) -> None:
         report, self._first = self._first, None
         while report is not None:
+            self._reported = time.monotonic()
             self._take(report)
             report = read(self._from)
         self.running = False

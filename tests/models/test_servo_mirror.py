@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -169,13 +170,31 @@ def test_a_window_that_was_closed_leaves_the_stop_to_whoever_showed_it(pair, mon
 
 
 def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
-    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.0)
     pair.mirror.beat()
+    until(lambda: pair.server._beaten)
+    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.0)
     until(lambda: (pair.cycle(1.0), pair.runner.gate.halted)[1])
     assert pair.runner.gate.halted == servo_mirror.MUTE
     pair.runner.resume()
     pair.cycle(2.0)
     assert pair.runner.gate.halted == ""  # it was said once
+
+
+def test_beats_for_a_loop_that_hangs_do_not_fill_its_pipe(pair):
+    """The GUI thread would wait for room in it."""
+    unread, to_loop = (os.fdopen(end, mode) for end, mode in zip(os.pipe(), ("rb", "wb"), strict=True))
+    pair.mirror._to, joined = to_loop, pair.mirror._to
+    try:
+        pair.server.close()  # it reports no more
+        pair.server._threads[0].join(PATIENCE)
+        until(lambda: pair.mirror.beat() or time.monotonic() - pair.mirror._reported > servo_mirror.DEAF_S)
+        for _ in range(10_000):
+            pair.mirror.beat()
+    finally:
+        pair.mirror._to = joined
+        to_loop.close()
+        assert len(unread.read()) < 1000
+        unread.close()
 
 
 def test_a_window_that_takes_nothing_does_not_hold_up_the_loop(pair):
