@@ -3359,7 +3359,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
         <source>Loo&amp;k-up table…</source>
-        <translation>Tabla de &amp;consulta…</translation>
+        <translation>&amp;Tabla de consulta…</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
