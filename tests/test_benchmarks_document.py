@@ -1,6 +1,8 @@
 """The page of benchmarks is made from what was measured, and from nothing else."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -79,3 +81,35 @@ def test_bars_are_as_long_as_their_values(tmp_path, monkeypatch):
     assert sorted(bar.get_width() for bar in axes.patches) == [0.0, 2.0, 10.0, 12.5]
     assert [line.get_xdata()[0] for line in axes.lines] == [11.0]
     assert "asked for" in (tmp_path / "chart.svg").read_text()
+
+
+DOCS = Path(__file__).parents[1] / "docs"
+LINK = re.compile(r"benchmarks\.md#([a-z0-9-]+)")
+FIGURE = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?) ?(?:ms|mm|MB/s|fps|frames/s|°|%|×(?!\d))")
+
+
+def measured_sections():
+    """The numbers of each section of benchmarks.md, by the anchor of its title."""
+    text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    sections = (part.partition("\n") for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:])
+    return {
+        re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-"): set(re.findall(r"\d+(?:\.\d+)?", body))
+        for title, _, body in sections
+    }
+
+
+def test_figures_of_the_manual_are_those_of_the_sections_that_they_link_to():
+    sections, wrong, compared = measured_sections(), [], 0
+    for page in sorted(DOCS.glob("*.md")):
+        if page.name == "benchmarks.md":
+            continue
+        for paragraph in re.split(r"\n\s*\n", page.read_text(encoding="utf-8")):
+            if not (anchors := LINK.findall(paragraph)):
+                continue
+            wrong += [f"{page.name} links to #{anchor}" for anchor in anchors if anchor not in sections]
+            known = set().union(*(sections.get(anchor, set()) for anchor in anchors))
+            figures = FIGURE.findall(paragraph)
+            wrong += [f"{page.name}: {figure}, see {anchors}" for figure in figures if figure not in known]
+            compared += len(figures)
+    assert not wrong
+    assert compared >= 5

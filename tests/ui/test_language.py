@@ -45,6 +45,7 @@ NO_COUNT = {
     "no more than {0} values can be plotted at once; remove one first",
     "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?",
     "{0} was not acknowledged within {1} s ({2} tries)",  # several, see ControlTiming
+    "{0} entries",  # of a lookup table
     "{0} free",  # bytes, with their unit
 }  # fmt: skip
 """Texts with a number before a plural that is never 1, or counts nothing."""
