@@ -86,14 +86,17 @@ class Section:
 
 
 def machine() -> str:
-    """The machine in one line, with its current load."""
+    """The machine in one line, with its current load and the priority of the measured programs."""
     known = Path("/proc/cpuinfo")
     lines = known.read_text().splitlines() if known.exists() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     model = models[0] if models else platform.processor()
     load = os.getloadavg()[0]
     busy = "; others kept it busy" if load > 0.6 * (os.cpu_count() or 1) else ""
+    # os.nice(0) changes nothing; Windows has no such number.
+    niceness = os.nice(0) if hasattr(os, "nice") else 0
+    ahead = f"; all that is measured at nice {niceness}" if niceness else ""
     return (
         f"{os.cpu_count()} cores ({model}), {platform.system()} {platform.release().split('-')[0]}, "
-        f"Python {platform.python_version()}, load average {load:.1f} before{busy}"
+        f"Python {platform.python_version()}, load average {load:.1f} before{busy}{ahead}"
     )
