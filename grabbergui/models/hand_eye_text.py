@@ -94,9 +94,7 @@ def ended_text(problem: str, views: int) -> str:
             "HandEye", "{0}. The robot stands still. {1} poses were taken: compute from them, or start again"
         )
     else:
-        text = translate(
-            "HandEye", "{0}. The robot stands still. {1} poses were taken, {2} are needed: start again"
-        )
+        text = translate("HandEye", "{0}. The robot stands still. Poses taken: {1}; needed: {2}. Start again")
     return text.format(problem, views, FEWEST_VIEWS)
 
 

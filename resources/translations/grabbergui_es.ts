@@ -1806,64 +1806,64 @@ It {1}.</source>
         <translation>{0}. El robot está quieto. Se tomaron {1} posturas: calcule con ellas o empiece de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="97"/>
-        <source>{0}. The robot stands still. {1} poses were taken, {2} are needed: start again</source>
-        <translation>{0}. El robot está quieto. Se tomaron {1} posturas y hacen falta {2}: empiece de nuevo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="118"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="116"/>
         <source>Known to</source>
         <translation>Conocida a</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="120"/>
         <source>x, y, z (mm)</source>
         <translation>x, y, z (mm)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="123"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
         <source>Roll, pitch, yaw (°)</source>
         <translation>Alabeo, cabeceo, guiñada (°)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="124"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
         <source>Residual</source>
         <translation>Residuo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="124"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
         <source>{0:.3f} px over {1} of {2} poses</source>
         <translation>{0:.3f} px en {1} de {2} posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="130"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="128"/>
         <source>Method</source>
         <translation>Método</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="130"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="128"/>
         <source>{0}, refined with all corners together</source>
         <translation>{0}, refinado con todas las esquinas a la vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="138"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="136"/>
         <source>Joint offsets</source>
         <translation>Desfases</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="145"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="143"/>
         <source>the calibration in use</source>
         <translation>la calibración en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="146"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="144"/>
         <source>the robot&apos;s model, which is in use</source>
         <translation>el modelo del robot, que está en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="148"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="146"/>
         <source>{0:.1f} mm and {1:.2f}° from {2}</source>
         <translation>{0:.1f} mm y {1:.2f}° de {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="97"/>
+        <source>{0}. The robot stands still. Poses taken: {1}; needed: {2}. Start again</source>
+        <translation>{0}. El robot está quieto. Posturas tomadas: {1}; necesarias: {2}. Empiece de nuevo</translation>
     </message>
 </context>
 <context>

@@ -102,7 +102,7 @@ def test_a_stop_ends_the_run_at_once(stand, look):
     until(lambda: bench.gate.halted)
     sent = bench.gate.sent
     turnstile.left.set()
-    assert wizard.problem.startswith(f"Stopped. The robot stands still. {look - 1} poses were taken")
+    assert wizard.problem.startswith(f"Stopped. The robot stands still. Poses taken: {look - 1};")
     assert bench.gate.sent == sent
     assert wizard.ended[0][1] is False
 
@@ -185,7 +185,10 @@ def _fault(bench):
 @pytest.mark.parametrize(
     ("spoil", "sentence"),
     [
-        (_lost_images, "no image came within 5 s: check camera and cable. The robot stands still. 1 poses"),
+        (
+            _lost_images,
+            "no image came within 5 s: check camera and cable. The robot stands still. Poses taken: 1;",
+        ),
         (_lost_robot, "simulated TEO does not report its joints. The robot stands still."),
         (_no_target, "the target is not seen: bring it into the middle of the image first. The robot stands"),
         (_no_guardian, "the guardian ended. The robot stands still."),
@@ -206,7 +209,7 @@ def test_too_few_poses_that_show_the_target_are_a_sentence(stand):
     bench.look = lambda after: look(after) if bench.looks == 0 else None
     wizard = stand(bench).run()
     assert "only 0 of 5 views were possible" in wizard.problem
-    assert "5 are needed: start again" in wizard.problem
+    assert "needed: 5. Start again" in wizard.problem
     skipped = [event for event in wizard.happened if event.step is Step.SKIPPED]
     assert skipped[0].text == "skipped: the target is not seen surely"
 

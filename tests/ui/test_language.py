@@ -46,6 +46,13 @@ NO_COUNT = {
     "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?",
     "{0} was not acknowledged within {1} s ({2} tries)",  # several, see ControlTiming
     "{0} entries",  # of a lookup table
+    "only {0} of {1} views were possible: give the arm more room, or move the target",  # 5 or more
+    "only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one",  # thousands
+    "hand–eye calibration needs {0} views or more, not {1}",  # FEWEST_VIEWS
+    "<b>{0} will move by itself</b> to {1} poses, one after another, for {2}.",  # 5 or more
+    "The hand moves at up to {0:.0f} mm/s, first by {1} small moves of at most {2:.0f}°.",  # 5 or 6
+    "{0}. The robot stands still. {1} poses were taken: compute from them, or start again",  # FEWEST_VIEWS
+    "{0:.3f} px over {1} of {2} poses",  # FEWEST_VIEWS
     "{0} free",  # bytes, with their unit
 }  # fmt: skip
 """Texts with a number before a plural that is never 1, or counts nothing."""
