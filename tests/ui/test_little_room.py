@@ -1,5 +1,6 @@
 """What the window does where there is little room, and that nothing in it jumps."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -272,6 +273,8 @@ def test_the_image_stays_where_it_is_under_a_message(window_desk):
     window = window_desk.window
     window_desk.connect()
     window_desk.watch()
+    cards = window.favourites._shown
+    window_desk.until(lambda: cards and all(card.editor and card.editor.isVisible() for card in cards))
     before = window.picture.geometry(), window.statusbar.geometry()
     for text in ("saved " * 40, "no space left on the disk"):
         window_desk.program.messages.error(text)
@@ -453,6 +456,21 @@ def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(window
     needed = bar.limitBox.fontMetrics().horizontalAdvance(bar.limitBox.currentText())
     window_desk.until(lambda: bar.limitBox.width() >= needed + 24)  # and its arrow
     assert not bar.progressLabel.isVisible()
+
+
+@pytest.mark.parametrize("width", [300, 345, 368, 420, 480, 640])
+def test_parts_of_the_recording_bar_do_not_cover_each_other(qtbot, qapp, request, width):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, Theme.LIGHT)
+    bar = RecordingBar()
+    qtbot.addWidget(bar)
+    bar.resize(width, 40)
+    bar.show()
+    bar.setPlayable("what was recorded")
+    bar.resize(max(width, bar.minimumSizeHint().width()), 40)
+    parts = (bar.recordButton, bar.kindBox, bar.limitBox, bar.playButton)
+    qtbot.waitUntil(lambda: not any(a.geometry().intersects(b.geometry()) for a, b in pairwise(parts)))
+    assert bar.rect().contains(bar.playButton.geometry())
 
 
 def test_figures_of_a_recording_are_whole_or_not_there(qtbot):

@@ -148,6 +148,7 @@ class RecordingBar(QWidget):
     def setPlayable(self, name: str) -> None:
         """A recording is finished; its name."""
         self.playButton.setVisible(True)
+        self._arrange()
         self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
 
     def _kind_text(self, kind: RecordingKind) -> str:
@@ -165,7 +166,10 @@ class RecordingBar(QWidget):
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
         self.folderButton.setVisible(not narrow and not recording)
-        least = _LEAST_CHOICE if self.width() < VERY_NARROW else self.limitBox.minimumSizeHint().width()
+        squeezed = self.width() < VERY_NARROW or not (
+            self.playButton.isHidden() and self.amountBox.isHidden()
+        )
+        least = _LEAST_CHOICE if squeezed else self.limitBox.minimumSizeHint().width()
         self.limitBox.setMinimumWidth(least if narrow else _WHOLE_CHOICE)
         # Beside the length of the next recording there is no room for the figures of the last one.
         self.progressLabel.setVisible(recording or (not narrow and self.amountBox.isHidden()))
