@@ -186,5 +186,9 @@ def ended_text(progress: RecordingProgress) -> str:
     else:
         return translate("Recording", "internal error, see the log: {0}").format(error)
     if progress.frames:
-        return text + translate("Recording", "; what was recorded by then is kept")
+        return text + counted(
+            progress.frames,
+            translate("Recording", "; 1 frame recorded by then is kept"),
+            translate("Recording", "; {0} frames recorded by then are kept"),
+        )
     return text + translate("Recording", "; nothing was recorded")

@@ -73,8 +73,10 @@ class RecordingProgress:
         if self.error is None:
             return ""
         if isinstance(self.error, DiskFullError | OSError):
-            kept = "what was recorded by then is kept" if self.frames else "nothing was recorded"
-            return f"{self.error}; {kept}"
+            if not self.frames:
+                return f"{self.error}; nothing was recorded"
+            kept = "1 frame" if self.frames == 1 else f"{self.frames} frames"
+            return f"{self.error}; {kept} recorded by then {'is' if self.frames == 1 else 'are'} kept"
         if isinstance(self.error, GrabberError):
             return str(self.error)
         return f"internal error, see the log: {self.error}"

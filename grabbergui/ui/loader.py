@@ -1,14 +1,21 @@
-"""Loads Qt Designer forms. Forms are edited in Designer only; no Python copy of them exists."""
+"""Loads Qt Designer forms and fits windows to the screen.
+
+Forms are edited in Designer only; no Python copy of them exists.
+"""
 
 from __future__ import annotations
 
 from importlib import resources
 
 from PyQt5 import uic
+from PyQt5.QtCore import QSize
 from PyQt5.QtWidgets import QWidget
 
 # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
 uic.widgetPluginPath.clear()
+
+TITLE_BAR = 40
+"Pixels that a window manager may take of the screen's height for a window's title."
 
 
 def load_form(name: str, into: QWidget) -> None:
@@ -19,3 +26,9 @@ def load_form(name: str, into: QWidget) -> None:
     form = resources.files("grabbergui.ui") / "forms" / f"{name}.ui"
     with resources.as_file(form) as path:
         uic.loadUi(str(path), into)  # type: ignore[no-untyped-call]
+
+
+def fit_screen(window: QWidget) -> None:
+    """Make a window no larger than the screen, where its last buttons would be out of reach."""
+    if (screen := window.screen()) is not None:
+        window.resize(window.size().boundedTo(screen.availableGeometry().size() - QSize(0, TITLE_BAR)))

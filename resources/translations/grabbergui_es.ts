@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="333"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="336"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="176"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="279"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="282"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="185"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="225"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="228"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="237"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="240"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -968,47 +968,47 @@ It {1}.</source>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="95"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
         <source>What was found</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="122"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="121"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="122"/>
         <source>1 problem found</source>
         <translation>1 problema encontrado</translation>
     </message>
@@ -1938,7 +1938,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
-        <source>Camera &amp;beside the robot, the hand holds the board</source>
+        <source>Camera &amp;beside, the board in the hand</source>
         <translation>Cámara &amp;fija, el tablero en la mano</translation>
     </message>
     <message>
@@ -2132,12 +2132,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="294"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="295"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="301"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2147,7 +2147,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="177"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2157,102 +2157,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="177"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="184"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="185"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="193"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="222"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="223"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="271"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="272"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="285"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="286"/>
         <source>Let servoing go by this result instead of the one before</source>
         <translation>Que el servocontrol use este resultado en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="294"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="295"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="301"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="359"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="360"/>
         <source>Bring the board into the middle of the picture; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -3107,7 +3107,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="264"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="262"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3302,22 +3302,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="287"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="289"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="287"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3811,11 +3811,16 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/recordings.py" line="189"/>
-        <source>; what was recorded by then is kept</source>
-        <translation>; se conserva lo grabado hasta entonces</translation>
+        <source>; {0} frames recorded by then are kept</source>
+        <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="190"/>
+        <location filename="../../grabbergui/models/recordings.py" line="189"/>
+        <source>; 1 frame recorded by then is kept</source>
+        <translation>; se conserva 1 imagen grabada hasta entonces</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recordings.py" line="194"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
@@ -3928,7 +3933,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="177"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3943,27 +3948,27 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="162"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="163"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
@@ -3988,22 +3993,22 @@ It {1}.</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="151"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="152"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="161"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
@@ -4395,7 +4400,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="149"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="154"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4405,27 +4410,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="151"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="156"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="176"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4516,107 +4521,107 @@ It {1}.</source>
 <context>
     <name>SettingsReport</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="16"/>
         <source>Settings</source>
         <translation>Ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="24"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="31"/>
         <source>Show what was &amp;equal</source>
         <translation>Mostrar lo que era i&amp;gual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
         <source>&amp;Apply to the camera</source>
         <translation>&amp;Aplicar a la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
         <source>&amp;Roll back</source>
         <translation>&amp;Revertir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="37"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="88"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
         <source>Camera</source>
         <translation>Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="74"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="79"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
@@ -4639,7 +4644,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="183"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -5303,22 +5308,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="226"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="239"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="232"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="240"/>
         <source>What it held is lost; that cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="233"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="241"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>

@@ -12,7 +12,7 @@ from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
 from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -36,6 +36,23 @@ def test_list_names_the_simulated_camera(capsys):
     camera = next(info for info in found if info["uri"] == "sim:")
     assert {"uri", "vendor", "model", "serial", "address"} <= camera.keys()
     assert camera["serial"]
+
+
+def test_list_waits_at_its_default_for_what_ros_announces_every_three_seconds(capsys, monkeypatch):
+    camera, asked = DeviceInfo("ros2:/cam", model="/cam"), []
+
+    def later(kind, timeout):
+        asked.append((kind, timeout))
+        return [camera]
+
+    first = [DeviceInfo("sim:")]
+    monkeypatch.setattr(sources, "discover", lambda timeout: asked.append(("all", timeout)) or list(first))
+    monkeypatch.setattr(sources, "discover_kind", later)
+    assert "ros2:/cam" in run(capsys, "list")[1]
+    assert [kind for kind, _ in asked] == ["all", "ros2"] and sum(seconds for _, seconds in asked) > 3
+    first.append(camera)
+    run(capsys, "list")
+    assert len(asked) == 3, "who is found at once is not waited for"
 
 
 def test_the_human_readable_list_has_a_heading_and_aligned_columns(capsys):

@@ -6,7 +6,7 @@ import pytest
 
 from grabbergui.cli import features, frames
 from grabbergui.cli.parsing import CommandParser
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.recording.recording import open_recording
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -75,3 +75,14 @@ def test_what_makes_no_sense_is_refused(tmp_path):
         with pytest.raises(UsageError):
             run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
     assert not (tmp_path / "m.mcap").exists()
+
+
+def test_a_missing_folder_is_named_alike_by_all_that_write(tmp_path):
+    missing = tmp_path / "nowhere"
+    for command in (
+        ["save", SMALL, missing / "a.yaml"],
+        ["record", SMALL, "--out", missing / "m.mcap", "-n", 1],
+    ):
+        with pytest.raises(MissingFileError, match=f"there is no folder {missing} for"):
+            run(*command)
+    assert not missing.exists()

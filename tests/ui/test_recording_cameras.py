@@ -1,11 +1,14 @@
 """Recordings belong to cameras: several run at once, and none is cut off unasked."""
 
+import contextlib
+
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
 from grabbergui.recording.recorder import RecordingProgress
+from grabbergui.recording.recording import open_recording
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.views.recording_bar import RecordingBar
 
@@ -156,3 +159,17 @@ def test_every_kind_of_recording_is_offered_by_a_name_of_its_own(qtbot):
         bar.kindBox.itemText(index): bar.kindBox.itemData(index) for index in range(bar.kindBox.count())
     }
     assert set(offered.values()) == set(RecordingKind) and len(offered) == len(RecordingKind)
+
+
+def test_a_full_disk_is_reported_with_what_was_saved_where(desk, monkeypatch):
+    room = iter([1 << 40] * 3)
+    monkeypatch.setattr("grabbergui.recording.writer.RecordingWriter.free", lambda _: next(room, 3 << 20))
+    source = desk.program.connection.source
+    press_record(desk)
+    desk.until(lambda: any("is full" in text for text in desk.errors))
+    path = desk.program.recordings.of(source).path
+    (said,) = [text for text in desk.errors if "is full" in text]
+    assert said.endswith(f"the disk of {path} is full (3 MiB left); 3 frames recorded by then are kept")
+    desk.until(desk.window.recordingBar.playButton.isVisible)
+    with contextlib.closing(open_recording(path)) as recording:
+        assert len(recording) == 3

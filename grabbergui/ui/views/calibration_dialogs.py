@@ -30,12 +30,14 @@ from grabbergui.models.calibrating import Look, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.servo_widgets import DrawingItem
 
+NAME_WIDTH = 360
+"Pixels of a camera's name in the title; the tooltip has the whole name."
 DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
 """Those that boards are printed with; the command line takes every other."""
 ENLARGED = 100
@@ -97,6 +99,7 @@ class CalibrationDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("calibration", self)
+        fit_screen(self)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.cells, self.drawing = CoverageItem(), DrawingItem()
@@ -330,7 +333,10 @@ class CalibrationChoiceDialog(QDialog):
     def __init__(self, camera: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("calibration_choice", self)
-        self.titleLabel.setText(self.tr("{0} is not calibrated").format(camera))
+        title = self.tr("{0} is not calibrated")
+        short = self.titleLabel.fontMetrics().elidedText(camera, Qt.TextElideMode.ElideMiddle, NAME_WIDTH)
+        self.titleLabel.setText(title.format(short))
+        self.titleLabel.setToolTip(title.format(camera))
         self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
         self.setProblem("")
         icons.apply(self)

@@ -33,7 +33,7 @@ from grabbergui.servo.hand_eye_progress import Step
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.widgets.labels import restyle
 from grabbergui.ui.widgets.message_stack import MessageStack
@@ -106,6 +106,7 @@ class HandEyeDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("hand_eye", self)
+        fit_screen(self)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.drawing = DrawingItem()

@@ -32,7 +32,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LINES, LogLine
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.loader import fit_screen, load_form
 
 FIRST_PAGE = "window.md"
 SIZE = QSize(820, 640)
@@ -77,6 +77,7 @@ class ManualDialog(QDialog):
         layout.addWidget(self.text)
         layout.addWidget(back, 0, Qt.AlignmentFlag.AlignLeft)
         self.resize(SIZE)
+        fit_screen(self)
 
     def _follow(self, link: QUrl) -> None:
         target = self.text.source().resolved(link)
@@ -106,6 +107,7 @@ class DoctorDialog(QDialog):
         layout.addWidget(self.stateLabel)
         layout.addWidget(self.text)
         self.resize(SIZE)
+        fit_screen(self)
 
     def addFinding(self, finding: Finding) -> None:
         """Show one more."""

@@ -23,7 +23,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.models.picture.quantities import COLOUR_MAPS, PolarisedView
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.loader import TITLE_BAR, load_form
 from grabbergui.ui.theme import Theme
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
@@ -39,8 +39,6 @@ from grabbergui.ui.views.values_panel import ValuesPanel
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import give_focus
 
-TITLE_BAR = 40
-"Pixels that a window manager may take of the screen's height for the window's title."
 FIRST_SHARE = 0.75
 "Of the screen, in width and height, that a window takes that was never moved."
 TOOLS_HEIGHT = 210

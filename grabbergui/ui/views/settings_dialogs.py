@@ -24,8 +24,11 @@ from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.widgets.tables import TICK_WIDTH, checked_keys, make_checkable
+
+NAME_WIDTH = 160
+"Pixels of a file's name on a button; the tooltip has the whole name."
 
 
 class SettingsReport(QDialog):
@@ -45,6 +48,7 @@ class SettingsReport(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("settings_report", self)
+        fit_screen(self)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.equalBox.toggled.connect(self._show_equal)
         self.closeButton.clicked.connect(self.reject)
@@ -55,6 +59,7 @@ class SettingsReport(QDialog):
         """Show a report; of a dry run, what would be written, with a button to do so."""
         self.setWindowTitle(title)
         self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
+        self.headline.setToolTip(report.problem)
         self.applyButton.setVisible(report.count(*PENDING) > 0)
         self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
         self.table.clear()
@@ -148,7 +153,10 @@ class SettingsDifference(QDialog):
         )
         self.table.setHeaderLabels([self.tr("Setting"), first, second])
         for button, name in ((self.firstButton, first), (self.secondButton, second)):
-            button.setText(self.tr("Set as in {0}").format(name.replace("&", "&&")))
+            text = self.tr("Set as in {0}")
+            short = button.fontMetrics().elidedText(name, Qt.TextElideMode.ElideMiddle, NAME_WIDTH)
+            button.setText(text.format(short.replace("&", "&&")))
+            button.setToolTip(text.format(name))
             button.setVisible(applicable and bool(differences))
         self.table.clear()
         for difference in differences:

@@ -1,0 +1,124 @@
+"""Every dialog fits a screen of 800 × 600 pixels, whatever cameras, sets and files are called."""
+
+import importlib
+import pkgutil
+from types import SimpleNamespace
+
+import pytest
+from PyQt5.QtCore import QRect, QSize
+from PyQt5.QtWidgets import QAbstractButton, QDialog, QScrollArea
+
+import grabbergui.ui.views
+from grabbergui.config.shipped_files import MANUAL
+from grabbergui.core.selection import SettingKey
+from grabbergui.doctor import Finding, Level
+from grabbergui.models.settings.feature_set import Difference, FeatureSet
+from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
+from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
+from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.lut_dialog import LutDialog
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.point_cloud import PointCloudDialog
+from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog
+
+SCREEN = QRect(0, 0, 800, 600)
+ROOM = QSize(800, 560)
+"Pixels of that screen without the title of a window."
+LONG = "/home/somebody/" + "the_camera_on_the_left_of_the_head_" * 6
+
+
+def doctor(window):
+    dialog = DoctorDialog(window)
+    dialog.addFinding(Finding(Level.PROBLEM, LONG, LONG))
+    return dialog
+
+
+def report(window):
+    dialog = SettingsReport(window)
+    setting = SettingReport(SettingKey("DeviceUserID"), LONG, Outcome.WRITTEN, before="", reason=LONG)
+    dialog.setReport(LONG, LoadReport((setting,), FeatureSet({}), f"{LONG} ended"))
+    return dialog
+
+
+def difference(window):
+    dialog = SettingsDifference(window)
+    names = (f"{LONG}1.yaml", f"{LONG}2.yaml")
+    dialog.setDifferences(names, [Difference(SettingKey("DeviceUserID"), LONG, "")], True)
+    return dialog
+
+
+def user_sets(window):
+    dialog = UserSetsDialog(window)
+    dialog.setSets([UserSet("UserSet1", LONG, savable=True, startable=True, starts=True)])
+    return dialog
+
+
+MADE = {
+    CalibrationChoiceDialog: lambda window: CalibrationChoiceDialog(LONG, window),
+    CalibrationDialog: CalibrationDialog,
+    DoctorDialog: doctor,
+    HandEyeDialog: HandEyeDialog,
+    LutDialog: LutDialog,
+    ManualDialog: lambda window: ManualDialog(MANUAL, window),
+    PointCloudDialog: PointCloudDialog,
+    SettingsDifference: difference,
+    SettingsReport: report,
+    ShortcutsDialog: lambda window: ShortcutsDialog(window.menuBar(), window),
+    UserSetsDialog: user_sets,
+}
+
+
+@pytest.fixture
+def window(qtbot, qapp):
+    dress(qapp, Theme.LIGHT)
+    made = MainWindow()
+    qtbot.addWidget(made)
+    return made
+
+
+def test_no_dialog_is_missing_here():
+    views = grabbergui.ui.views
+    names = [module.name for module in pkgutil.iter_modules(views.__path__)]
+    modules = [importlib.import_module(f"{views.__name__}.{name}") for name in names]
+    found = {
+        each
+        for module in modules
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, QDialog) and each.__module__ == module.__name__
+    }
+    assert found == set(MADE)
+
+
+def out_of_sight(dialog):
+    """Buttons that are cut off, and that no scroll bar brings to sight."""
+    buttons = [each for each in dialog.findChildren(QAbstractButton) if each.isVisible()]
+    return [
+        button.objectName() or button.text()
+        for button in buttons
+        if not any(area.isAncestorOf(button) for area in dialog.findChildren(QScrollArea))
+        and (
+            button.visibleRegion().boundingRect() != button.rect()
+            or button.width() < button.minimumSizeHint().width()
+            or button.height() < button.minimumSizeHint().height()
+        )
+    ]
+
+
+@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkeypatch, kind):
+    screen = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
+    monkeypatch.setattr(kind, "screen", lambda _: screen, raising=False)
+    dialog = MADE[kind](window)
+    dialog.show()
+    qapp.processEvents()
+    size = dialog.size()
+    assert size == size.boundedTo(ROOM), "as it is at first"
+    assert not out_of_sight(dialog)
+    dialog.resize(ROOM)
+    qapp.processEvents()
+    assert dialog.size() == ROOM, "it may be made as large as the screen"
+    assert not out_of_sight(dialog)
+    dialog.close()
