@@ -1,5 +1,6 @@
 """What the window does where there is little room, and that nothing in it jumps."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -21,6 +22,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from grabbergui import sources
 from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.diagnosis import Stage
@@ -153,6 +155,39 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(win
             break
     assert last.isAncestorOf(QApplication.focusWidget())
     window_desk.until(lambda: not QApplication.focusWidget().visibleRegion().isEmpty())
+
+
+@pytest.mark.parametrize("name", ["the_camera_on_the_left_of_the_head_" * 4, "the camera on the left " * 6])
+def test_long_names_of_cameras_push_nothing_out(desks, name):
+    def taken(name):
+        """Least width, and clipped controls, with two cameras of this name."""
+
+        def named(uri):
+            camera = sources.create(uri)
+            really = camera.open
+
+            def opened(*arguments):
+                granted = really(*arguments)
+                camera.info = replace(camera.info, user_name=name, serial=name)
+                return granted
+
+            camera.open = opened
+            return camera
+
+        desk = desks()
+        desk.program.connection._create = named
+        desk.window.resize(800, 600)
+        desk.connect("sim:?width=320&height=240")
+        desk.program.connection.open_additional("sim:colour?width=320&height=240")
+        desk.until(lambda: len(desk.window.gallery.tiles) == 2)
+        desk.watch()
+        assert desk.program.connection.source.title == name
+        assert (desk.window.width(), desk.window.height()) == (800, 600)
+        found = desk.window.minimumSizeHint().width(), clipped(desk.window)
+        desk.window.hide()
+        return found
+
+    assert taken(name) == taken("left")
 
 
 def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
