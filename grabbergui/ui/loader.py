@@ -9,6 +9,7 @@ from importlib import resources
 
 from PyQt5 import uic
 from PyQt5.QtCore import QSize
+from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QWidget
 
 # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
@@ -30,5 +31,10 @@ def load_form(name: str, into: QWidget) -> None:
 
 def fit_screen(window: QWidget) -> None:
     """Make a window no larger than the screen, where its last buttons would be out of reach."""
-    if (screen := window.screen()) is not None:
+    if has_screen() and (screen := window.screen()) is not None:
         window.resize(window.size().boundedTo(screen.availableGeometry().size() - QSize(0, TITLE_BAR)))
+
+
+def has_screen() -> bool:
+    """Return whether windows are seen; Qt's offscreen platform only claims a screen of 800 × 800 pixels."""
+    return QGuiApplication.platformName() != "offscreen"

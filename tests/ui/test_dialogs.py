@@ -15,6 +15,7 @@ from grabbergui.doctor import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.ui import loader
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
@@ -110,6 +111,7 @@ def out_of_sight(dialog):
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
 def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkeypatch, kind):
     screen = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
+    monkeypatch.setattr(loader, "has_screen", lambda: True)
     monkeypatch.setattr(kind, "screen", lambda _: screen, raising=False)
     dialog = MADE[kind](window)
     dialog.show()

@@ -1,3 +1,5 @@
+import pytest
+
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind, Visibility
 from grabbergui.models.features.shown import visible_names
 
@@ -58,10 +60,11 @@ def test_beginners_see_what_is_pinned_elsewhere_only_when_they_search_for_it():
     assert "ExposureTime" in visible_names(TREE, Visibility.EXPERT, elsewhere=pinned)
 
 
-def test_commands_that_have_buttons_are_for_experts():
-    start = FeatureDescription(name="AcquisitionStart", kind=FeatureKind.COMMAND)
+@pytest.mark.parametrize("name", ["AcquisitionStart", "AcquisitionStop"])
+def test_commands_that_have_buttons_are_for_experts(name):
+    start = FeatureDescription(name=name, kind=FeatureKind.COMMAND)
     gain = FeatureDescription(name="Gain", kind=FeatureKind.FLOAT)
     root = Category("Root", members=(start, gain))
     assert visible_names(root, Visibility.BEGINNER) == ["Gain"]
-    assert visible_names(root, Visibility.EXPERT) == ["AcquisitionStart", "Gain"]
-    assert visible_names(root, Visibility.BEGINNER, "acquisition") == ["AcquisitionStart"]
+    assert visible_names(root, Visibility.EXPERT) == [name, "Gain"]
+    assert visible_names(root, Visibility.BEGINNER, "acquisition") == [name]
