@@ -105,11 +105,10 @@ def result_rows(result: HandEyeResult, placement: Placement) -> list[tuple[str, 
     metres, radians = result.uncertainty
     used = sum(not math.isnan(error) for error in result.errors)
     places = [
-        f"{signed(1e3 * value, 1)}\u00a0±\u00a0{1e3 * off:.1f}"
-        for value, off in zip(camera[:3, 3], spread[:3], strict=True)
+        with_spread(1e3 * value, 1e3 * off, 1) for value, off in zip(camera[:3, 3], spread[:3], strict=True)
     ]
     turns = [
-        f"{signed(value, 2)}\u00a0±\u00a0{math.degrees(off):.2f}"
+        with_spread(value, math.degrees(off), 2)
         for value, off in zip(roll_pitch_yaw(camera), spread[3:], strict=True)
     ]
     rows = [
@@ -159,6 +158,13 @@ def signed(value: float, decimals: int) -> str:
     """Return a number with a true minus sign, and no sign where it rounds to zero."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if not float(text) else text.replace("-", "−")
+
+
+def with_spread(value: float, spread: float, fewest: int) -> str:
+    """Return both, with decimals down to the first digit of the spread, at most two more than the fewest."""
+    shown = -math.floor(math.log10(spread)) if spread > 0 else fewest
+    decimals = min(max(shown, fewest), fewest + 2)
+    return f"{signed(value, decimals)}\u00a0±\u00a0{spread:.{decimals}f}"
 
 
 def _on_mount(result: HandEyeResult, placement: Placement) -> Pose:

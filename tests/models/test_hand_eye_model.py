@@ -8,7 +8,14 @@ import pytest
 from grabbergui.calibration import geometry, hand_eye_file
 from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
 from grabbergui.models.hand_eye import HandEyeModel, Setup
-from grabbergui.models.hand_eye_text import duration_text, plan_text, progress_text, roll_pitch_yaw, signed
+from grabbergui.models.hand_eye_text import (
+    duration_text,
+    plan_text,
+    progress_text,
+    roll_pitch_yaw,
+    signed,
+    with_spread,
+)
 from grabbergui.servo import hand_eye_stand
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_progress import Progress, Skip, Step
@@ -316,5 +323,9 @@ def test_events_and_figures_are_written_for_people():
         "about 5 s", "about 30 s", "about 1 min", "about 3 min",
     ]  # fmt: skip
     assert [signed(value, 1) for value in (-0.01, 0.04, -2.0)] == ["0.0", "0.0", "−2.0"]
+    spreads = (0.4, 0.06, 0.0001, 0.0, 12.0)
+    assert [with_spread(30.0123, spread, 1).replace("\u00a0", " ") for spread in spreads] == [
+        "30.0 ± 0.4", "30.01 ± 0.06", "30.012 ± 0.000", "30.0 ± 0.0", "30.0 ± 12.0",
+    ]  # fmt: skip
     turned = geometry.pose(geometry.rotation_from_vector((0, 0, np.pi / 2)))
     assert roll_pitch_yaw(turned) == pytest.approx((0, 0, 90))
