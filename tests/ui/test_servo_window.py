@@ -256,18 +256,22 @@ def calibration():
 
 
 @pytest.fixture
-def live(qtbot, window, calibration):
+def limits():
+    return patient_config()
+
+
+@pytest.fixture
+def live(qtbot, window, calibration, limits):
     """A runner on the simulated robot, shown."""
     threads = set(threading.enumerate())
     robot = SimRobot(teo.MODEL)
     camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
     camera.open()
-    config = patient_config()
     runner = Runner(
         camera,
         robot,
-        lambda frame: closed_loop.detector(config, calibration(frame.width, frame.height)),
-        config,
+        lambda frame: closed_loop.detector(limits, calibration(frame.width, frame.height)),
+        limits,
     )
     cameras = SimulatedCameras(robot)
     stand = HandEyeStand(robot, runner.gate, Config(), cameras, calibration, None, leave=cameras.close)
@@ -313,6 +317,7 @@ def test_a_robot_that_is_held_waits_for_start(window, live, qtbot):
     qtbot.waitUntil(lambda: not window.startButton.isEnabled())
 
 
+@pytest.mark.parametrize("limits", [Config()], ids=["of a real robot"])
 def test_a_gain_set_in_the_window_reaches_the_loop_and_nonsense_does_not(window, live, qtbot):
     runner, _ = live
     runner.start()
