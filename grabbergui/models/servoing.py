@@ -20,7 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
-from grabbergui.models.servo_mirror import Run
+from grabbergui.models.servo_proxy import Run
 from grabbergui.servo import overlay
 from grabbergui.servo.config import Config
 from grabbergui.servo.loop import ControlCycle, Moment

@@ -9,7 +9,7 @@ import threading
 import psutil
 import pytest
 
-from grabbergui.models.servo_mirror import CLOSED
+from grabbergui.models.servo_proxy import CLOSED
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.hand_eye_stand import HandEyeStand

@@ -14,7 +14,7 @@ from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.fitted import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.servo_mirror import RunMirror
+from grabbergui.models.servo_proxy import RequestKind, RunnerProxy
 from grabbergui.models.servoing import Entry, Posture, Tuning
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
@@ -410,21 +410,21 @@ def test_hand_and_eye_are_calibrated_while_the_loop_rests(window, live, qtbot):
     qtbot.waitUntil(lambda: robot.speed > 0.01)
 
 
-class Elsewhere(RunMirror):
+class Elsewhere(RunnerProxy):
     """A run of another process that reports nothing."""
 
     def __init__(self):
-        self.running, self.calibrates_hand_eye, self.config, self.wishes = True, True, Config(), []
+        self.running, self.calibrates_hand_eye, self.config, self.requests = True, True, Config(), []
 
-    def _wish(self, wish):
-        self.wishes.append(wish.kind)
+    def _request(self, request):
+        self.requests.append(request.kind)
 
 
 def test_a_window_of_another_process_gives_way_to_the_calibration_there(window, qtbot):
-    mirror = Elsewhere()
-    controller = ServoController(window, mirror, lambda width, height: None)
+    proxy = Elsewhere()
+    controller = ServoController(window, proxy, lambda width, height: None)
     assert window.handEyeButton.isEnabled()
     window.handEyeButton.click()
-    assert mirror.wishes == ["hand-eye"]
+    assert proxy.requests == [RequestKind.HAND_EYE]
     assert not window.isVisible()
     controller.close()

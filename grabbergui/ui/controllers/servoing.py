@@ -14,7 +14,7 @@ from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
-from grabbergui.models.servo_mirror import Run, RunMirror
+from grabbergui.models.servo_proxy import Run, RunnerProxy
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
@@ -143,7 +143,7 @@ class ServoController(QObject):
     # -- hand and eye ------------------------------------------------------------------------------
     def _on_window_hand_eye_pressed(self) -> None:
         stand, runner = self._stand, self._runner
-        if isinstance(runner, RunMirror):
+        if isinstance(runner, RunnerProxy):
             runner.calibrate_hand_eye()
             self._window.close()  # the robot is another process's, which opens the wizard
             return
@@ -167,7 +167,7 @@ class ServoController(QObject):
     def _on_hand_eye_closing(self) -> None:
         controller, self.hand_eye = self.hand_eye, None
         runner, held = self._runner, self.tr("Start lets the robot move")
-        if controller is None or isinstance(runner, RunMirror):
+        if controller is None or isinstance(runner, RunnerProxy):
             return
         model = controller.model
 

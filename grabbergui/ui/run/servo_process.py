@@ -20,7 +20,7 @@ from PyQt5.QtCore import QTimer
 
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import GrabberError
-from grabbergui.models.servo_mirror import BEAT_S, CLOSED, RunMirror, RunServer
+from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
 from grabbergui.ui.run import standalone
@@ -99,7 +99,7 @@ def _show(
     )
     assert process.stdin is not None
     assert process.stdout is not None
-    server = RunServer(runner, calibration, process.stdin, process.stdout)
+    server = RunnerServer(runner, calibration, process.stdin, process.stdout)
     try:
         pickle.dump(options, process.stdin)
         process.stdin.flush()
@@ -154,22 +154,21 @@ def _assumed(calibration: CalibrationFor) -> bool:
 
 def main() -> None:
     """Be the window until it is closed or the loop's process ends."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # the loop's process gets it too, stops, and closes the window
-    # What prints must not come between the wishes.
+    # The loop's process gets it too, stops, and closes the window.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What prints must not come between the requests.
     to_loop, from_loop = os.fdopen(os.dup(sys.stdout.fileno()), "wb"), sys.stdin.buffer
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     options = pickle.load(from_loop)
     ended = threading.Event()
-    mirror = RunMirror(from_loop, to_loop, ended.set, calibrates_hand_eye=options.hand_eye)
+    proxy = RunnerProxy(from_loop, to_loop, ended.set, calibrates_hand_eye=options.hand_eye)
     app = application()
-    beat = QTimer(app)
-    beat.timeout.connect(mirror.beat)
-    beat.start(round(BEAT_S * 1000))
-    mirror.open()  # its signals may come before anybody listens: the next report is 40 ms away
-    standalone.servo(mirror, mirror.calibration, options.seconds, options.screenshot, options.theme, ended)
-    mirror.close()
+    heartbeat = QTimer(app)
+    heartbeat.timeout.connect(proxy.heartbeat)
+    heartbeat.start(round(HEARTBEAT_PERIOD * 1000))
+    proxy.open()  # its signals may come before anybody listens: the next report is 40 ms away
+    standalone.servo(proxy, proxy.calibration, options.seconds, options.screenshot, options.theme, ended)
+    proxy.close()
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.servo_mirror import Run
+from grabbergui.models.servo_proxy import Run
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.hand_eye import HandEyeController

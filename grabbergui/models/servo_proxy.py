@@ -1,9 +1,9 @@
-"""A run as another process sees it: what its window shows goes there, what its operator wants comes back.
+"""A run as another process sees it: its window gets reports of it and sends requests.
 
 A window paints for a quarter of the time, mostly with Python's global lock. In the loop's process that delays
 commands, longest on a busy computer, which takes the core from the painter while it holds the lock.
-`RunServer` is the loop's end, `RunMirror` the window's, which looks like a `Runner`. Two pipes carry pickles:
-`Report`s one way, `Wish`es the other.
+`RunnerServer` is the loop's end, `RunnerProxy` the window's, which looks like a `Runner`. Two pipes carry
+pickles: `Report`s one way, `Request`s the other.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 from typing import IO, Any
 
@@ -37,15 +38,15 @@ log = logging.getLogger(__name__)
 
 PERIOD = 0.04
 "Seconds between two reports."
-BEAT_S = 0.1
-"Seconds between two signs of life of the window."
-DEAF_S = 2.0
+HEARTBEAT_PERIOD = 0.1
+"Seconds between two heartbeats of the window."
+HEARTBEAT_TIMEOUT = 2.0
 "Seconds without one after which the robot is stopped: nobody could stop it in the window."
-CONFIRM_S = 0.5
+CONFIRMATION_TIMEOUT = 0.5
 "Seconds in which the loop confirms a stop."
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
-MUTE = "the window does not answer"
+NOT_ANSWERING = "the window does not answer"
 HAND_EYE = "stopped to calibrate hand and eye"
 
 
@@ -71,20 +72,31 @@ class Report:
     "The camera in the robot's base."
 
 
+class RequestKind(Enum):
+    """What a window asks for, or announces."""
+
+    STOP = "stop"
+    START = "start"
+    TUNE = "tune"
+    HAND_EYE = "hand-eye"
+    "End the window and calibrate hand and eye."
+    HEARTBEAT = "heartbeat"
+    IMAGE_TAKEN = "image taken"
+    "The next image may come."
+    CLOSED = "closed"
+
+
 @dataclass(frozen=True)
-class Wish:
-    """What the window wants: `stop` (a reason, and its number), `start`, `tune`, `hand-eye`.
+class Request:
+    """A message of the window; `reason` and `number` are of a stop, `config` of tuning."""
 
-    Or what it has to say: `beat`, that it lives; `taken`, that the next image may come; `closed`, its end.
-    """
-
-    kind: str
+    kind: RequestKind
     reason: str = ""
     number: int = 0
     config: Config | None = None
 
 
-def write(pipe: IO[bytes], message: Report | Wish) -> None:
+def write(pipe: IO[bytes], message: Report | Request) -> None:
     """Write one message. Raises OSError, ValueError once the pipe is closed."""
     pickle.dump(message, pipe, pickle.HIGHEST_PROTOCOL)
     pipe.flush()
@@ -98,7 +110,7 @@ def read(pipe: IO[bytes]) -> Any:
         return None
 
 
-class RunServer:
+class RunnerServer:
     """The loop's end. The robot is stopped when the window ends or hangs."""
 
     def __init__(
@@ -115,11 +127,11 @@ class RunServer:
         self._taken = True
         self._failures: deque[str] = deque(maxlen=10)
         self._confirmed = 0
-        self._beaten: float | None = None
-        self._mute = False
+        self._last_heartbeat: float | None = None
+        self._not_answering = False
         self._threads = [
             threading.Thread(target=self._send, name="servo reports", daemon=True),
-            threading.Thread(target=self._receive, name="servo wishes", daemon=True),
+            threading.Thread(target=self._receive, name="servo requests", daemon=True),
         ]
 
     def open(self) -> None:
@@ -140,7 +152,7 @@ class RunServer:
         if frame is not None:
             self._frame = frame
         self._moments.append(self._runner.loop.moment(cycle))
-        self._listen_for_life()  # here, as the thread that reports may wait for a window that hangs
+        self._check_heartbeat()  # here, as the thread that reports may wait for a window that hangs
 
     def _on_failed(self, reason: str) -> None:
         self._failures.append(reason)
@@ -177,40 +189,42 @@ class RunServer:
             None if state is None else runner.robot.camera_pose(state.head),
         )
 
-    def _listen_for_life(self) -> None:
+    def _check_heartbeat(self) -> None:
         """Stop the robot for a window that hangs: its button would not do it."""
-        silent = self._beaten is not None and time.monotonic() - self._beaten > DEAF_S
-        if silent and not self._mute:
-            log.error("%s: the robot is stopped", MUTE)
-            _apart(partial(self._runner.emergency_stop, MUTE), "emergency stop")
-        self._mute = silent
+        silent = (
+            self._last_heartbeat is not None and time.monotonic() - self._last_heartbeat > HEARTBEAT_TIMEOUT
+        )
+        if silent and not self._not_answering:
+            log.error("%s: the robot is stopped", NOT_ANSWERING)
+            _apart(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
+        self._not_answering = silent
 
-    # -- wishes --------------------------------------------------------------------------------------
+    # -- requests --------------------------------------------------------------------------------------
     def _receive(self) -> None:
-        while (wish := read(self._from)) is not None:
-            self._beaten = time.monotonic()
-            if wish.kind == "stop":
+        while (request := read(self._from)) is not None:
+            self._last_heartbeat = time.monotonic()
+            if request.kind is RequestKind.STOP:
                 # A thread for each: a robot whose network hangs must not hold up a second stop.
-                _apart(partial(self._stop, wish), "emergency stop")
-            elif wish.kind == "hand-eye":
+                _apart(partial(self._stop, request), "emergency stop")
+            elif request.kind is RequestKind.HAND_EYE:
                 self.hand_eye_wanted = True
                 _apart(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
-            elif wish.kind == "start":
+            elif request.kind is RequestKind.START:
                 _apart(self._start, "start")
-            elif wish.config is not None:
-                self._runner.tune(wish.config)
-            elif wish.kind == "taken":
+            elif request.config is not None:
+                self._runner.tune(request.config)
+            elif request.kind is RequestKind.IMAGE_TAKEN:
                 self._taken = True
-            elif wish.kind == "closed":  # whoever showed it stops the run
+            elif request.kind is RequestKind.CLOSED:  # whoever showed it stops the run
                 self.closed.set()
-        self._beaten = None
+        self._last_heartbeat = None
         if not self.closed.is_set():
             self._runner.emergency_stop(CLOSED)
         self.closed.set()
 
-    def _stop(self, wish: Wish) -> None:
-        self._runner.emergency_stop(wish.reason)
-        self._confirmed = max(self._confirmed, wish.number)
+    def _stop(self, request: Request) -> None:
+        self._runner.emergency_stop(request.reason)
+        self._confirmed = max(self._confirmed, request.number)
 
     def _start(self) -> None:
         runner = self._runner
@@ -221,7 +235,7 @@ class RunServer:
             self._failures.append(why_not)
 
 
-class RunMirror:
+class RunnerProxy:
     """The window's end: as much of a `Runner` as a window needs. The camera is out of its reach.
 
     Reports arrive on a thread of its own, on which its signals are emitted.
@@ -266,8 +280,8 @@ class RunMirror:
 
     def close(self) -> None:
         """Report that the window was closed, and wait for the loop's end of the pipe to close."""
-        self._wish(Wish("closed"))
-        self._thread.join(DEAF_S)
+        self._request(Request(RequestKind.CLOSED))
+        self._thread.join(HEARTBEAT_TIMEOUT)
 
     def calibration(self, width: int, height: int) -> Calibration:
         """Return that of the newest image. Raises SourceUnavailableError before there is one."""
@@ -276,28 +290,28 @@ class RunMirror:
             raise SourceUnavailableError(f"the loop has no calibration for images of {width}×{height}")
         return known
 
-    def beat(self) -> None:
-        """Show that the window lives; call it on the GUI thread, every `BEAT_S`.
+    def heartbeat(self) -> None:
+        """Show that the window lives; call it on the GUI thread, every `HEARTBEAT_PERIOD`.
 
-        A loop that hangs reads nothing: beats would fill the pipe, and the next one would wait for ever.
+        A loop that hangs reads nothing: heartbeats would fill the pipe, and the GUI thread would then wait.
         """
-        if time.monotonic() - self._reported < DEAF_S:
-            self._wish(Wish("beat"))
+        if time.monotonic() - self._reported < HEARTBEAT_TIMEOUT:
+            self._request(Request(RequestKind.HEARTBEAT))
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
         """Stop the robot; waits until the loop confirms it, or reports that it does not. Any thread."""
         number = next(self._numbers)
-        self._wish(Wish("stop", reason, number))
+        self._request(Request(RequestKind.STOP, reason, number))
         with self._confirmed:
-            if not self._confirmed.wait_for(lambda: self._newest_stop >= number, CONFIRM_S):
-                self.failed.emit(f"the loop has not confirmed the stop within {CONFIRM_S:g} s")
+            if not self._confirmed.wait_for(lambda: self._newest_stop >= number, CONFIRMATION_TIMEOUT):
+                self.failed.emit(f"the loop has not confirmed the stop within {CONFIRMATION_TIMEOUT:g} s")
 
     def start(self) -> None:
         """Do nothing: `resume` starts a loop that has ended, too."""
 
     def resume(self) -> str:
         """Let the robot move; why it may not is reported by `failed`, later."""
-        self._wish(Wish("start"))
+        self._request(Request(RequestKind.START))
         return ""
 
     def stop(self) -> None:
@@ -305,18 +319,18 @@ class RunMirror:
 
     def calibrate_hand_eye(self) -> None:
         """Let the loop's process stop the robot and calibrate hand and eye once this window is closed."""
-        self._wish(Wish("hand-eye"))
+        self._request(Request(RequestKind.HAND_EYE))
 
     def tune(self, config: Config) -> None:
         """Other gains, limits and rate from the next cycle on."""
-        self._wish(Wish("tune", config=config))
+        self._request(Request(RequestKind.TUNE, config=config))
 
-    def _wish(self, wish: Wish) -> None:
+    def _request(self, request: Request) -> None:
         try:
             with self._lock:
-                write(self._to, wish)
+                write(self._to, request)
         except (OSError, ValueError):
-            log.debug("the loop takes no more wishes")
+            log.debug("the loop takes no more requests")
 
     # -- the reports' thread -------------------------------------------------------------------------
     def _receive(self) -> None:
@@ -341,7 +355,7 @@ class RunMirror:
             newest = moment is report.moments[-1]
             self.cycle_done.emit(moment.cycle, report.frame if newest else None)
         if report.frame is not None:
-            self._wish(Wish("taken"))
+            self._request(Request(RequestKind.IMAGE_TAKEN))
         for failure in report.failures:
             self.failed.emit(failure)
 
@@ -379,7 +393,7 @@ class _Gate:
     halted = ""
 
 
-Run = Runner | RunMirror
+Run = Runner | RunnerProxy
 "A run in this process or in another."
 
 

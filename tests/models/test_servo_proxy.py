@@ -1,4 +1,4 @@
-"""A run and its mirror, joined by pipes as two processes join them."""
+"""A run and its proxy, joined by pipes as two processes join them."""
 
 import os
 import threading
@@ -8,8 +8,8 @@ import pytest
 
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import by_name
-from grabbergui.models import servo_mirror
-from grabbergui.models.servo_mirror import RunMirror, RunServer
+from grabbergui.models import servo_proxy
+from grabbergui.models.servo_proxy import RunnerProxy, RunnerServer
 from grabbergui.models.servoing import ServoModel, Tuning
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
@@ -34,13 +34,13 @@ class Pair:
         (from_loop, to_window), (from_window, to_loop) = os.pipe(), os.pipe()
         self.pipes = [os.fdopen(end, mode) for end, mode in ((to_window, "wb"), (from_window, "rb"))]
         self.window_pipes = [os.fdopen(end, mode) for end, mode in ((from_loop, "rb"), (to_loop, "wb"))]
-        self.server = RunServer(self.runner, closed_loop.calibration().scaled_to, *self.pipes)
+        self.server = RunnerServer(self.runner, closed_loop.calibration().scaled_to, *self.pipes)
         self.server.open()
         self.ended = threading.Event()
-        self.mirror = RunMirror(*self.window_pipes, self.ended.set)
+        self.proxy = RunnerProxy(*self.window_pipes, self.ended.set)
         self.failures = []
-        self.mirror.failed.connect(self.failures.append)
-        self.mirror.open()
+        self.proxy.failed.connect(self.failures.append)
+        self.proxy.open()
 
     def cycle(self, seconds, frame=None, state=State.CENTRING):
         state_of = self.runner.robot.state()
@@ -49,7 +49,7 @@ class Pair:
         )
 
     def kill_window(self):
-        """What the kernel does for a process that dies; the mirror's reader ends with the loop's pipe."""
+        """What the kernel does for a process that dies; the proxy's reader ends with the loop's pipe."""
         self.window_pipes[1].close()
 
     def close(self):
@@ -60,7 +60,7 @@ class Pair:
         for thread in self.server._threads:
             thread.join(PATIENCE)
         self.pipes[0].close()
-        self.mirror._thread.join(PATIENCE)
+        self.proxy._thread.join(PATIENCE)
         for pipe in (*self.pipes, *self.window_pipes):
             pipe.close()
 
@@ -79,7 +79,7 @@ def frame(number=1):
 
 def test_cycles_and_images_reach_the_window_with_what_the_loop_knew(pair):
     seen = []
-    pair.mirror.cycle_done.connect(lambda cycle, image: seen.append((cycle, image)))
+    pair.proxy.cycle_done.connect(lambda cycle, image: seen.append((cycle, image)))
     for number in range(5):
         pair.cycle(number / 10, frame(number) if number == 4 else None)
     until(lambda: len(seen) == 5)
@@ -87,13 +87,13 @@ def test_cycles_and_images_reach_the_window_with_what_the_loop_knew(pair):
     image = seen[-1][1]
     assert (image.width, image.height, image.captured, int(image.raw()[7, 9])) == (*SIZE, 1.5, 4)
     here = pair.runner.robot.state()
-    assert np.allclose(pair.mirror.robot.camera_pose(here.head), pair.runner.robot.camera_pose(here.head))
-    assert np.allclose(pair.mirror.robot.skeleton(here)[0], pair.runner.robot.skeleton(here)[0])
-    assert pair.mirror.calibration(*SIZE).matrix == pytest.approx(closed_loop.calibration().matrix)
+    assert np.allclose(pair.proxy.robot.camera_pose(here.head), pair.runner.robot.camera_pose(here.head))
+    assert np.allclose(pair.proxy.robot.skeleton(here)[0], pair.runner.robot.skeleton(here)[0])
+    assert pair.proxy.calibration(*SIZE).matrix == pytest.approx(closed_loop.calibration().matrix)
 
 
-def test_a_window_shows_the_mirror_as_it_shows_a_run(pair):
-    model = ServoModel(pair.mirror, pair.mirror.calibration)
+def test_a_window_shows_the_proxy_as_it_shows_a_run(pair):
+    model = ServoModel(pair.proxy, pair.proxy.calibration)
     model.open()
     shown = []
     model.ready.connect(lambda: shown.append(model.take()))
@@ -108,9 +108,9 @@ def test_a_window_shows_the_mirror_as_it_shows_a_run(pair):
 
 
 def test_a_stop_in_the_window_stops_the_robot_and_is_confirmed(pair):
-    pair.mirror.emergency_stop("stopped in the window")
+    pair.proxy.emergency_stop("stopped in the window")
     assert pair.runner.gate.halted == "stopped in the window"
-    until(lambda: pair.mirror.gate.halted == "stopped in the window")
+    until(lambda: pair.proxy.gate.halted == "stopped in the window")
     assert pair.failures == []
 
 
@@ -123,28 +123,28 @@ def test_a_second_stop_does_not_wait_for_a_first_that_hangs(pair, monkeypatch):
             assert hangs.wait(PATIENCE)
 
     monkeypatch.setattr(pair.runner, "emergency_stop", stop)
-    monkeypatch.setattr(servo_mirror, "CONFIRM_S", 0.2)
-    pair.mirror.emergency_stop("first")
+    monkeypatch.setattr(servo_proxy, "CONFIRMATION_TIMEOUT", 0.2)
+    pair.proxy.emergency_stop("first")
     assert pair.failures == ["the loop has not confirmed the stop within 0.2 s"]
-    pair.mirror.emergency_stop("second")
+    pair.proxy.emergency_stop("second")
     hangs.set()
     assert stops == ["first", "second"]
 
 
 def test_start_ends_a_stop_and_a_refusal_is_reported(pair, monkeypatch):
     monkeypatch.setattr(Runner, "running", property(lambda self: True))
-    pair.mirror.emergency_stop("stopped")
-    assert pair.mirror.resume() == ""
+    pair.proxy.emergency_stop("stopped")
+    assert pair.proxy.resume() == ""
     until(lambda: pair.runner.gate.halted == "")
     monkeypatch.setattr(pair.runner, "resume", lambda: "the guardian has ended")
-    pair.mirror.resume()
+    pair.proxy.resume()
     until(lambda: pair.failures == ["the guardian has ended"])
 
 
 def test_tuning_reaches_the_loop(pair):
     tuned = Tuning.of(Config())
     tuned = Tuning(**{**vars(tuned), "rate": 20.0})
-    pair.mirror.tune(tuned.applied_to(pair.mirror.config))
+    pair.proxy.tune(tuned.applied_to(pair.proxy.config))
     until(lambda: pair.runner._tuned is not None)
     assert pair.runner._tuned.loop.rate == 20.0
 
@@ -155,64 +155,64 @@ def test_what_ends_the_loop_is_shown(pair):
 
 
 def test_a_window_that_dies_stops_the_robot(pair):
-    pair.mirror.beat()
+    pair.proxy.heartbeat()
     pair.kill_window()
     assert pair.server.closed.wait(PATIENCE)
-    assert pair.runner.gate.halted == servo_mirror.CLOSED
+    assert pair.runner.gate.halted == servo_proxy.CLOSED
 
 
 def test_a_window_that_was_closed_leaves_the_stop_to_whoever_showed_it(pair, monkeypatch):
-    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.05)
-    pair.mirror.close()
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.05)
+    pair.proxy.close()
     assert pair.server.closed.wait(PATIENCE)
     assert pair.runner.gate.halted == ""
 
 
 def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
-    pair.mirror.beat()
-    until(lambda: pair.server._beaten)
-    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.0)
+    pair.proxy.heartbeat()
+    until(lambda: pair.server._last_heartbeat)
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     until(lambda: (pair.cycle(1.0), pair.runner.gate.halted)[1])
-    assert pair.runner.gate.halted == servo_mirror.MUTE
+    assert pair.runner.gate.halted == servo_proxy.NOT_ANSWERING
     pair.runner.resume()
     pair.cycle(2.0)
     assert pair.runner.gate.halted == ""  # it was said once
 
 
-def test_beats_for_a_loop_that_hangs_do_not_fill_its_pipe(pair, monkeypatch):
+def test_heartbeats_for_a_loop_that_hangs_do_not_fill_its_pipe(pair, monkeypatch):
     """The GUI thread would wait for room in it."""
-    monkeypatch.setattr(servo_mirror, "DEAF_S", 0.0)
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     unread, to_loop = (os.fdopen(end, mode) for end, mode in zip(os.pipe(), ("rb", "wb"), strict=True))
     with unread, monkeypatch.context() as hanging:
-        hanging.setattr(pair.mirror, "_to", to_loop)
+        hanging.setattr(pair.proxy, "_to", to_loop)
         with to_loop:
             for _ in range(3000):
-                pair.mirror.beat()
+                pair.proxy.heartbeat()
         assert unread.read() == b""
 
 
 def test_a_window_that_takes_nothing_does_not_hold_up_the_loop(pair):
     blocked = threading.Event()
-    pair.mirror.cycle_done.connect(lambda cycle, image: blocked.wait(PATIENCE))
+    pair.proxy.cycle_done.connect(lambda cycle, image: blocked.wait(PATIENCE))
     try:
-        for number in range(3 * servo_mirror._MOST_CYCLES):
+        for number in range(3 * servo_proxy._MOST_CYCLES):
             pair.cycle(number / 50, frame(number % 200))
-        assert len(pair.server._moments) <= servo_mirror._MOST_CYCLES
+        assert len(pair.server._moments) <= servo_proxy._MOST_CYCLES
     finally:
         blocked.set()
 
 
-def test_the_mirror_ends_with_the_loops_process(pair):
+def test_the_proxy_ends_with_the_loops_process(pair):
     pair.server.close()
     for thread in pair.server._threads[:1]:
         thread.join(PATIENCE)
     pair.pipes[0].close()
     assert pair.ended.wait(PATIENCE)
-    assert not pair.mirror.running
+    assert not pair.proxy.running
 
 
 def test_a_wish_to_calibrate_hand_and_eye_stops_the_robot(pair):
     assert not pair.server.hand_eye_wanted
-    pair.mirror.calibrate_hand_eye()
-    until(lambda: pair.runner.gate.halted == servo_mirror.HAND_EYE)
+    pair.proxy.calibrate_hand_eye()
+    until(lambda: pair.runner.gate.halted == servo_proxy.HAND_EYE)
     assert pair.server.hand_eye_wanted
