@@ -1,5 +1,6 @@
 """The servoing window as a process: killed, or left alone by a loop that was killed."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -24,8 +25,12 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills processes
 
 def windows(of):
     """Process ids of the windows that a process has started."""
-    children = psutil.Process(of).children()
-    return [child.pid for child in children if any("servo_process" in word for word in child.cmdline())]
+    found = []
+    for child in psutil.Process(of).children():
+        with contextlib.suppress(psutil.ZombieProcess):  # another test's, that has just ended
+            if any("servo_process" in word for word in child.cmdline()):
+                found.append(child.pid)
+    return found
 
 
 def await_window(of):
