@@ -169,9 +169,9 @@ class GigeUriOptions:
         "auto",
         "auto|0|1",
         "no system call for receiving packets: the kernel writes them into memory that it shares with us. "
-        "Takes about two thirds of the CPU time where packets come singly; needs CAP_NET_RAW (root, or `setcap "
-        "cap_net_raw+ep`) on Linux, x86-64, and sees packets that a firewall on this computer drops. `auto` "
-        "does so where it may and the packets allow it, `1` warns if it may not, `0` never does",
+        "Takes about two thirds of the CPU time where packets come singly; needs CAP_NET_RAW (root, or "
+        "`setcap cap_net_raw+ep`) on Linux, x86-64, and sees packets that a firewall on this computer drops. "
+        "`auto` does so where it may and the packets allow it, `1` warns if it may not, `0` never does",
         _auto_or_switch,
     )
 
