@@ -78,9 +78,9 @@ _ENCODERS = {
     ),
     RecordingKind.AV1: _Encoder(
         "libsvtav1",
-        # About 26 frames are held. SVT-AV1 could hold fewer, but on a busy machine it then hangs for ever
-        # (pred-struct=1) or loses the order of its frames (lookahead=0).
-        {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "hierarchical-levels=3"},
+        # On a busy machine SVT-AV1's threads hang for ever or lose the order of its frames, most often with
+        # little delay (pred-struct=1, lookahead=0), but never with one picture at a time (lp=1).
+        {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "lp=1:hierarchical-levels=3"},
         odd=False,
         environment={"SVT_LOG": "1"},
     ),
