@@ -130,7 +130,8 @@ def draw(chart: Chart, path: Path) -> None:
     if count > 1 or chart.goal is not None:
         figure.legend(loc="outside lower center", ncols=min(count + 1, 4), frameon=False, fontsize=8)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, format="svg", facecolor="white", metadata={"Date": None})
+    none = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    figure.savefig(path, format="svg", facecolor="white", metadata=none)
     pyplot.close(figure)
 
 
