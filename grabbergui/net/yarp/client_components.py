@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -12,25 +10,17 @@ from dataclasses import replace
 from typing import Final
 
 from grabbergui.core.component import ComponentKind
-from grabbergui.core.errors import (
-    FrameTimeoutError,
-    GrabberError,
-    PixelFormatError,
-    RemoteProtocolError,
-)
+from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import FollowedScan3d, in_camera_units
 from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, kind_of
-from grabbergui.net.yarp.client_stream import to_frame
+from grabbergui.net.yarp.client_stream import ImageReader
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.ports import InputPort
 
 log = logging.getLogger(__name__)
 
-_POLL = 0.5
-_numbers = itertools.count(1)
 _COORDINATES: Final = {"Mono16": "Coord3D_C16", "Mono8": "Coord3D_C8"}
 """Formats that distances without a scale arrive in."""
 
@@ -60,7 +50,7 @@ class ComponentReaders:
         self._bind = bind
         self._joiner = ComponentJoiner()
         self._lock = threading.Lock()
-        self._readers: dict[str, _Reader] = {}
+        self._readers: dict[str, ImageReader] = {}
         self._scan: FollowedScan3d | None = None
         self._closed = False
 
@@ -108,12 +98,17 @@ class ComponentReaders:
     def _read(self, name: str) -> None:
         reader = self._readers.get(name)
         if reader is not None:
-            reader.keep_connected()
+            if not reader.connected:
+                reader.connect()
             return
         if self._scan is None:
             self._scan = FollowedScan3d(self._grabber)
-        reader = _Reader(
-            f"{self._source}/{name}", self._names, self._carrier, self._bind, self._receiver(name)
+        reader = ImageReader(
+            f"{self._source}/{name}",
+            self._names,
+            self._receiver(name),
+            carrier=self._carrier,
+            bind=self._bind,
         )
         reader.open()
         self._readers[name] = reader
@@ -136,53 +131,3 @@ class ComponentReaders:
     def _send(self, frames: list[Frame]) -> None:
         for frame in frames:
             self._deliver(frame)
-
-
-class _Reader:
-    """Receives one component on a thread of its own."""
-
-    def __init__(
-        self, source: str, names: NameClient, carrier: str, bind: str, receive: Callable[[Frame], None]
-    ) -> None:
-        self._source = source
-        self._carrier = carrier
-        self._receive = receive
-        own = f"/grabbergui/{os.getpid()}/component{next(_numbers)}{source}"
-        self._port = InputPort(own, names, bind=bind)
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"yarp frames of {source}", daemon=True)
-
-    def open(self) -> None:
-        """Register and connect. Raises as `InputPort`; nothing is left open then."""
-        self._port.open()
-        try:
-            self._port.connect(self._source, self._carrier)
-        except BaseException:
-            self._port.close()
-            raise
-        self._thread.start()
-
-    def keep_connected(self) -> None:
-        """Connect again if the connection was lost. Raises as `open`."""
-        if self._source not in self._port.sources:
-            self._port.connect(self._source, self._carrier)
-
-    def close(self) -> None:
-        """Disconnect and stop. May be called twice; never raises."""
-        self._stopping.set()
-        self._port.close()
-        if self._thread.ident is not None and self._thread is not threading.current_thread():
-            self._thread.join(5)
-
-    def _run(self) -> None:
-        refused = ""
-        while not self._stopping.is_set():
-            try:
-                message, envelope = self._port.read(_POLL)
-                self._receive(to_frame(message, envelope, time.time_ns()))
-            except FrameTimeoutError:
-                continue
-            except (RemoteProtocolError, PixelFormatError) as error:
-                if str(error) != refused:
-                    refused = str(error)
-                    log.warning("%s: %s", self._source, error)

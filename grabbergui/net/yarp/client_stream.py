@@ -8,12 +8,14 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Final, Protocol
 
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import FrameTimeoutError, RemoteProtocolError
+from grabbergui.core.errors import FrameTimeoutError, PixelFormatError, RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
@@ -81,7 +83,7 @@ def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
     )
 
 
-class PictureStream:
+class ImageReader:
     """Receives one port's images on a thread of its own. `connect` may be called again after a loss."""
 
     def __init__(
@@ -90,19 +92,18 @@ class PictureStream:
         names: NameClient,
         deliver: Callable[[Frame], None],
         *,
-        carrier: str = "fast_tcp",
-        bind: str = "",
-        components: ComponentPorts | None = None,
+        carrier: str,
+        bind: str,
+        pause: Callable[[], float] = lambda: _POLL,
     ) -> None:
-        """`components` adds what other ports of the camera send."""
+        """`pause` returns the seconds for which to wait for the next image."""
+        self.ignored = 0
+        "Images that could not be decoded."
         self._source = source
-        self._components = components
         self._carrier = carrier
         self._deliver = deliver
+        self._pause = pause
         self._port = InputPort(f"/grabbergui/{os.getpid()}/{next(_numbers)}{source}", names, bind=bind)
-        self._rate = RateMeter()
-        self._counters = StreamStatistics()
-        self._last_id = -1
         self._refused = ""
         "Reason for which the last image could not be decoded; each reason is logged once."
         self._stopping = threading.Event()
@@ -115,7 +116,7 @@ class PictureStream:
         """
         self._port.open()
         try:
-            self._port.connect(self._source, self._carrier)
+            self.connect()
         except BaseException:
             self._port.close()
             raise
@@ -125,9 +126,7 @@ class PictureStream:
         """Disconnect and stop. May be called twice; never raises."""
         self._stopping.set()
         self._port.close()
-        if self._components is not None:
-            self._components.close()
-        if self._thread.ident is not None:
+        if self._thread.ident is not None and self._thread is not threading.current_thread():
             self._thread.join(5)
 
     @property
@@ -144,6 +143,49 @@ class PictureStream:
         self._port.remove_input(self._source)
         self.connect()
 
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                message, envelope = self._port.read(self._pause())
+            except FrameTimeoutError:
+                continue
+            try:
+                self._deliver(to_frame(message, envelope, time.time_ns()))
+            except (RemoteProtocolError, PixelFormatError) as error:
+                self.ignored += 1
+                if str(error) != self._refused:
+                    self._refused = str(error)
+                    log.warning("%s: %s", self._source, error)
+
+
+class PictureStream(ImageReader):
+    """A camera's images with their components, counted."""
+
+    def __init__(
+        self,
+        source: str,
+        names: NameClient,
+        deliver: Callable[[Frame], None],
+        *,
+        carrier: str = "fast_tcp",
+        bind: str = "",
+        components: ComponentPorts | None = None,
+    ) -> None:
+        """`components` adds what other ports of the camera send."""
+        self._components = components
+        self._pass_on = deliver if components is None else components.image
+        self._rate = RateMeter()
+        self._counters = StreamStatistics()
+        self._last_id = -1
+        pause = (lambda: _POLL) if components is None else partial(components.expire, _POLL)
+        super().__init__(source, names, self._receive, carrier=carrier, bind=bind, pause=pause)
+
+    @override
+    def close(self) -> None:
+        super().close()
+        if self._components is not None:
+            self._components.close()
+
     def look(self) -> None:
         """Connect to component ports that appeared, and leave those that are gone. Raises TransportError."""
         if self._components is not None:
@@ -157,31 +199,12 @@ class PictureStream:
             frames=counters.frames,
             lost=counters.lost,
             bytes=counters.bytes,
-            packets_ignored=counters.packets_ignored,
+            packets_ignored=self.ignored,
             frame_rate=rate,
             bandwidth=bandwidth,
         )
 
-    def _run(self) -> None:
-        components = self._components
-        deliver = self._deliver if components is None else components.image
-        while not self._stopping.is_set():
-            try:
-                message, envelope = self._port.read(_POLL if components is None else components.expire(_POLL))
-            except FrameTimeoutError:
-                continue
-            try:
-                frame = to_frame(message, envelope, time.time_ns())
-            except RemoteProtocolError as error:
-                self._counters.packets_ignored += 1
-                if str(error) != self._refused:
-                    self._refused = str(error)
-                    log.warning("%s: %s", self._source, error)
-                continue
-            self._count(frame)
-            deliver(frame)
-
-    def _count(self, frame: Frame) -> None:
+    def _receive(self, frame: Frame) -> None:
         gap = frame.frame_id - self._last_id - 1
         if self._counters.frames and gap > 0:
             self._counters.lost += gap
@@ -189,3 +212,4 @@ class PictureStream:
         self._counters.frames += 1
         self._counters.bytes += frame.payload.nbytes
         self._rate.add(frame.payload.nbytes)
+        self._pass_on(frame)
