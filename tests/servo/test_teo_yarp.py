@@ -276,9 +276,11 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     camera.open()
     try:
-        reach_marker(detecting_runner(camera, robot, config), simulated)
+        metres, degrees = reach_marker(detecting_runner(camera, robot, config), simulated)
     finally:
         camera.close()
+    assert metres < 0.010
+    assert degrees < 2
 
 
 # -- what others see -----------------------------------------------------------------------------

@@ -55,9 +55,11 @@ def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
     camera = closed_loop.mounted_camera(fake.robot, things)
     camera.open()
     try:
-        reach_marker(detecting_runner(camera, robot, config), fake.robot)
+        metres, degrees = reach_marker(detecting_runner(camera, robot, config), fake.robot)
     finally:
         camera.close()
+    assert metres < 0.010
+    assert degrees < 2
     assert fake.robot.limit_violations == 0
     # A busy machine may deliver a trajectory late, which the robot refuses as it should.
     refused = [each for controller in fake.controllers.values() for each in controller.refused]

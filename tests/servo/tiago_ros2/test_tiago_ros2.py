@@ -99,7 +99,9 @@ def test_a_target_beyond_the_neck_s_limits_is_cut_off(robot, listener, model):
 
 
 def test_the_whole_chain_reaches_the_marker(runner, simulated):
-    reach_marker(runner, simulated.robot)
+    metres, degrees = reach_marker(runner, simulated.robot)
+    assert metres < 0.010
+    assert degrees < 2
     assert simulated.robot.limit_violations == 0
 
 
