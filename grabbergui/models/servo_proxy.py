@@ -119,7 +119,7 @@ class RunnerServer:
         self.closed = threading.Event()
         "Set once the window is gone, after the robot was stopped for it."
         self.hand_eye_wanted = False
-        "Whether the window gave way to the calibration of hand and eye."
+        "Whether the window was closed to calibrate hand and eye."
         self._runner, self._calibration = runner, calibration
         self._to, self._from = to_window, from_window
         self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)

@@ -44,15 +44,15 @@ def test_a_window_that_is_killed_stops_the_robot_and_says_so(monkeypatch):
     camera.open()
     runner = Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
     runner.start()
-    told = []
+    failures = []
     showing = threading.Thread(
-        target=lambda: told.append(servo_process.show(runner, closed_loop.calibration().scaled_to, None))
+        target=lambda: failures.append(servo_process.show(runner, closed_loop.calibration().scaled_to, None))
     )
     showing.start()
     try:
         os.kill(await_window(os.getpid()), signal.SIGKILL)
         showing.join(PATIENCE)
-        assert told == [f"the window has ended unexpectedly (exit status {-signal.SIGKILL})"]
+        assert failures == [f"the window has ended unexpectedly (exit status {-signal.SIGKILL})"]
         assert runner.gate.halted == CLOSED
     finally:
         runner.stop()
@@ -97,6 +97,7 @@ def test_a_window_closes_when_the_loops_process_is_killed():
         program.kill()
         program.wait()
         window.wait(PATIENCE)
+        assert not window.is_running()
     finally:
         program.kill()
         program.wait()

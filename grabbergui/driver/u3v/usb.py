@@ -23,7 +23,8 @@ from grabbergui.core.errors import AccessDeniedError, DeviceLostError, Transport
 log = logging.getLogger(__name__)
 
 BINDING_ERRORS = (usb.core.USBError, NotImplementedError)
-"Raised by libusb's binding; the second where a system lacks a call, as those about kernel drivers."
+"""What pyusb raises. NotImplementedError is its LIBUSB_ERROR_NOT_SUPPORTED: a call that this system lacks, as
+those about kernel drivers."""
 _ENDPOINT_RECIPIENT = 0x02
 _DEVICE_TO_HOST = 0x80
 _GET_STATUS = 0

@@ -59,7 +59,7 @@ def show(
     stop: threading.Event | None = None,
     stand: HandEyeStand | None = None,
 ) -> str:
-    """Show a running runner until its window is closed; return why that was no ordinary end, or nothing.
+    """Show a running runner until its window is closed; return why it ended otherwise, or nothing.
 
     With a `stand` of the runner's robot and gate, hand and eye can be calibrated. That window is in this
     process, between two of the other: no loop runs meanwhile.
@@ -90,7 +90,7 @@ def show(
 def _show(
     runner: Runner, calibration: CalibrationFor, options: Options, stop: threading.Event | None
 ) -> tuple[str, bool]:
-    """Show the window once; return why that was no ordinary end, and whether it gave way to hand and eye."""
+    """Show the window once; return why it ended if not by the user, and whether calibration was asked for."""
     process = subprocess.Popen(
         [sys.executable, *PROGRAM],
         stdin=subprocess.PIPE,
