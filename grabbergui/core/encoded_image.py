@@ -69,28 +69,38 @@ class StillImage:
         return np.ascontiguousarray(image).reshape(-1).view(np.uint8)
 
 
+_JPEG, _PNG, _BMP = b"\xff\xd8", b"\x89PNG\r\n\x1a\n", b"BM"
+"The beginnings of such files."
 _START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 "Markers SOF0 to SOF15 without DHT, JPG and DAC: the segments that contain the size."
-_WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD8)))
-"Markers of JPEG that no segment follows."
+_WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD9)))
+"Markers that no length follows: TEM, RST0 to RST7, SOI."
 LARGEST_SIDE = 1 << 16
 
 
 def jpeg_header(data: bytes) -> ImageHeader:
     """Read the frame header (SOF) of a JPEG image. Raises PixelFormatError."""
+    at = _frame_header_at(data)
+    if at is None:
+        raise PixelFormatError("the camera sends a JPEG image without a frame header (SOF)")
+    depth, height, width, components = struct.unpack_from(">BHHB", data, at + 4)
+    return _header("JPEG", width, height, depth, components)
+
+
+def _frame_header_at(file: bytes | memoryview) -> int | None:
+    """Return where the first frame header of a JPEG image begins; None if it has none, or is cut short."""
     at = 2
-    while data[:2] == b"\xff\xd8" and at + 9 < len(data) and data[at] == 0xFF:
-        marker = data[at + 1]
+    while file[:2] == _JPEG and at + 10 <= len(file) and file[at] == 0xFF:
+        marker = file[at + 1]
+        if marker in _START_OF_FRAME:
+            return at
         if marker == 0xFF:  # fill byte
             at += 1
         elif marker in _WITHOUT_LENGTH:
             at += 2
-        elif marker in _START_OF_FRAME:
-            depth, height, width, components = struct.unpack_from(">BHHB", data, at + 4)
-            return _header("JPEG", width, height, depth, components)
         else:
-            at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    raise PixelFormatError("the camera sends a JPEG image without a frame header (SOF)")
+            at += 2 + int.from_bytes(file[at + 2 : at + 4], "big")
+    return None
 
 
 _CODESTREAM = b"\xff\x4f\xff\x51"
@@ -125,11 +135,6 @@ def _header(name: str, width: int, height: int, depth: int, components: int) -> 
 MOST_PIXELS = 1 << 28
 "Of a picture that is decoded; the largest sensors have some 250 million."
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG, _BMP = b"\xff\xd8", b"BM"
-_STANDALONE = frozenset((0x01, *range(0xD0, 0xD9)))
-"Markers that no length follows: TEM, RST0 to RST7, SOI."
-
 
 def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     """The picture in a file's bytes (1-D), as OpenCV has it: (height, width[, 3 or 4]), colours as B G R A.
@@ -155,8 +160,9 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
 
 def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
     """Width and height by a file's header; None where it is of another kind or cut short before them."""
-    if file[:2] == _JPEG:
-        return _jpeg_size(file)
+    if (at := _frame_header_at(file)) is not None:
+        height, width = struct.unpack_from(">HH", file, at + 5)
+        return width, height
     if file[:8] == _PNG and file[12:16] == b"IHDR" and len(file) >= 24:
         width, height = struct.unpack_from(">II", file, 16)
         return width, height
@@ -176,22 +182,3 @@ def _png_is_whole(file: memoryview) -> bool:
             return True
         at += 12 + int(struct.unpack_from(">I", file, at)[0])
     return False
-
-
-def _jpeg_size(file: bytes | memoryview) -> tuple[int, int] | None:
-    """Of the first frame header: the segments before it are stepped over by their lengths."""
-    at = 2
-    while at + 9 <= len(file):
-        if file[at] != 0xFF:
-            return None
-        marker = file[at + 1]
-        if marker == 0xFF:  # filling
-            at += 1
-        elif marker in _STANDALONE:
-            at += 2
-        elif marker in _START_OF_FRAME:
-            height, width = struct.unpack_from(">HH", file, at + 5)
-            return width, height
-        else:
-            at += 2 + struct.unpack_from(">H", file, at + 2)[0]
-    return None
