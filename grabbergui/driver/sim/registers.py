@@ -387,6 +387,7 @@ FILE_SIZE = _one("FileSize")
 FILE_ACCESS_OFFSET = _one("FileAccessOffset")
 FILE_ACCESS_LENGTH = _one("FileAccessLength")
 FILE_ACCESS_BUFFER = _described.buffer("FileAccessBuffer")
+"Address and length."
 
 # -- LUTControl -----------------------------------------------------------------------------------
 LUT_ENABLE = _one("LUTEnable")
