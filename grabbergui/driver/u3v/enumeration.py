@@ -67,8 +67,8 @@ def _look_again() -> None:
         with contextlib.suppress(OSError, ValueError):
             present.add((int((folder / "busnum").read_text()), int((folder / "devnum").read_text())))
     newest = _kept[-1]
-    bootstrap = map(newest.get_device_descriptor, newest.enumerate_devices())
-    known = {(descriptor.bus, descriptor.address) for descriptor in bootstrap}
+    descriptors = map(newest.get_device_descriptor, newest.enumerate_devices())
+    known = {(descriptor.bus, descriptor.address) for descriptor in descriptors}
     # Once for each change: what a new context does not see either, it may not see.
     if present not in (known, _looked_at):
         _looked_at = present
