@@ -305,8 +305,6 @@ def _seen_whole(
     target: Pose, points: NDArray[np.float64], calibration: Calibration
 ) -> NDArray[np.float64] | None:
     """Return the target's (n, 2) pixels; None where it is not seen, or too steeply."""
-    import cv2
-
     in_camera = points @ target[:3, :3].T + target[:3, 3]
     if in_camera[:, 2].min() < 0.1:
         return None

@@ -15,11 +15,9 @@ from grabbergui.cli.parsing import positive
 from grabbergui.cli.process import dies_of_interrupt
 from grabbergui.config.shipped_files import MANUAL, RESOURCES
 from grabbergui.core import environment
-from grabbergui.core.environment import program
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.doctor import Level
 from grabbergui.setup import completion, udev
-from grabbergui.setup.completion import SHELLS
 from grabbergui.setup.desktop import DesktopEntry
 from grabbergui.setup.seen import Seen, somebody_types
 
@@ -85,8 +83,6 @@ def _doctor(options: argparse.Namespace) -> int:
     from grabbergui.doctor import checks, shared_memory
 
     if options.fix_udev:
-        from grabbergui.setup import udev
-
         print(f"wrote {udev.install()}; plug the camera in again")
         return 0
     if options.clear_shared_memory:
@@ -126,7 +122,9 @@ def _add_setup(commands: Any) -> None:
     )
     parser.add_argument("--remove", action="store_true", help="take it away again (not ros2)")
     parser.add_argument(
-        "--shell", choices=SHELLS, help="the shell whose completion is meant (the one that you log in with)"
+        "--shell",
+        choices=completion.SHELLS,
+        help="the shell whose completion is meant (the one that you log in with)",
     )
     parser.add_argument(
         "--also",
@@ -194,7 +192,7 @@ def _udev(options: argparse.Namespace) -> tuple[list[Path], str]:
 
 def _desktop(options: argparse.Namespace) -> tuple[list[Path], str]:
     entry = DesktopEntry(environment.data_home())
-    files = entry.remove() if options.remove else entry.install(program())
+    files = entry.remove() if options.remove else entry.install(environment.program())
     entry.refresh()
     return files, ""
 
@@ -204,7 +202,7 @@ def _completion(options: argparse.Namespace) -> tuple[list[Path], str]:
     if options.remove:
         removed = completion.remove(shell)
         return ([removed] if removed else []), ""
-    file = completion.install(shell, program())
+    file = completion.install(shell, environment.program())
     return [file], completion.advice(shell, file)
 
 
@@ -221,7 +219,7 @@ def _paths() -> dict[str, Path]:
         "servo": RESOURCES / "servo",
         "scripts": RESOURCES / "scripts",
         "cache": environment.cache_home() / "grabbergui",
-        "program": Path(program()[0]),
+        "program": Path(environment.program()[0]),
     }
 
 

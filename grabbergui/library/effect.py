@@ -18,7 +18,6 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -215,7 +214,7 @@ def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
         queue.close()
 
 
-@contextmanager
+@contextlib.contextmanager
 def _restored(grabber: FrameGrabber, name: str) -> Iterator[SettingKey]:
     """Put a setting, and the automatic mode that a write of it switches off, back behind the block."""
     key = grabber.setting(name)
