@@ -9,18 +9,15 @@ of this description waits for it, in this program and in others. Therefore
 - each description that is parsed gets a comment of its own. So it has a semaphore of its own, which nobody
   else will ever wait for, and the process that parses may be killed at any moment.
 
-The results are kept in the cache folder of the user, and one program at a time loads from such a result, so
-that a semaphore that is found then was left by a process that is gone, and is removed.
-
 Vetting and parsing a description of 3,500 nodes takes a quarter of a second, each time a camera is opened.
-Both depend on its text alone, so their results are kept: `XDG_CACHE_HOME/grabbergui/descriptions`, a folder
-for each description, named after the SHA-256 of its text and of the versions that vetted and parsed it. A
-folder that others can write to is not used, nor an entry that is not as it was written.
+Both depend on its text alone, so their results are stored in `XDG_CACHE_HOME/grabbergui/descriptions`, a
+folder for each description, named after the SHA-256 of its text and of the versions that vetted and parsed
+it. A folder that others can write to is not used, nor an entry that is not as it was written. One program at
+a time loads from an entry: a semaphore that is found then was left by a process that is gone, and is removed.
 """
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import fcntl
 import hashlib
@@ -36,7 +33,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,7 +85,7 @@ class _Variable:
         if self.name:
             ctypes.CDLL(None).putenv(self._entry)
 
-    @contextlib.contextmanager
+    @contextmanager
     def visible(self) -> Iterator[None]:
         self._entry[0] = self.name[0].encode()
         try:
@@ -107,7 +104,7 @@ def _variable_name() -> str:
 _cache = _Variable()
 
 
-@contextlib.contextmanager
+@contextmanager
 def parsed(xml: str) -> Iterator[str]:
     """Vet a description and parse it in another process; give its text, quick to load inside the block.
 
@@ -144,7 +141,7 @@ def parsed(xml: str) -> Iterator[str]:
 def remove_abandoned() -> None:
     """Remove what processes left behind that were killed while they loaded a description."""
     for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             if time.time() - folder.stat().st_mtime > ABANDONED:
                 handle = os.open(folder, os.O_RDONLY)
                 try:
@@ -154,7 +151,7 @@ def remove_abandoned() -> None:
                     os.close(handle)
 
 
-@contextlib.contextmanager
+@contextmanager
 def _own_folder() -> Iterator[bool]:
     """Make the cache's folder, locked while this process lives; whether that worked."""
     handle = -1
@@ -225,7 +222,7 @@ class _Parser:
 
 def _remove(folder: Path) -> None:
     for result in folder.glob("0x*.bin"):
-        with contextlib.suppress(OSError, ValueError):
+        with suppress(OSError, ValueError):
             _semaphore_of(result).unlink(missing_ok=True)
     shutil.rmtree(folder, ignore_errors=True)
 
@@ -261,15 +258,15 @@ class Known:
     result: bytes
 
 
-@contextlib.contextmanager
+@contextmanager
 def known_description(xml: str) -> Iterator[Known | None]:
     """Return the cached results for a description; None if there are none that can be trusted.
 
     For the length of the block no other program has it, so that GenApi's semaphore of this text can only be
     taken by a process that is gone.
     """
-    entry = _folder() / _key(xml)
-    with contextlib.ExitStack() as stack:
+    entry = _entries() / _key(xml)
+    with ExitStack() as stack:
         found = None
         try:
             _require_private(entry)
@@ -285,7 +282,7 @@ def known_description(xml: str) -> Iterator[Known | None]:
 
 def keep(xml: str, made: Known) -> None:
     """Keep what was made of a description that this process has loaded. Failures are logged."""
-    folder = _folder()
+    folder = _entries()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         _require_private(folder)
@@ -308,10 +305,10 @@ def keep(xml: str, made: Known) -> None:
 
 def forget(xml: str) -> None:
     """Remove the cached results for a description: GenApi could not load it."""
-    shutil.rmtree(_folder() / _key(xml), ignore_errors=True)
+    shutil.rmtree(_entries() / _key(xml), ignore_errors=True)
 
 
-def _folder() -> Path:
+def _entries() -> Path:
     return environment.cache_home() / "grabbergui" / "descriptions"
 
 
@@ -327,14 +324,12 @@ def _digest(made: Known) -> str:
 
 def _require_private(folder: Path) -> None:
     status = folder.stat()
-    if sys.platform == "win32" or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022:
+    if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022:
         raise PermissionError(f"others can write to {folder}")
 
 
-def _lock(entry: Path, stack: contextlib.ExitStack) -> None:
+def _lock(entry: Path, stack: ExitStack) -> None:
     """Lock an entry until the stack is left. The kernel frees the lock of a process that is killed."""
-    if sys.platform == "win32":
-        raise OSError("Windows has no flock")
     handle = os.open(entry / _LOCK, os.O_RDONLY)
     stack.callback(os.close, handle)
     deadline = time.monotonic() + LOCK_PATIENCE
