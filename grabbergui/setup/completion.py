@@ -70,6 +70,7 @@ end
 complete -c grabbergui -f -a '(__grabbergui_words)'
 """
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+SHELLS = tuple(_SCRIPTS)
 
 
 def script(shell: str, program: Sequence[str]) -> str:
@@ -123,7 +124,6 @@ def remove(shell: str, environment: Mapping[str, str] = os.environ) -> Path | No
 
 
 TABLE = RESOURCES / "completion" / "commands.json"
-SHELLS = ("bash", "zsh", "fish")
 _FRESH = 60.0
 """Seconds for which the cameras found by a search are proposed without another search."""
 _SEARCH_TIME = 0.25
