@@ -13,11 +13,12 @@ from grabbergui.core.frame import Frame
 WAIT: Final = 0.1
 """Seconds that an image waits for components that came in time before."""
 MOST_WAITING: Final = 4
-"""Images of each kind that are kept until their companions come; the oldest gives way."""
+"""Images of each kind that wait for the others of their frame. Beyond that the oldest frame is returned as it
+is, the oldest image of a component dropped."""
 MOST_COMPONENTS: Final = 16
-"""Kinds of component of one camera; more are not believed."""
+"""Components of one camera, sent or received; a camera that names more is not believed."""
 _REMEMBERED: Final = 32
-"""Delivered images whose time of arrival is known, to tell how late a component is."""
+"""Delivered images whose time of arrival is stored, by which the delay of a component is measured."""
 
 _NAME = re.compile(r"([a-z]+)(?:_\d{1,2})?")
 _KINDS: Final = {kind.name.lower(): kind for kind in ComponentKind if kind is not ComponentKind.METADATA}
@@ -43,8 +44,8 @@ class ComponentJoiner:
     """Adds to each image the components with the same `timestamp_ns`. No I/O, no clock; one thread at a time.
 
     An image waits only for components that came in time for the images before, at most `WAIT` seconds, and no
-    longer than until a later image of that component shows that its own was lost. Images are
-    returned in the order in which they came. A component that comes later is dropped.
+    longer than until a later image of that component shows that its own was lost. Images are returned in the
+    order in which they came. A component that comes later is dropped.
     """
 
     def __init__(self, wait: float = WAIT) -> None:

@@ -24,6 +24,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import CurrentScan3d, Scan3d, components_of, in_metres
+from grabbergui.net.component_joiner import MOST_COMPONENTS
 from grabbergui.net.ros2.camera_info import fill_camera_info
 from grabbergui.net.ros2.image_messages import filled, message_bytes
 from grabbergui.net.ros2.runtime import quality_of_service
@@ -206,8 +207,6 @@ def _fill(header: Any, stamp: tuple[int, int], frame_id: str) -> None:
     header.frame_id = frame_id
 
 
-MOST_TOPICS = 16
-"""A camera that names more components is not believed."""
 _FIELDS = (("x", 0), ("y", 4), ("z", 8), ("rgb", 12))
 _POINT = np.dtype([("position", "<f4", (3,)), ("rgb", "<u4")])
 _MILLIMETRES = np.float32(1000)
@@ -269,7 +268,7 @@ class ComponentTopics:
         return sent
 
     def _topic(self, name: str) -> Any:
-        if name not in self._images and len(self._images) < MOST_TOPICS:
+        if name not in self._images and len(self._images) < MOST_COMPONENTS:
             self._images[name] = self._publisher(self._image_type, f"~/{name}/image")
         return self._images.get(name)
 

@@ -20,6 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import CurrentScan3d, components_of, in_metres
+from grabbergui.net.component_joiner import MOST_COMPONENTS
 from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
@@ -34,8 +35,6 @@ log = logging.getLogger(__name__)
 
 _POLL = 0.5
 """Seconds after which a publisher without frames looks whether it shall stop."""
-MOST_PORTS = 16
-"""A camera that names more components is not believed."""
 
 DEFAULT_NAME = "/grabber"
 
@@ -250,7 +249,7 @@ class ComponentPorts:
         return sent
 
     def _port(self, name: str) -> OutputPort | None:
-        if name not in self._ports and len(self._ports) < MOST_PORTS:
+        if name not in self._ports and len(self._ports) < MOST_COMPONENTS:
             port = self._make_port(f"{self._name}/{name}")
             port.open()
             log.info("%s is at %s", name, port.place())
