@@ -111,7 +111,7 @@ def _show(
     options: argparse.Namespace,
     stop: threading.Event,
 ) -> int:
-    """Calibrate in a window; whether there is a result is the exit status."""
+    """Calibrate in a window; return the exit code, 1 without a result."""
     try:
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
@@ -137,10 +137,11 @@ class _Report:
         self._began = time.monotonic()
 
     def add(self, progress: Progress) -> None:
-        """Print one event."""
-        if progress.step.value == "moving":
-            return  # its outcome is printed
-        print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
+        """Print one event, unless it is the beginning of a move."""
+        from grabbergui.servo.hand_eye_progress import Step
+
+        if progress.step is not Step.MOVING:
+            print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
 
 
 def _print(result: HandEyeResult, placement: Placement, options: argparse.Namespace) -> None:

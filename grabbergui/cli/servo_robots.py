@@ -172,17 +172,17 @@ def hand_eye_stand(
     def place(eye: str) -> Placement:
         return placement(argparse.Namespace(**{"mount_frame": None, **vars(options), "eye": eye}))
 
-    cameras, leave = scene.cameras, None if scene.cameras is None else scene.cameras.close
+    cameras = scene.cameras
     return HandEyeStand(
         scene.robot,
         gate,
         config,
-        cameras or (lambda eye, marker: scene.grabber),
+        cameras if cameras is not None else lambda eye, marker: scene.grabber,
         scene.calibration,
         place,
         getattr(options, "eye", "head"),
         file,
-        leave or (lambda: None),
+        cameras.close if cameras is not None else lambda: None,
     )
 
 
