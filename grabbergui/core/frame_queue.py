@@ -16,6 +16,8 @@ from typing import Protocol
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 
+log = logging.getLogger(__name__)
+
 
 class FrameQueue:
     """One consumer's view of the stream: bounded, and when full it loses the oldest frame.
@@ -140,8 +142,6 @@ class RateMeter:
         """Forget all events."""
         self._events.clear()
 
-
-log = logging.getLogger(__name__)
 
 WAIT = 0.5
 "Seconds that a sink waits for a frame before it looks whether it shall end."

@@ -22,6 +22,8 @@ from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.text import typed_value
 
+log = logging.getLogger(__name__)
+
 Value = TypeVar("Value", float, str, int)
 
 
@@ -191,8 +193,6 @@ class CameraFiles:
         """Delete a file; firmware is refused."""
         file_access.delete_file(self._grabber, name)
 
-
-log = logging.getLogger(__name__)
 
 Occasion = Literal["change", "event", "lost", "back", "notice"]
 

@@ -30,6 +30,8 @@ from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.genapi import loading, node_features
 from grabbergui.driver.genapi.loading import clean_xml
 
+log = logging.getLogger(__name__)
+
 LONGEST = 16 << 20
 """Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
 
@@ -168,8 +170,6 @@ class MapLock:
         if changed:
             self.on_change(changed)
 
-
-log = logging.getLogger(__name__)
 
 SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
 """Features that switch chunks on and off; other features of the category are values that chunks carry."""
