@@ -1,4 +1,9 @@
-"""Payloads other than one plain image: components, containers, compressed images, chunk data."""
+"""Payloads other than one plain image: components, containers, compressed images, video, chunk data.
+
+Components follow each other in their order, chunks are last. A GenDC container begins with its descriptor.
+Each chunk is its data, its id and its length. GigE Vision writes id and length big-endian, USB3 Vision
+little-endian; values are in the format of the XML. H.264 has one access unit an image.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +25,6 @@ from grabbergui.driver.sim.registers import CHUNK_ID_BASE, Chunk
 
 if TYPE_CHECKING:
     from grabbergui.driver.sim.settings import FrameSettings
-
 
 FILE_NAME = "frame.raw"
 COMPRESSED_RESERVE = 64 << 10
