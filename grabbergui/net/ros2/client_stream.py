@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, PixelFormatError
@@ -13,6 +13,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.net.ros2.camera_info import read_camera_info
+from grabbergui.net.ros2.client_components import ComponentSubscriptions
 from grabbergui.net.ros2.image_messages import Continuity, frame_of
 from grabbergui.net.ros2.pictures import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.runtime import quality_of_service
@@ -21,19 +22,6 @@ log = logging.getLogger(__name__)
 
 REMIND = 5.0
 """Seconds after which a lasting problem is reported again."""
-
-
-class Components(Protocol):
-    """What a stream needs of its components."""
-
-    def image(self, frame: Frame) -> None:
-        """Deliver a frame once its components are there, or are not waited for any more."""
-
-    def look(self) -> None:
-        """Find component topics."""
-
-    def close(self) -> None:
-        """Unsubscribe."""
 
 
 class ImageStream:
@@ -51,7 +39,7 @@ class ImageStream:
         say: Callable[[str], None],
         *,
         reliable: bool = False,
-        components: Components | None = None,
+        components: ComponentSubscriptions | None = None,
     ) -> None:
         """`say` is called with display text: why no images arrive, and how they changed.
 
