@@ -168,7 +168,7 @@ Terminal = Callable[[str], str]
 
 
 def no_terminal(line: str) -> str:
-    """Return the terminal of a server that was given none."""
+    """Stand in for a terminal that a server does not have. Raises UsageError."""
     raise UsageError(f"'{line}' was not run: no terminal is offered here")
 
 
@@ -240,7 +240,7 @@ _Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
 
 
 def dumps(result: object) -> str:
-    """Encode plain data, or any of the dataclasses named above, as JSON."""
+    """Encode plain data, features, categories, device infos or results of writes as JSON."""
     return json.dumps(result, default=_plain, separators=(",", ":"))
 
 

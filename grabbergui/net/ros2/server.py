@@ -1,4 +1,4 @@
-"""A grabber on ROS 2: images, services, parameters and diagnostics below one name."""
+"""A grabber on ROS 2: images, services, parameters, diagnostics and log of one node."""
 
 from __future__ import annotations
 

@@ -244,7 +244,7 @@ def is_tree_request(message: Sequence[Item]) -> bool:
 
 
 def tree_success(result: object) -> Bottle:
-    """Return the reply that carries a result: plain data, or any of the dataclasses named above."""
+    """Return the reply that carries a result, anything that `net.tree.dumps` takes."""
     return Bottle([TREE_WORD, "ok", dumps(result)])
 
 
