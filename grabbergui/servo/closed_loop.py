@@ -16,8 +16,7 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.marker_boards import BoardDetector
-from grabbergui.calibration.markers import ArucoDetector, dictionary_by_name
+from grabbergui.calibration.markers import dictionary_by_name
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pfnc import by_name
@@ -29,7 +28,7 @@ from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.detection import Detector
+from grabbergui.servo.detection import Detector, marker_detector
 from grabbergui.servo.faces import FaceSearch, face_detector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ControlCycle, ServoLoop
@@ -87,12 +86,10 @@ def detector(config: Config, of: Calibration, *, real_time: bool = False) -> Det
 
     In real time whole images are searched for faces on a thread of its own.
     """
-    marker, board = config.marker, config.marker.board
-    markers = ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
     faces = face_detector(of, config.faces.detector)
     if real_time:
         faces = FaceSearch(faces, face_detector(of, config.faces.detector))
-    return Detector(markers, faces)
+    return Detector(marker_detector(config.marker, of), faces)
 
 
 def mounted_camera(

@@ -9,7 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from grabbergui.calibration.markers import Grey, MarkerDetection
+from grabbergui.calibration.marker_boards import BoardDetector
+from grabbergui.calibration.markers import ArucoDetector, Grey, MarkerDetection
+from grabbergui.core.calibration import Calibration
+from grabbergui.servo.config import MarkerConfig
 
 Box = tuple[int, int, int, int]
 "x, y, width, height in pixels of the full picture."
@@ -55,6 +58,12 @@ class MarkerDetector(Protocol):
     def detect(self, grey: Grey) -> list[MarkerDetection]:
         """All markers of the dictionary."""
         ...
+
+
+def marker_detector(marker: MarkerConfig, of: Calibration) -> MarkerDetector:
+    """Return the detector of the configured marker or board. Raises UsageError for one that cannot be."""
+    board = marker.board
+    return ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
 
 
 class FaceDetector(Protocol):

@@ -9,15 +9,14 @@ from collections.abc import Callable
 import numpy as np
 
 from grabbergui.calibration.fitted import CalibrationFor
-from grabbergui.calibration.marker_boards import BoardDetector
-from grabbergui.calibration.markers import ArucoDetector, MarkerDetection
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import MarkerConfig
-from grabbergui.servo.detection import MarkerDetector, Sighting
+from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 
 FRAME_S = 5.0
 "Seconds to wait for a frame."
@@ -26,12 +25,6 @@ SILENCE_S = 0.2
 
 Seen = Callable[[Frame, "MarkerDetection | None"], object]
 "Gets each whole frame and the target in it, None if it is not visible; on the watch's thread."
-
-
-def target_detector(marker: MarkerConfig, of: Calibration) -> MarkerDetector:
-    """Return the detector of the configured marker or board. Raises UsageError for one that cannot be."""
-    board = marker.board
-    return ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
 
 
 class TargetWatch:
@@ -120,7 +113,7 @@ class TargetWatch:
         calibration = self._calibration
         if calibration is None or (calibration.width, calibration.height) != (frame.width, frame.height):
             calibration = self._calibration_for(frame.width, frame.height)
-            self._detector = target_detector(self._marker, calibration)
+            self._detector = marker_detector(self._marker, calibration)
         grey = np.asarray(frame.mono())
         markers = () if self._detector is None else tuple(self._detector.detect(grey))
         found = Sighting(frame.captured, markers).only(self._marker.target)
