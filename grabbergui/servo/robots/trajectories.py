@@ -7,8 +7,8 @@ slowed down. It ends at rest, so that a robot that hears no more stops by itself
 
 `Follower` is the receiver, as that controller documents itself: used by the simulated robot.
 
-Drives that are given a position go there and stay. A target that is always just ahead keeps them in even
-motion; when the commands cease, whatever the cause, the robot rests at the last.
+`LeadingTarget` is for drives that go to a position and stay there. A target that is always just ahead keeps
+them in even motion; when the commands cease, whatever the cause, the robot rests at the last one.
 """
 
 from __future__ import annotations
