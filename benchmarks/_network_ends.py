@@ -6,6 +6,7 @@ nanoseconds of the system's clock, which all of them share.
 
 from __future__ import annotations
 
+import os
 import resource
 import threading
 import time
@@ -208,6 +209,12 @@ def frames_lost(grabber: FrameGrabber) -> int:
 def cpu_seconds() -> float:
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return usage.ru_utime + usage.ru_stime
+
+
+def cpu_seconds_of(pid: int) -> float:
+    """What another process has used, all its threads (Linux, proc(5))."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def thread_cpu_seconds(name: str) -> float:

@@ -12,6 +12,7 @@ import random
 import statistics
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -22,6 +23,17 @@ SAME_STAMP = 100_000
 """Nanoseconds: YARP's envelope keeps some ten microseconds of a stamp."""
 IN_FLIGHT = 300_000_000
 """Nanoseconds at the end of a measurement whose frames may still be in transit; they are not judged."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """Images to stream."""
+
+    name: str
+    width: int
+    height: int
+    rate: float
+    "Frames a second."
 
 
 def on_this_machine_only() -> None:

@@ -6,7 +6,6 @@ Readers and operator are plain rclpy; nothing of this project serves them.
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from benchmarks._network_runs import Size
     from grabbergui.driver.sim.settings import FrameSettings
 
 ADDRESS = "127.68.0.9"
@@ -27,16 +27,6 @@ PACKET_SIZE = 8164
 EXPOSURE_US = 10_000.0
 PATIENCE = 30.0
 "Seconds in which a driver must have opened the camera."
-
-
-@dataclass(frozen=True)
-class Size:
-    """A picture to stream."""
-
-    name: str
-    width: int
-    height: int
-    rate: float
 
 
 # -- the camera --------------------------------------------------------------------------------------
@@ -214,11 +204,3 @@ def _until(true: Callable[[], bool]) -> bool:
             return False
         time.sleep(0.005)
     return True
-
-
-# -- what a driver uses ------------------------------------------------------------------------------
-def cpu_of(pid: int) -> float:
-    """Seconds that a process has used, all its threads."""
-    with open(f"/proc/{pid}/stat") as file:  # noqa: PTH123 - once a measurement
-        fields = file.read().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

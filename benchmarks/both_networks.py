@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from benchmarks import _document
 from benchmarks._network_ends import read_ros2, read_yarp, serve
-from benchmarks._network_runs import Delivery, Run, on_this_machine_only, process, rounds_text, watch
+from benchmarks._network_runs import Delivery, Run, Size, on_this_machine_only, process, rounds_text, watch
 from benchmarks._results import Chart, Goal, Section, Table, machine
 
 READERS = (1, 4)
@@ -42,16 +42,6 @@ HEADER = [
     "latency YARP, median / p99", "latency ROS 2, median / p99", "camera", "its own loss",
     "CPU, all", "CPU, sensor", "CPU per frame", "CPU, a reader", "memory",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Size:
-    """A picture to stream."""
-
-    name: str
-    width: int
-    height: int
-    rate: float
 
 
 SIZES = (

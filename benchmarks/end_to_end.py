@@ -9,7 +9,6 @@ finds it.
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import statistics
 import subprocess
@@ -31,6 +30,7 @@ from benchmarks._gige_camera import (
     Conditions,
     camera_process,
 )
+from benchmarks._network_ends import cpu_seconds_of
 from benchmarks._results import Goal, Section, Table, machine
 from benchmarks.yarp_ports import CONTEXT, name_server, real_version
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
@@ -144,9 +144,9 @@ def observe(server: str, names: str, seconds: float) -> Run:
         stack.callback(reader.join, PATIENCE)
         pipe.recv()
         time.sleep(SETTLING)
-        begun, cpu = time.monotonic(), cpu_seconds(pid)
+        begun, cpu = time.monotonic(), cpu_seconds_of(pid)
         time.sleep(seconds)
-        took, cpu = time.monotonic() - begun, cpu_seconds(pid) - cpu
+        took, cpu = time.monotonic() - begun, cpu_seconds_of(pid) - cpu
         arrivals: list[tuple[float, int]] = pipe.recv()
     counted = [(at, count) for at, count in arrivals if begun <= at < begun + took]
     found = (latency(at, count, sent) for at, count in counted)
@@ -195,12 +195,6 @@ def latency(at: float, count: int, sent: dict[int, float]) -> float | None:
     """Seconds since the frame left whose number is `count` modulo 256; None if none such left before."""
     left = [when for block, when in sent.items() if block % 256 == count and when <= at]
     return at - max(left) if left else None
-
-
-def cpu_seconds(pid: int) -> float:
-    """What a process has taken so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def has_aravis_camera() -> bool:

@@ -25,17 +25,16 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import _document
-from benchmarks._network_runs import on_this_machine_only, process
+from benchmarks._network_ends import cpu_seconds_of
+from benchmarks._network_runs import Size, on_this_machine_only, process
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from benchmarks._ros2_driver_ends import (
     ADDRESS,
     PACKET_SIZE,
     PATIENCE,
     Seen,
-    Size,
     Watched,
     be_camera,
-    cpu_of,
     operate,
     read,
 )
@@ -252,9 +251,9 @@ def watch(
         runs.failed += 1
         return (f"{came.count(False)} of {len(came)} readers got no picture within {PATIENCE:g} s",)
     _ask(camera, "begin")
-    cpu = cpu_of(pid)
+    cpu = cpu_seconds_of(pid)
     camera.poll(seconds)  # nothing comes: this is the wait
-    watched, cpu = _ask(camera, "end"), cpu_of(pid) - cpu
+    watched, cpu = _ask(camera, "end"), cpu_seconds_of(pid) - cpu
     camera.poll(ARRIVE)
     runs.add(watched, [_ask(reader, "seen") for reader in readers], cpu)
     worst, of = runs.delivered[-1]
