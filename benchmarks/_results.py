@@ -95,8 +95,8 @@ def machine() -> str:
     busy = "; others kept it busy" if load > 0.6 * (os.cpu_count() or 1) else ""
     # os.nice(0) changes nothing; Windows has no such number.
     niceness = os.nice(0) if hasattr(os, "nice") else 0
-    ahead = f"; all that is measured at nice {niceness}" if niceness else ""
+    priority = f"; measured at nice {niceness}" if niceness else ""
     return (
         f"{os.cpu_count()} cores ({model}), {platform.system()} {platform.release().split('-')[0]}, "
-        f"Python {platform.python_version()}, load average {load:.1f} before{busy}{ahead}"
+        f"Python {platform.python_version()}, load average {load:.1f} before{busy}{priority}"
     )

@@ -41,9 +41,9 @@ class Watched:
 
 
 def be_camera(pipe: Connection, size: Size) -> None:
-    """Be a GigE Vision camera whose pictures are told apart by their first pixel.
+    """Simulate a GigE Vision camera whose images are distinguished by their first pixel.
 
-    Answers that it is there, then `"begin"` with nothing and `"end"` with a `Watched`; None ends it.
+    Answers once when it is ready, then `"begin"` with nothing and `"end"` with a `Watched`; None ends it.
     """
     from grabbergui.core.pfnc import by_name
     from grabbergui.driver.sim import registers as reg
@@ -54,8 +54,8 @@ def be_camera(pipe: Connection, size: Size) -> None:
     exposures: list[tuple[int, int]] = []
     gains: list[int] = []
 
-    class NotingSensor(Sensor):
-        """Notes every picture that it renders."""
+    class RecordingSensor(Sensor):
+        """Records when each picture is exposed."""
 
         def render(
             self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[Any]
@@ -81,7 +81,7 @@ def be_camera(pipe: Connection, size: Size) -> None:
     )
     # As most cameras: camera_aravis2 opens every stream channel, and each gets every frame.
     camera.control.memory.set(gev.STREAM_CHANNELS, 1)
-    camera.model.sensor = NotingSensor()
+    camera.model.sensor = RecordingSensor()
     camera.model.memory.on_written(reg.GAIN_RAW, lambda: gains.append(time.monotonic_ns()))
     pipe.send(None)
     while (order := pipe.recv()) is not None:
@@ -97,10 +97,10 @@ def be_camera(pipe: Connection, size: Size) -> None:
 # -- readers and operator ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Seen:
-    """What one reader has of the pictures since `"join"`."""
+    """The pictures that one reader has received since `"join"`."""
 
     arrivals: list[tuple[int, int]]
-    "First pixel of each picture, and when the whole of it was in the reader's hands."
+    "First pixel of each picture, and when the reader had received all of it."
     cores: float
     "CPU seconds a second."
 

@@ -80,7 +80,7 @@ class Stand:
     camera: str
     "URI."
     zero: float
-    "Seconds of `time.monotonic` at which the camera's clock was zero: frames cannot tell it exactly."
+    "Seconds of `time.monotonic` at which the camera's clock was zero: frames do not give it exactly."
 
 
 @contextlib.contextmanager

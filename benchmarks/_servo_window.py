@@ -1,7 +1,7 @@
-"""The servoing window's process with a person before it: `python _servo_window.py TERMINAL`.
+"""The servoing window's process, operated through a terminal: `python _servo_window.py TERMINAL`.
 
-Lines of the terminal are what the person does: `click startButton`, `click stopButton`, `press Space`, `press
-Escape`; `kill` ends the process by SIGKILL.
+Each line of the terminal is one action of a user: `click startButton`, `click stopButton`, `press Space`,
+`press Escape`; `kill` ends the process by SIGKILL.
 """
 
 import os
@@ -24,9 +24,8 @@ def obey(terminal: str) -> Any:
 
     def act(*_: object) -> None:
         window = next((each for each in app.topLevelWidgets() if isinstance(each, ServoWindow)), None)
-        for verb, _space, name in (
-            line.partition(" ") for line in os.read(lines, 1024).decode().splitlines()
-        ):
+        for line in os.read(lines, 1024).decode().splitlines():
+            verb, _space, name = line.partition(" ")
             if verb == "kill":
                 os.kill(os.getpid(), signal.SIGKILL)
             elif window is not None and verb == "click":

@@ -46,7 +46,7 @@ included.
 
 The camera lets the kernel cut packets out of large sends (UDP segmentation), and this driver lets it join
 packets that follow each other (UDP_GRO): between the two they are never taken apart. A network card's
-packets are joined where its driver can; where nothing joins them, the rows *sent singly* tell. Those are
+packets are joined where its driver can; where nothing joins them, the rows *sent singly* hold. Those are
 received through a packet ring if this process may open one, and with `packet_ring=0` by system calls."""
 READING = [
     "*incomplete*: frames that began, or by their ids should have, and did not get complete. At full speed"

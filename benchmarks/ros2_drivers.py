@@ -63,11 +63,11 @@ WITHOUT = (
 )
 READING = [
     "**delivered**: pictures exposed in that time, over all rounds, that the *worst* reader has; pictures are"
-    " told apart by their first pixel. *None in N rounds*: a reader got no picture within 30 s.",
-    "A busy machine keeps the camera from exposing as often as asked: fewer pictures are then to be had, and"
-    " latency and CPU a picture grow for whoever is measured at that moment.",
-    "**latency**: from the start of the exposure, by the camera's own clock, to the whole picture in the"
-    " reader's hands, over all readers; the exposure takes 10 ms of it, the wire 17 ms at 1080p and 71 ms at"
+    " distinguished by their first pixel. *None in N rounds*: a reader got no picture within 30 s.",
+    "On a busy machine the camera exposes fewer pictures than asked for, and latency and CPU a picture grow"
+    " for the driver that is measured at that moment.",
+    "**latency**: from the start of the exposure, by the camera's own clock, until a reader has the"
+    " whole picture, over all readers; the exposure takes 10 ms of it, the wire 17 ms at 1080p and 71 ms at"
     " 8.8 MP.",
     "**CPU a picture**: of the driver's process, the kernel's part included; *CPU, a reader* is the share of"
     " a core that one reader's process takes.",
