@@ -7,14 +7,20 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzz import payloads
+from fuzz._input import erring
 from grabbergui.driver import gendc
 from grabbergui.driver.gendc import Component, Container, Part
+from grabbergui.driver.payload_contents import Contents
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.contents import H264Encoder, complete, payload_bytes
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.registers import Chunk
+from grabbergui.driver.sim.settings import settings_of
 
 
 def containers() -> list[bytes]:
-    """Whole containers, with and without chunk data."""
-    return [seed[1:] for seed in payloads.seeds() if seed[:1] == b"\0"]
+    """Whole containers, without and with chunk data."""
+    return [_container(chunks) for chunks in ({}, {Chunk.GAIN: 7.0})]
 
 
 def placed(kind: type[Component | Part]) -> list[bytes]:
@@ -22,8 +28,8 @@ def placed(kind: type[Component | Part]) -> list[bytes]:
     found = []
     for container in containers():
         for place in _headers(container):
-            parts = _offsets(container, place + Component.FORMAT.size, "<H")
-            places = [place] if kind is Component else parts
+            is_component = kind is Component
+            places = [place] if is_component else _offsets(container, place + Component.FORMAT.size, "<H")
             found += [struct.pack(">H", here) + container for here in places]
     return found
 
@@ -48,6 +54,25 @@ def check_component(component: Component, container: bytes) -> None:
         check_part(part, container)
 
 
+def check_contents(contents: Contents, payload: NDArray[np.uint8]) -> None:
+    """Every image that was read is a view of the payload, and its pixels are made or refused."""
+    for part in contents.parts:
+        if (part.data.size and not np.shares_memory(part.data, payload)) or part.width < 0:
+            raise AssertionError(part)
+        if part.encoding is None and part.data.size < 1 << 20:
+            erring(part.raw)
+
+
+def _container(chunks: dict[Chunk, float]) -> bytes:
+    power_on = {reg.WIDTH: 16, reg.HEIGHT: 8, reg.GENDC_STREAMING_MODE: 1}
+    power_on |= dict.fromkeys(reg.COMPONENT_ENABLE, 1)
+    settings = settings_of(CameraModel(power_on=power_on).memory)
+    out = np.zeros(payload_bytes(settings, tuple(chunks)), np.uint8)
+    values = np.zeros((settings.height, settings.width), np.uint8)
+    length = complete(settings, 1, values, chunks, out, H264Encoder(), little_endian=True)
+    return out[:length].tobytes()
+
+
 def _headers(container: bytes) -> list[int]:
     return _offsets(container, Container.FORMAT.size, "<I")
 
@@ -56,8 +81,3 @@ def _offsets(container: bytes, end: int, count_format: str) -> list[int]:
     """The list of offsets behind a header that ends with its length."""
     (count,) = struct.unpack_from(count_format, container, end - struct.calcsize(count_format))
     return list(struct.unpack_from(f"<{count}Q", container, end))
-
-
-def as_payload(container: bytes) -> NDArray[np.uint8]:
-    """A container as a stream delivers it."""
-    return np.frombuffer(container, np.uint8)
