@@ -162,9 +162,13 @@ def test_a_window_that_dies_stops_the_robot(pair):
 
 
 def test_a_window_that_was_closed_leaves_the_stop_to_whoever_showed_it(pair, monkeypatch):
-    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.05)
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     pair.proxy.close()
     assert pair.server.closed.wait(PATIENCE)
+    pair.kill_window()
+    pair.server._threads[1].join(PATIENCE)
+    pair.cycle(1.0)
+    assert not pair.server._not_answering
     assert pair.runner.gate.halted == ""
 
 
