@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.ui.loader import load_form
 
 TEXT_MARGIN = 1
-"Pixels that styles leave on either side of a combo box's text."
+"Pixels that styles leave before a combo box's text."
 
 
 def restyle(widget: QWidget, name: str, value: object) -> None:
@@ -93,8 +93,11 @@ class ElidedComboBox(QComboBox):
             return self.currentText()
         field = QStyle.SubControl.SC_ComboBoxEditField
         room = style.subControlRect(QStyle.ComplexControl.CC_ComboBox, option, field, self).width()
-        room -= 2 * TEXT_MARGIN
-        return self.fontMetrics().elidedText(self.currentText(), Qt.TextElideMode.ElideRight, room)
+        text, metrics = self.currentText(), self.fontMetrics()
+        # Styles ask for as much room as the letters take, which is less than the advance that Qt elides by.
+        if metrics.boundingRect(text).right() + TEXT_MARGIN < room:
+            return text
+        return metrics.elidedText(text, Qt.TextElideMode.ElideRight, room - TEXT_MARGIN)
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
         """Draw as much of the text as fits."""
