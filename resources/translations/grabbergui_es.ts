@@ -852,7 +852,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="157"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="163"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1806,57 +1806,57 @@ It {1}.</source>
         <translation>{0}. El robot está quieto. Se tomaron {1} posturas: calcule con ellas o empiece de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="116"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="115"/>
         <source>Known to</source>
         <translation>Conocida a</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="120"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="119"/>
         <source>x, y, z (mm)</source>
         <translation>x, y, z (mm)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="120"/>
         <source>Roll, pitch, yaw (°)</source>
         <translation>Alabeo, cabeceo, guiñada (°)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
         <source>Residual</source>
         <translation>Residuo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="122"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
         <source>{0:.3f} px over {1} of {2} poses</source>
         <translation>{0:.3f} px en {1} de {2} posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="128"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="127"/>
         <source>Method</source>
         <translation>Método</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="128"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="127"/>
         <source>{0}, refined with all corners together</source>
         <translation>{0}, refinado con todas las esquinas a la vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="136"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="135"/>
         <source>Joint offsets</source>
         <translation>Desfases</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="143"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="142"/>
         <source>the calibration in use</source>
         <translation>la calibración en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="144"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="143"/>
         <source>the robot&apos;s model, which is in use</source>
         <translation>el modelo del robot, que está en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="146"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="145"/>
         <source>{0:.1f} mm and {1:.2f}° from {2}</source>
         <translation>{0:.1f} mm y {1:.2f}° de {2}</translation>
     </message>
@@ -2444,69 +2444,89 @@ It {1}.</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="55"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="58"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="56"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="59"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="57"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="60"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="62"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="60"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="63"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="61"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="64"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="64"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="68"/>
         <source>Write the table back that the camera had before</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="66"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="69"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="70"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="95"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="96"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="96"/>
         <source>as the camera has it</source>
         <translation>como la tiene la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="51"/>
+        <source>Input (LUTIndex)</source>
+        <translation>Entrada (LUTIndex)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="51"/>
+        <source>Output (LUTValue)</source>
+        <translation>Salida (LUTValue)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="52"/>
+        <source>in the camera</source>
+        <translation>en la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="52"/>
+        <source>edited</source>
+        <translation>editada</translation>
     </message>
 </context>
 <context>

@@ -35,6 +35,14 @@ def test_a_gamma_is_written_to_the_camera_and_taken_back(desk):
     desk.until(lambda: lut.dialog is None)
 
 
+def test_axes_and_curves_are_named(desk):
+    dialog = desk.program.lut.dialog
+    assert dialog.plot.getAxis("bottom").labelString().count("Input (LUTIndex)") == 1
+    assert dialog.plot.getAxis("left").labelString().count("Output (LUTValue)") == 1
+    assert "x1" not in dialog.plot.getAxis("left").labelString(), "values are not scaled by a power of ten"
+    assert "in the camera" in dialog.legendLabel.text() and "edited" in dialog.legendLabel.text()
+
+
 def test_its_use_is_switched_as_a_step_to_undo(desk):
     dialog, camera = desk.program.lut.dialog, desk.grabber
     dialog.enableBox.click()

@@ -48,6 +48,9 @@ class LutDialog(QDialog):
         self.plot = ChannelPlot()
         self.plot.setAccessibleName(self.tr("Curve of the look-up table"))
         self.plot.setToolTip(self.tr("Right: value of the sensor; up: value that is sent in its place"))
+        self.plot.nameAxes(self.tr("Input (LUTIndex)"), self.tr("Output (LUTValue)"))
+        present, edited = self.tr("in the camera"), self.tr("edited")
+        self.legendLabel = QLabel(f'━ {present} &nbsp; <span style="color: {_EDITED}">━</span> {edited}')
         self.gammaBox = QDoubleSpinBox()
         self.gammaBox.setRange(0.05, 20)
         self.gammaBox.setSingleStep(0.05)
@@ -85,8 +88,7 @@ class LutDialog(QDialog):
     def setTables(self, present: NDArray[np.int64], edited: NDArray[np.int64]) -> None:
         """Show the camera's table, and the edited one over it."""
         places = np.unique(np.linspace(0, len(present) - 1, _MOST_POINTS).astype(int))
-        colour = self.palette().text().color().name()
-        self.plot.setLine("present", places, present[places], colour)
+        self.plot.setLine("present", places, present[places], "")
         self.plot.setLine("edited", places, edited[places], _EDITED)
         changed = not np.array_equal(present, edited)
         self.writeButton.setEnabled(changed)
@@ -111,7 +113,7 @@ class LutDialog(QDialog):
             return row
 
         column = QVBoxLayout(self)
-        column.addLayout(line(self.selectorLabel, self.selectorBox, self.enableBox, None))
+        column.addLayout(line(self.selectorLabel, self.selectorBox, self.enableBox, None, self.legendLabel))
         column.addWidget(self.plot, 1)
         column.addWidget(self.stateLabel)
         column.addLayout(

@@ -59,7 +59,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self._dress()
 
     def setLine(self, name: str, x: NDArray[Any], values: NDArray[Any], colour: str) -> None:
-        """Show one more line, which is broken where a value is NaN, in a colour of its own."""
+        """Show one more line, which is broken where a value is NaN, in a colour; empty: that of text."""
         self._colours[name] = colour
         if name not in self._lines:
             self._lines[name] = self.plot()
@@ -75,6 +75,12 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         """The lines are over time, in seconds."""
         self.setAxisItems({"bottom": SecondsAxis("bottom")})
         self._dress()
+
+    def nameAxes(self, bottom: str, left: str) -> None:
+        """Write names at the axes; their values stay as they are, without a power of ten."""
+        for side, name in (("bottom", bottom), ("left", left)):
+            self.getAxis(side).enableAutoSIPrefix(False)
+            self.setLabel(side, name)
 
     def setChannels(
         self, x: NDArray[Any], channels: dict[str, NDArray[Any]], *, broken: bool = False
