@@ -122,6 +122,15 @@ def draw(
     return out
 
 
+def crosses(points: ArrayLike, arm: float, colour: Colour) -> list[Stroke]:
+    """Return a cross on each of (n, 2) points; `arm` is half its size, pixels."""
+    return [
+        Stroke(np.array([point - end, point + end]), colour)
+        for point in np.asarray(points, np.float64)
+        for end in ((arm, 0.0), (0.0, arm))
+    ]
+
+
 def _add_marker(out: Drawing, marker: MarkerDetection, calibration: Calibration) -> None:
     colour = GOOD if marker.pose is not None else BAD
     out.strokes.append(Stroke(marker.corners, colour, closed=True))
@@ -146,8 +155,7 @@ def _add_middle(out: Drawing, cycle: ControlCycle, calibration: Calibration) -> 
     """A cross where the camera looks, and from there a line to what shall come there."""
     middle = _pixels([(0, 0, 1)], calibration)[0]
     arm = calibration.width / 60
-    for end in ((arm, 0.0), (0.0, arm)):
-        out.strokes.append(Stroke(np.array([middle - end, middle + end]), MIDDLE))
+    out.strokes.extend(crosses([middle], arm, MIDDLE))
     right, down = cycle.off_centre
     if math.isfinite(right) and max(abs(right), abs(down)) < 1.2:
         target = _pixels([(math.tan(right), math.tan(down), 1)], calibration)[0]

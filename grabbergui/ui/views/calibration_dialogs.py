@@ -28,10 +28,11 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import Look, Solution, verdict_text
 from grabbergui.models.language import localized
-from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
+from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui import icons
 from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
+from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.servo_widgets import DrawingItem
@@ -135,12 +136,7 @@ class CalibrationDialog(QDialog):
         """Show a page."""
         self.pages.setCurrentIndex(step.value)
         steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
-        self.stepsLabel.setText(
-            " &nbsp;→&nbsp; ".join(
-                f"<b>{number + 1} {name}</b>" if number == step.value else f"{number + 1} {name}"
-                for number, name in enumerate(steps)
-            )
-        )
+        self.stepsLabel.setText(steps_html(steps, step.value))
         self.backButton.setEnabled(step is not Step.BOARD)
         self.nextButton.setText(
             {
@@ -173,14 +169,14 @@ class CalibrationDialog(QDialog):
     def setLook(self, look: Look, wanted: int) -> None:
         """Show the newest frame and the coverage."""
         if look.image is None:
-            self._set_verdict(self.tr("no pictures come from the camera"), "bad")
+            set_verdict(self.verdictLabel, self.tr("no pictures come from the camera"), "bad")
         else:
             self.canvas.setPicture(look.image, *look.size)
             self.cells.setCells(look.coverage.cells, *look.size)
             self.drawing.setDrawing(_corners(look), *look.size)
             self.pictureLabel.setText(f"{look.size[0]} × {look.size[1]}")
             if look.verdict is not None:
-                self._set_verdict(*self._said(look.verdict))
+                set_verdict(self.verdictLabel, *self._said(look.verdict))
         self.coverage.setCoverage(look.coverage)
         self.coverageLabel.setText(self.tr("{0:.0%} of the picture is covered").format(look.coverage.part))
         self.progress.setMaximum(wanted)
@@ -238,7 +234,7 @@ class CalibrationDialog(QDialog):
             _errors(solution.corners[number], solution.result.residuals[number], size[0]), *size
         )
         text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
-        self._set_verdict(text, "idle")
+        set_verdict(self.verdictLabel, text, "idle")
 
     # -- inside ------------------------------------------------------------------------------------
     def done(self, result: int) -> None:
@@ -281,20 +277,11 @@ class CalibrationDialog(QDialog):
             return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
 
-    def _set_verdict(self, text: str, tone: str) -> None:
-        self.verdictLabel.setText(f"● {text}")
-        if self.verdictLabel.property("tone") != tone:
-            self.verdictLabel.setProperty("tone", tone)
-            # A style sheet looks at properties only when a widget is polished.
-            if (style := self.verdictLabel.style()) is not None:
-                style.unpolish(self.verdictLabel)
-                style.polish(self.verdictLabel)
-
 
 def _corners(look: Look) -> Drawing:
     """A cross on each corner that is seen."""
     colour = GOOD if look.verdict is Verdict.KEPT else (250, 180, 40)
-    return Drawing([] if look.corners is None else list(_crosses(look.corners, look.size[0] / 110, colour)))
+    return Drawing([] if look.corners is None else crosses(look.corners, look.size[0] / 110, colour))
 
 
 def _errors(corners: NDArray[np.float32], residuals: NDArray[np.float64], width: int) -> Drawing:
@@ -303,15 +290,7 @@ def _errors(corners: NDArray[np.float32], residuals: NDArray[np.float64], width:
         Stroke(np.array([corner, corner + ENLARGED * error]), BAD, weight=2)
         for corner, error in zip(corners.astype(np.float64), residuals, strict=True)
     ]
-    return Drawing([*_crosses(corners, width / 160, GOOD), *lines])
-
-
-def _crosses(corners: NDArray[np.float32], arm: float, colour: tuple[int, int, int]) -> list[Stroke]:
-    return [
-        Stroke(np.array([corner - end, corner + end]), colour)
-        for corner in corners.astype(np.float64)
-        for end in ((arm, 0.0), (0.0, arm))
-    ]
+    return Drawing([*crosses(corners, width / 160, GOOD), *lines])
 
 
 class CalibrationChoiceDialog(QDialog):

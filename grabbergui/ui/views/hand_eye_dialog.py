@@ -25,26 +25,35 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from grabbergui.calibration.boards import BoardSettings
 from grabbergui.models.hand_eye import Happened, Look, Setup, Solution
 from grabbergui.models.hand_eye_text import comparison_text, duration_text, result_rows, signed
 from grabbergui.models.language import localized
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_progress import Step
-from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
+from grabbergui.servo.overlay import BAD, GOOD, Drawing, crosses
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.loader import fit_screen, load_form
+from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.widgets.labels import restyle
+from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.servo_widgets import DrawingItem
 from grabbergui.ui.widgets.stop_keys import StopKeys
 
-DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL", "tag36h11",
-                "tag25h9", "tag16h5")  # fmt: skip
+DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")
-PRINTED = MarkerConfig(kind="charuco", dictionary="5X5_100", size=0.022, columns=8, rows=6, pitch=0.03)
+_BOARD = BoardSettings()
+PRINTED = MarkerConfig(
+    kind=_BOARD.kind,
+    dictionary=_BOARD.dictionary,
+    size=_BOARD.marker,
+    columns=_BOARD.columns,
+    rows=_BOARD.rows,
+    pitch=_BOARD.square,
+)
 """The board that the calibration of a camera saves for printing."""
 BUSY = (240, 160, 30)
 
@@ -160,12 +169,7 @@ class HandEyeDialog(QDialog):
         """Show a page."""
         self.pages.setCurrentIndex(page.value)
         names = (self.tr("Setup"), self.tr("Plan"), self.tr("Motion"), self.tr("Result"))
-        self.stepsLabel.setText(
-            " &nbsp;→&nbsp; ".join(
-                f"<b>{number + 1} {name}</b>" if number == page.value else f"{number + 1} {name}"
-                for number, name in enumerate(names)
-            )
-        )
+        self.stepsLabel.setText(steps_html(names, page.value))
         self.nextButton.setText(
             {
                 HandEyePage.SETUP: self.tr("&Next"),
@@ -220,7 +224,8 @@ class HandEyeDialog(QDialog):
 
     def setLook(self, look: Look) -> None:
         """Show the newest frame, and whether the target is seen in it."""
-        self._set_verdict(look.problem or self.tr("the target is seen"), "bad" if look.problem else "good")
+        text, tone = look.problem or self.tr("the target is seen"), "bad" if look.problem else "good"
+        set_verdict(self.verdictLabel, text, tone)
         if look.image is None:
             return
         self.canvas.setPicture(look.image, *look.size)
@@ -379,21 +384,9 @@ class HandEyeDialog(QDialog):
     def _on_agree_toggled(self) -> None:
         self._enable()
 
-    def _set_verdict(self, text: str, tone: str) -> None:
-        self.verdictLabel.setText(f"● {text}")
-        self.verdictLabel.setToolTip(text)
-        restyle(self.verdictLabel, "tone", tone)
-
 
 def _corners(look: Look) -> Drawing:
     """A cross on each corner that is seen."""
     if look.corners is None:
         return Drawing()
-    arm, colour = look.size[0] / 110, BUSY if look.problem else GOOD
-    return Drawing(
-        [
-            Stroke(np.array([corner - end, corner + end]), colour)
-            for corner in look.corners
-            for end in (np.array((arm, 0.0)), np.array((0.0, arm)))
-        ]
-    )
+    return Drawing(crosses(look.corners, look.size[0] / 110, BUSY if look.problem else GOOD))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette
 from PyQt5.QtWidgets import (
@@ -33,6 +35,20 @@ def restyle(widget: QWidget, name: str, value: object) -> None:
         if (style := widget.style()) is not None:
             style.unpolish(widget)
             style.polish(widget)
+
+
+def set_verdict(label: QLabel, text: str, tone: str) -> None:
+    """Show the verdict on an image after a dot, in a tone of the style sheet: good, busy, bad or idle."""
+    label.setText(f"● {text}")
+    label.setToolTip(text)
+    restyle(label, "tone", tone)
+
+
+def steps_html(names: Sequence[str], current: int) -> str:
+    """Return the numbered steps of a wizard in one line, the current one bold."""
+    steps = [f"{number} {name}" for number, name in enumerate(names, 1)]
+    steps[current] = f"<b>{steps[current]}</b>"
+    return " &nbsp;→&nbsp; ".join(steps)
 
 
 class ElidedLabel(QLabel):
