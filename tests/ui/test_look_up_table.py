@@ -71,6 +71,25 @@ def test_a_table_is_saved_and_loaded(desk, tmp_path, monkeypatch):
     assert np.array_equal(lut.edited, curve)
 
 
+def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(desk):
+    lut, dialog = desk.program.lut, desk.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    dialog.writeButton.click()
+    dialog.close()
+    desk.until(lambda: any("has the new look-up table" in text for text in desk.errors))
+    assert lut.dialog is None
+
+
+def test_what_is_edited_survives_the_menus_entry(desk):
+    lut, dialog = desk.program.lut, desk.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    curve = lut.edited
+    reads = []
+    desk.program.work.run = lambda title, *_, **__: reads.append(title)
+    desk.window.actionLookUpTable.trigger()
+    assert lut.dialog is dialog and lut.edited is curve and not reads
+
+
 def test_the_window_closes_with_its_camera(desk):
     desk.connect("sim:colour?width=160&height=120")
     desk.until(lambda: desk.program.lut.dialog is None)

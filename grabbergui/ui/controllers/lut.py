@@ -45,7 +45,7 @@ class _Present:
 
 
 class LutController(QObject):
-    """Edits a copy; the camera changes when the user writes it. The table before is kept for one undo."""
+    """Edits a copy of a table, which the user writes to the camera. One write can be undone."""
 
     def __init__(
         self,
@@ -75,12 +75,15 @@ class LutController(QObject):
         return self._edited
 
     def show(self) -> None:
-        """Read the first table of the camera, and show it."""
-        self._read("")
+        """Read the first table of the camera, and show it; only raise a window that is open already."""
+        if self.dialog is None:
+            self._read("")
+        else:
+            self.dialog.raise_()
 
     def _read(self, selector: str) -> None:
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
-            return _read(grabber.plain, selector, progress, cancelled)
+            return _read_table(grabber.plain, selector, progress, cancelled)
 
         self._before = None
         self._work.run(self.tr("Reading the look-up table"), work, self._show)
@@ -151,12 +154,13 @@ class LutController(QObject):
 
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
             write_table(grabber.plain, table, present.selector, progress=progress, cancelled=cancelled)
-            return _read(grabber.plain, present.selector, lambda done, of: None, cancelled)
+            return _read_table(grabber.plain, present.selector, lambda done, of: None, cancelled)
 
         def done(after: _Present) -> None:
-            self._before = present.table
             self._messages.notice(self.tr("The camera has the new look-up table"))
-            self._show(after)
+            if self.dialog is not None:
+                self._before = present.table
+                self._show(after)
 
         self._work.run(self.tr("Writing the look-up table"), work, done)
 
@@ -181,7 +185,9 @@ class LutController(QObject):
             self.dialog.reject()
 
 
-def _read(grabber: FrameGrabber, selector: str, progress: Progress, cancelled: threading.Event) -> _Present:
+def _read_table(
+    grabber: FrameGrabber, selector: str, progress: Progress, cancelled: threading.Event
+) -> _Present:
     selectors = selectors_of(grabber)
     chosen = selector or selectors[0]
     table = read_table(grabber, chosen, progress=progress, cancelled=cancelled)
