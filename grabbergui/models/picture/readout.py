@@ -18,19 +18,15 @@ MOST = 2500
 def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Describe a pixel of the view: column and line in the frame, and the value there with its unit."""
     frame = picture.frame
-    x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
-    if (calibration := settings.undistorts(frame)) is not None:
-        x, y = distorted_pixel(calibration, x, y)
+    x, y = _pixel_of_frame(frame, pixel, settings)
     place = f"x {x}  y {y}"
     try:
-        values = value_at(frame, x, y)
+        values = ", ".join(map(value_text, value_at(frame, x, y)))
         if picture.quantity is not None:
-            text = picture.quantity.text_at(x, y, translate("Picture", "no data"))
-            raw = ", ".join(map(value_text, values))
-            return f"{place}   {localized(text)}  ({raw})"
+            return f"{place}   {_quantity_text(picture.quantity, x, y)}  ({values})"
     except (PixelFormatError, IndexError):
         return place
-    return f"{place}   {frame.pixel_format.family.value} {', '.join(map(value_text, values))}"
+    return f"{place}   {frame.pixel_format.family.value} {values}"
 
 
 def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
@@ -46,12 +42,10 @@ def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings:
 def value_at_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Return the value at a pixel of the view, with its unit if it has one; empty if it cannot be read."""
     frame = picture.frame
-    x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
-    if (calibration := settings.undistorts(frame)) is not None:
-        x, y = distorted_pixel(calibration, x, y)
+    x, y = _pixel_of_frame(frame, pixel, settings)
     try:
         if picture.quantity is not None:
-            return localized(picture.quantity.text_at(x, y, translate("Picture", "no data")))
+            return _quantity_text(picture.quantity, x, y)
         return ", ".join(map(value_text, value_at(frame, x, y)))
     except (PixelFormatError, IndexError):
         return ""
@@ -77,8 +71,19 @@ def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, 
 
 
 def value_text(value: float) -> str:
-    """Return a component of a pixel as people read it: integers in full, others with six digits."""
+    """Return a sample of a pixel as display text: integers in full, others with six digits."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _pixel_of_frame(frame: Frame, pixel: tuple[int, int], settings: DisplaySettings) -> tuple[int, int]:
+    """Return column and line of the frame of which a pixel of the view shows the value."""
+    x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
+    calibration = settings.undistorts(frame)
+    return (x, y) if calibration is None else distorted_pixel(calibration, x, y)
+
+
+def _quantity_text(quantity: Quantity, x: int, y: int) -> str:
+    return localized(quantity.text_at(x, y, translate("Picture", "no data")))
 
 
 def _text(frame: Frame, quantity: Quantity | None, x: int, y: int) -> str:
