@@ -24,7 +24,7 @@ from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.hand_eye_text import ended_text, progress_text
 from grabbergui.models.language import driver_text, translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
-from grabbergui.servo.config import MarkerConfig
+from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_frames import TargetWatch
 from grabbergui.servo.hand_eye_progress import Plan, Progress, Step, plan
 from grabbergui.servo.hand_eye_run import HandEyeRun, watched
@@ -187,9 +187,7 @@ class HandEyeModel:
 
     def plan(self) -> Plan:
         """Return what the robot will do."""
-        config = self.stand.config
-        config = replace(config, loop=replace(config.loop, speed=self.setup.speed))
-        return plan(self.setup.eye, self.stand.robot.model, config, self.setup.views)
+        return plan(self.setup.eye, self.stand.robot.model, self._config(self.setup), self.setup.views)
 
     def start(self) -> None:
         """Let the robot move through the poses; `happened` follows, then `solved` or `ended`."""
@@ -273,6 +271,10 @@ class HandEyeModel:
             self._watch.close()
         self.stand.leave()
 
+    def _config(self, setup: Setup) -> Config:
+        config = self.stand.config
+        return replace(config, marker=setup.marker, loop=replace(config.loop, speed=setup.speed))
+
     def _look_again(self) -> None:
         setup = self.setup
         wanted = setup.eye, setup.marker
@@ -297,10 +299,8 @@ class HandEyeModel:
                 raise UsageError(why_not)
             if self._watch is None:
                 raise UsageError("there is no camera to look with")
-            config = replace(stand.config, marker=setup.marker)
-            config = replace(config, loop=replace(config.loop, speed=setup.speed))
             run = HandEyeRun(
-                setup.eye, stand.robot, stand.gate, self._watch, self._watch.calibration, config,
+                setup.eye, stand.robot, stand.gate, self._watch, self._watch.calibration, self._config(setup),
                 clock=stand.clock, pause=stand.pause, report=self._on_progress,
             )  # fmt: skip
             self._run = run

@@ -17,6 +17,9 @@ from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import FileQuestions, HandEyePage, HandEyeView
 
+ENDING_S = 10.0
+"""Seconds that a computation in progress may take to end after the dialog is closed."""
+
 
 class HandEyeController(QObject):
     """Make it on the GUI thread, `parent` being its window; the robot rests until a person lets it move.
@@ -39,7 +42,7 @@ class HandEyeController(QObject):
         self._bridge.bind(self.model.saved, self._on_model_saved)
         self._bridge.bind(self.model.published, view.setPublished)
         self._bridge.bind(self.model.failed, view.showError)
-        view.setRobot(stand.robot.name, {eye: driver_text(stand.why_not(eye)) for eye in EYES})
+        self._show_robot()
         view.setSetup(self.model.setup)
         view.setPublished(stand.published)
         view.setupChanged.connect(self._on_view_setup_changed)
@@ -94,6 +97,10 @@ class HandEyeController(QObject):
         else:
             self._ask_save()
 
+    def _show_robot(self) -> None:
+        refused = {eye: driver_text(self._stand.why_not(eye)) for eye in EYES}
+        self._view.setRobot(self._stand.robot.name, refused)
+
     def _show_plan(self) -> None:
         model = self.model
         self._view.setPlan(plan_text(model.plan(), self._stand.robot.name, nominal=model.nominal))
@@ -101,8 +108,7 @@ class HandEyeController(QObject):
 
     def _on_view_back_requested(self) -> None:
         if self._view.page is HandEyePage.PLAN:
-            refused = {eye: driver_text(self._stand.why_not(eye)) for eye in EYES}
-            self._view.setRobot(self._stand.robot.name, refused)
+            self._show_robot()
             self._view.setPage(HandEyePage.SETUP)
         elif not self.model.running:
             self._show_plan()

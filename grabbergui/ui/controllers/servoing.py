@@ -21,7 +21,7 @@ from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibrating import CalibratingController
-from grabbergui.ui.controllers.hand_eye import HandEyeController
+from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
@@ -29,8 +29,6 @@ from grabbergui.ui.views.servo_window import ServoWindow
 
 log = logging.getLogger(__name__)
 
-ENDING_S = 10.0
-"Seconds that a computation in progress may take to end after the calibration of hand and eye is closed."
 CURVES_MS = 150
 "Between two paintings of the curves."
 

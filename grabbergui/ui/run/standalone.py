@@ -15,7 +15,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.servo_proxy import Run
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
-from grabbergui.ui.controllers.hand_eye import HandEyeController
+from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look
 from grabbergui.ui.theme import Theme, dress
@@ -23,9 +23,6 @@ from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, Cal
 from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-
-ENDING_S = 10.0
-"""Seconds that a computation in progress may take to end after the dialog is closed."""
 
 
 def calibrate(
