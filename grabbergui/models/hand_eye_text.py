@@ -83,7 +83,7 @@ def skip_text(skip: Skip | None) -> str:
         Skip.OBSTRUCTED: translate("HandEye", "the gate refuses it"),
         Skip.NOT_REACHED: translate("HandEye", "it was not reached"),
         Skip.NOT_SEEN: translate("HandEye", "the target is not seen surely"),
-        Skip.NOT_AT_REST: translate("HandEye", "the robot did not rest"),
+        Skip.NOT_AT_REST: translate("HandEye", "the robot did not come to rest"),
     }[skip]
 
 

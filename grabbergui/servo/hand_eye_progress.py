@@ -36,7 +36,7 @@ class Skip(Enum):
     OBSTRUCTED = "the gate refuses it"
     NOT_REACHED = "it was not reached"
     NOT_SEEN = "the target is not seen surely"
-    NOT_AT_REST = "the robot did not rest"
+    NOT_AT_REST = "the robot did not come to rest"
 
 
 @dataclass(frozen=True)

@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="315"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="172"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="282"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="278"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="181"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="228"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="224"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="240"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="236"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -1671,7 +1671,7 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="230"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="228"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
@@ -1748,12 +1748,12 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/models/hand_eye_text.py" line="59"/>
         <source>about {0} s</source>
-        <translation>unos {0} s</translation>
+        <translation>aprox. {0} s</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/hand_eye_text.py" line="60"/>
         <source>about {0} min</source>
-        <translation>unos {0} min</translation>
+        <translation>aprox. {0} min</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/hand_eye_text.py" line="66"/>
@@ -1797,7 +1797,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/hand_eye_text.py" line="86"/>
-        <source>the robot did not rest</source>
+        <source>the robot did not come to rest</source>
         <translation>el robot no estaba en reposo</translation>
     </message>
     <message>
@@ -1869,23 +1869,23 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="134"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="142"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="156"/>
-        <source>Servoing goes by a camera on the head; save this result or publish it</source>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="162"/>
+        <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="161"/>
-        <source>Saved as {0}. Go by it with `grabbergui servo … --hand-eye {0}`</source>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="167"/>
+        <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
 </context>
@@ -1918,33 +1918,33 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
-        <source>Camera on the &amp;head, the board stands</source>
-        <translation>Cámara en la c&amp;abeza, el tablero quieto</translation>
+        <source>Camera on the &amp;head, board fixed</source>
+        <translation>Cámara en la c&amp;abeza, tablero fijo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
-        <source>The head turns and looks at a board that nobody moves</source>
-        <translation>La cabeza gira y mira un tablero que nadie mueve</translation>
+        <source>The head turns and looks at a fixed board</source>
+        <translation>La cabeza gira y mira un tablero fijo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
-        <source>Camera on the h&amp;and, the board stands</source>
-        <translation>Cámara en la &amp;mano, el tablero quieto</translation>
+        <source>Camera on the h&amp;and, board fixed</source>
+        <translation>Cámara en la &amp;mano, tablero fijo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
-        <source>The hand moves around a board that nobody moves</source>
-        <translation>La mano se mueve alrededor de un tablero que nadie mueve</translation>
+        <source>The hand moves around a fixed board</source>
+        <translation>La mano se mueve alrededor de un tablero fijo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
-        <source>Camera &amp;beside, the board in the hand</source>
-        <translation>Cámara &amp;fija, el tablero en la mano</translation>
+        <source>Camera fixed, &amp;board in the hand</source>
+        <translation>Cámara &amp;fija, tablero en la mano</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
-        <source>The camera stands; the hand moves the board before it</source>
-        <translation>La cámara está quieta; la mano mueve el tablero ante ella</translation>
+        <source>The camera is fixed; the hand moves the board in front of it</source>
+        <translation>La cámara está fija; la mano mueve el tablero delante de ella</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="83"/>
@@ -2132,12 +2132,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="295"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="306"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2147,7 +2147,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="177"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="181"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2157,102 +2157,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="177"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="181"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="189"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="197"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="227"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="272"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="277"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="281"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="286"/>
-        <source>Let servoing go by this result instead of the one before</source>
-        <translation>Que el servocontrol use este resultado en lugar del anterior</translation>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="291"/>
+        <source>Use this result for servoing instead of the previous one</source>
+        <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="295"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="306"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="360"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="365"/>
         <source>Bring the board into the middle of the picture; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2371,47 +2371,47 @@ It {1}.</source>
 <context>
     <name>LutController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="89"/>
         <source>Reading the look-up table</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="125"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="123"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="126"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="135"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="133"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="136"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="144"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="158"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="160"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="165"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="173"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="177"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -3506,7 +3506,7 @@ It {1}.</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/readout.py" line="54"/>
+        <location filename="../../grabbergui/models/picture/readout.py" line="86"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4128,27 +4128,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="218"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="216"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="100"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="98"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="169"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="167"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4317,7 +4317,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
-        <source>Calibrate where the camera sits: the loop ends, and the robot looks at a board from several poses</source>
+        <source>Calibrate where the camera is mounted: the loop ends, and the robot looks at a board from several poses</source>
         <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
     </message>
 </context>

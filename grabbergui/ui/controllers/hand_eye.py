@@ -159,13 +159,13 @@ class HandEyeController(QObject):
     def _on_model_solved(self, solution: Solution) -> None:
         unusable = ""
         if solution.setup.eye != "head":
-            unusable = self.tr("Servoing goes by a camera on the head; save this result or publish it")
+            unusable = self.tr("Servoing uses a camera on the head; save this result or publish it")
         self._view.setPage(HandEyePage.RESULT)
         self._view.setSolution(solution, unusable)
 
     def _on_model_saved(self, path: Path) -> None:
         self._view.showNotice(
-            self.tr("Saved as {0}. Go by it with `grabbergui servo … --hand-eye {0}`").format(path)
+            self.tr("Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`").format(path)
         )
 
 

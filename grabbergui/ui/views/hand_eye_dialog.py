@@ -289,7 +289,7 @@ class HandEyeDialog(QDialog):
         self.frameEdit.setText(solution.placement.frame)
         self.useButton.setEnabled(not unusable)
         self.useButton.setToolTip(
-            unusable or self.tr("Let servoing go by this result instead of the one before")
+            unusable or self.tr("Use this result for servoing instead of the previous one")
         )
         self.setInUse(False)
 
