@@ -1,4 +1,4 @@
-"""Hand–eye calibration as the window shows it: a robot is driven through poses on a thread of its own."""
+"""Runs a hand–eye calibration for the window, driving the robot through poses on a thread of its own."""
 
 from __future__ import annotations
 
@@ -95,10 +95,10 @@ class Solution:
 
 
 class HandEyeModel:
-    """One wizard. No call waits but `close`; signals come from the model's own threads."""
+    """The run behind a wizard. Only `close` blocks; signals are emitted on the model's own threads."""
 
     ready = Signal()
-    """A look can be had from `take`."""
+    """`take` returns a new look."""
     happened = Signal(Happened)
     solved = Signal(Solution)
     ended = Signal(str, bool)
@@ -136,7 +136,7 @@ class HandEyeModel:
 
     @property
     def in_use(self) -> bool:
-        """Whether servoing goes by the newest result."""
+        """Whether servoing uses the newest result."""
         return self._in_use
 
     @property
@@ -176,7 +176,7 @@ class HandEyeModel:
         self._view = region, size
 
     def choose(self, setup: Setup) -> None:
-        """Choose eye, target, number of poses and speed. Raises UsageError for values that cannot be."""
+        """Choose eye, target, number of poses and speed. Raises UsageError for invalid values."""
         _ = replace(self.stand.config, marker=setup.marker).marker.board  # checks them
         self.setup = setup
         self._jobs.put(self._look_again)
@@ -234,7 +234,7 @@ class HandEyeModel:
         self._jobs.put(write)
 
     def use(self, on: bool) -> None:
-        """Let servoing go by the newest result, or by what it went by before."""
+        """Use the newest result for servoing, or again the calibration used before."""
         if self.solution is None or on == self._in_use:
             return
         if on:

@@ -204,7 +204,7 @@ BACK_SECONDS = 10.0
 
 
 class LinkMessages:
-    """Words what happens to open sources, and posts it. Any thread."""
+    """Posts messages about the connections of open sources. Any thread."""
 
     def __init__(self, messages: MessageModel) -> None:
         self.model = messages

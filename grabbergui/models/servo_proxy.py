@@ -196,7 +196,7 @@ class RunnerServer:
         )
         if silent and not self._not_answering:
             log.error("%s: the robot is stopped", NOT_ANSWERING)
-            _apart(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
+            _start_thread(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
         self._not_answering = silent
 
     # -- requests --------------------------------------------------------------------------------------
@@ -205,12 +205,12 @@ class RunnerServer:
             self._last_heartbeat = time.monotonic()
             if request.kind is RequestKind.STOP:
                 # A thread for each: a robot whose network hangs must not hold up a second stop.
-                _apart(partial(self._stop, request), "emergency stop")
+                _start_thread(partial(self._stop, request), "emergency stop")
             elif request.kind is RequestKind.HAND_EYE:
                 self.hand_eye_wanted = True
-                _apart(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
+                _start_thread(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
             elif request.kind is RequestKind.START:
-                _apart(self._start, "start")
+                _start_thread(self._start, "start")
             elif request.config is not None:
                 self._runner.tune(request.config)
             elif request.kind is RequestKind.IMAGE_TAKEN:
@@ -229,7 +229,7 @@ class RunnerServer:
     def _start(self) -> None:
         runner = self._runner
         if not runner.running:
-            runner.stop()  # its threads have ended; this takes them off its hands
+            runner.stop()  # its threads have ended; this releases them
             runner.start()
         if why_not := runner.resume():
             self._failures.append(why_not)
@@ -402,5 +402,5 @@ def _emptied(waiting: deque[Any]) -> list[Any]:
     return [waiting.popleft() for _ in range(len(waiting))]
 
 
-def _apart(function: Callable[[], None], name: str) -> None:
+def _start_thread(function: Callable[[], None], name: str) -> None:
     threading.Thread(target=function, name=name, daemon=True).start()

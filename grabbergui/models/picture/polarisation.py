@@ -32,7 +32,7 @@ def is_polarised(grabber: FrameGrabber) -> bool:
 
 
 class PolarisationWatch:
-    """Finds out whether the current camera is polarised. No call waits; the signal comes from its thread."""
+    """Finds out whether the current camera is polarised. `found` is emitted on the source's thread."""
 
     found = Signal(bool)
 

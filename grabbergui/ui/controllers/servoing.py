@@ -90,7 +90,7 @@ class ServoController(QObject):
     # -- from the window ---------------------------------------------------------------------------
     def _on_window_stop_pressed(self) -> None:
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
-        _apart(lambda: self._runner.emergency_stop("stopped in the window"), "emergency stop")
+        _start_thread(lambda: self._runner.emergency_stop("stopped in the window"), "emergency stop")
 
     def _on_window_start_pressed(self) -> None:
         runner = self._runner
@@ -105,7 +105,7 @@ class ServoController(QObject):
             if why_not := runner.resume():
                 self.refused.emit(why_not)
 
-        _apart(start, "start")
+        _start_thread(start, "start")
 
     def _on_window_tuning_changed(self, tuning: Tuning) -> None:
         try:
@@ -160,7 +160,7 @@ class ServoController(QObject):
             runner.stop()  # two loops must not command one robot
             self._bridge.call(make)
 
-        _apart(stop, "servo end")
+        _start_thread(stop, "servo end")
 
     def _on_hand_eye_closing(self) -> None:
         controller, self.hand_eye = self.hand_eye, None
@@ -174,7 +174,7 @@ class ServoController(QObject):
             runner.start(held=held)
 
         self._window.setHandEyeAvailable(True)
-        self._restart = _apart(start, "servo start")
+        self._restart = _start_thread(start, "servo start")
 
     # -- a camera that nobody calibrated -----------------------------------------------------------
     def _offer_calibrating(self, nominal: bool) -> None:
@@ -195,7 +195,7 @@ class ServoController(QObject):
         if self.calibrating is not None:
             self.calibrating.raise_()
             return
-        _apart(lambda: runner.emergency_stop("stopped to calibrate"), "emergency stop")
+        _start_thread(lambda: runner.emergency_stop("stopped to calibrate"), "emergency stop")
         self.calibrating = CalibrationDialog(self._window)
         self.calibrating.closing.connect(self._on_calibrating_closing)
         CalibratingController(self.calibrating, runner.grabber, self._on_calibration_saved)
@@ -222,7 +222,7 @@ class ServoController(QObject):
             self._window.setCurves(curves)
 
 
-def _apart(function: Callable[[], None], name: str) -> threading.Thread:
+def _start_thread(function: Callable[[], None], name: str) -> threading.Thread:
     thread = threading.Thread(target=function, name=name, daemon=True)
     thread.start()
     return thread

@@ -328,10 +328,10 @@ class HandEyeView(Protocol):
         """Show how a run ended that has no result."""
 
     def setSolution(self, solution: Solution, unusable: str) -> None:
-        """Show a result; `unusable` is why servoing cannot go by it (empty: it can)."""
+        """Show a result; `unusable` is why servoing cannot use it (empty: it can)."""
 
     def setInUse(self, in_use: bool) -> None:
-        """Show whether servoing goes by the result."""
+        """Show whether servoing uses the result."""
 
     def setPublished(self, published: bool) -> None:
         """Show whether the camera's frame is on tf."""

@@ -166,7 +166,7 @@ class FavouritesStrip(QWidget):
         return layout.contentsMargins() if layout is not None else self.contentsMargins()
 
     def _fitting(self, width: int) -> int:
-        """How many stand in a line of that width."""
+        """Return how many cards fit in a line of that width."""
         margins, gap = self._margins(), self.cards.horizontalSpacing()
         room = width - margins.left() - margins.right() + gap
         return max(1, min(room // (CARD_WIDTH + gap), len(self._shown)))

@@ -268,7 +268,7 @@ class HandEyeDialog(QDialog):
         self.remainingLabel.clear()
 
     def setSolution(self, solution: Solution, unusable: str) -> None:
-        """Show a result; `unusable` is why servoing cannot go by it (empty: it can)."""
+        """Show a result; `unusable` is why servoing cannot use it (empty: it can)."""
         rows = result_rows(solution.result, solution.placement)
         table = "".join(f"<tr><td>{name}&nbsp;&nbsp;</td><td>{text}</td></tr>" for name, text in rows)
         self.resultLabel.setText(f"<table>{table}</table>")
@@ -294,7 +294,7 @@ class HandEyeDialog(QDialog):
         self.setInUse(False)
 
     def setInUse(self, in_use: bool) -> None:
-        """Show whether servoing goes by the result."""
+        """Show whether servoing uses the result."""
         with QSignalBlocker(self.useButton):
             self.useButton.setChecked(in_use)
         self.useButton.setText(self.tr("In &use") if in_use else self.tr("&Use now"))
@@ -343,7 +343,7 @@ class HandEyeDialog(QDialog):
 
     # -- inside ------------------------------------------------------------------------------------
     def done(self, result: int) -> None:
-        """Say that it goes, by whatever button."""
+        """Emit `closing`, whichever button closes the dialog."""
         self.closing.emit()
         super().done(result)
 

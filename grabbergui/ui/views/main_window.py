@@ -250,7 +250,7 @@ class MainWindow(QMainWindow):
             dock.setVisible(wanted)
             if wanted:
                 dock.raise_()
-                QTimer.singleShot(0, self._panels.give_way)  # once it is laid out
+                QTimer.singleShot(0, self._panels.make_room_for_image)  # once it is laid out
 
         action.triggered[bool].connect(show)
         return action

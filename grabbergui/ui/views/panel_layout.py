@@ -1,4 +1,4 @@
-"""Shares the room of the main window between the image, what stands above and below it, and the panels."""
+"""Shares the room of the main window between the image, the parts above and below it, and the panels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOW_PICTURE = 150
 LEAST_CENTRE = 380
 "Pixels of the middle's width that a window which becomes narrow takes from the panels at its sides."
 LEAST_TOOL = 150
-"Pixels of the width to which the window may squeeze two panels that stand beside each other."
+"Pixels of the width to which the window may squeeze two panels beside each other."
 SETTLING_MS = 300
 "Until all panels are laid out again, with Qt's animations."
 
@@ -41,8 +41,8 @@ class PanelLayout(QObject):
     """Watches the sizes of the window's parts, and changes those of the others.
 
     In a low window tiles become compact and pinned controls scroll, so that the image keeps some height. In a
-    narrow one the panels at the sides give way until it is wide again, and the focus aid beside the histogram
-    goes behind it.
+    narrow one the panels at the sides become narrower until it is wide again, and the focus aid moves behind
+    the histogram.
     """
 
     def __init__(self, window: QMainWindow, parts: Arranged) -> None:
@@ -83,13 +83,13 @@ class PanelLayout(QObject):
         # Once the window has laid itself out.
         if now.width() > before.width():
             QTimer.singleShot(0, self._widen_sides)
-        QTimer.singleShot(0, self.give_way)
+        QTimer.singleShot(0, self.make_room_for_image)
 
     def _widen_sides(self) -> None:
         narrow = {dock: width for dock, width in self._widths.items() if dock.width() < width}
         self._resize_sides(narrow)  # it may still be too narrow
 
-    def give_way(self) -> None:
+    def make_room_for_image(self) -> None:
         """Let the panels give the image what they can spare where it has little width or height."""
         sides = [dock for dock in self._sides if dock.isVisible() and not dock.isFloating()]
         spare = {dock: max(0, dock.width() - dock.minimumSizeHint().width()) for dock in sides}
@@ -110,7 +110,7 @@ class PanelLayout(QObject):
         return [dock for dock in shown if self._window.dockWidgetArea(dock) == bottom]
 
     def _resize_sides(self, widths: dict[QDockWidget, int]) -> None:
-        settled, self._settled_width = self._settled_width, -1  # nobody does it by hand
+        settled, self._settled_width = self._settled_width, -1  # the user does not resize them
         self._window.resizeDocks(list(widths), list(widths.values()), Qt.Orientation.Horizontal)
         self._settled_width = settled
 
@@ -152,7 +152,7 @@ class PanelLayout(QObject):
         room, least = self._parts.centre.width(), _needed_width(focus)
         others = self._width_of_tools() - least - self._separator
         if room < self._width_of_tools():
-            self._settled_width = -1  # nobody makes the panels at the sides wider by hand meanwhile
+            self._settled_width = -1  # the user resizes nothing meanwhile
             self._put_focus_behind()
             QTimer.singleShot(SETTLING_MS, self._note_settled)
             return
@@ -162,7 +162,7 @@ class PanelLayout(QObject):
             self._window.resizeDocks([histogram, focus], widths, Qt.Orientation.Horizontal)
 
     def _is_beside(self) -> bool:
-        """Whether the focus aid stands beside the histogram or what lies over it, below the image."""
+        """Whether the focus aid is beside the histogram or the panel over it, below the image."""
         focus = self._parts.focusDock
         group = {self._parts.histogramDock, *self._window.tabifiedDockWidgets(self._parts.histogramDock)}
         below = self._docks_below()
@@ -181,7 +181,7 @@ class PanelLayout(QObject):
         self._claim_widths()
 
     def _claim_least_widths(self) -> None:
-        """Let the window become narrower than the panels that stand beside each other need."""
+        """Let the window become narrower than the panels beside each other need."""
         histogram = self._parts.histogramDock
         docks = {*self._tools, *self._window.tabifiedDockWidgets(histogram)}
         for panel in (dock.widget() for dock in docks):

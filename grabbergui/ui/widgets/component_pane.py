@@ -201,7 +201,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self.caption.arrange()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Perhaps the begin of a click."""
+        """Remember where a click may begin."""
         super().mousePressEvent(event)
         self._pressed = event.localPos() if event.button() == Qt.MouseButton.LeftButton else None
 

@@ -1,4 +1,4 @@
-"""The place of the picture: one canvas, or all components of a frame side by side and looked at together."""
+"""One canvas, or all components of a frame side by side, zoomed and panned together."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QWidget
 
 
 class StopKeys(QObject):
-    """Takes its keys from a window and all its children, before any of them makes something else of them."""
+    """Catches its keys in a window and all of its children, before any of these handles them."""
 
     pressed = pyqtSignal()
 
@@ -18,7 +18,7 @@ class StopKeys(QObject):
         """Watch the children that the window has now."""
         super().__init__(window)
         self.keys = tuple(keys)
-        """Those that stop at present."""
+        """The keys that stop now; may be changed."""
         for watched in (window, *window.findChildren(QWidget)):
             watched.installEventFilter(self)
 
