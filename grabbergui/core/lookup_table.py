@@ -107,11 +107,7 @@ def write_table(
     with grabber.exclusive(_PUT_BACK):
         _select(grabber, selector)
         shape = shape_of(grabber)
-        if table.shape != (shape.entries,) or table.min() < 0 or table.max() > shape.maximum:
-            raise UsageError(
-                f"the camera's look-up table has {shape.entries} entries from 0 to {shape.maximum}; this one"
-                f" has {table.size} from {table.min()} to {table.max()}"
-            )
+        _require_fit(table, shape, "this one")
         if shape.whole:
             content = table.astype(_layout(grabber, shape)).tobytes()
             grabber.write_register(_ALL, content)
@@ -150,12 +146,7 @@ def load_table(path: Path, shape: LutShape) -> Table:
             table = np.frombuffer(path.read_bytes(), "<u2").astype(np.int64)
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} cannot be read as a look-up table: {error}") from error
-    if table.size != shape.entries or table.min() < 0 or table.max() > shape.maximum:
-        ends = f" from {table.min()} to {table.max()}" if table.size else ""
-        raise UsageError(
-            f"{path} has {table.size} values{ends}; the camera's table has {shape.entries} from 0 to"
-            f" {shape.maximum}"
-        )
+    _require_fit(table, shape, str(path))
     return table
 
 
@@ -171,6 +162,16 @@ def save_table(path: Path, table: Table) -> None:
             path.write_bytes(table.astype("<u2").tobytes())
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error}") from error
+
+
+def _require_fit(table: Table, shape: LutShape, name: str) -> None:
+    """Raise UsageError for a table that the camera's cannot hold; `name` is used in the message."""
+    if table.shape != (shape.entries,) or table.min() < 0 or table.max() > shape.maximum:
+        ends = f" from {table.min()} to {table.max()}" if table.size else ""
+        raise UsageError(
+            f"the camera's look-up table has {shape.entries} entries from 0 to {shape.maximum}; {name} has"
+            f" {table.size} values{ends}"
+        )
 
 
 def _from_text(text: str) -> Table:

@@ -151,6 +151,8 @@ def test_a_table_of_another_shape_or_an_unknown_layout_is_refused(
 ) -> None:
     with pytest.raises(UsageError, match="has 4096 entries from 0 to 65535; this one has 3"):
         write_table(camera, np.array([1, 2, 3]))
+    with pytest.raises(UsageError, match="this one has 0 values"):
+        write_table(camera, np.array([], np.int64))
     monkeypatch.setattr(camera, "read_register", lambda name, length: b"\x5a" * length)
     with pytest.raises(UsageError, match="its layout is not known"):
         read_table(camera)
