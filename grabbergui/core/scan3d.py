@@ -276,15 +276,7 @@ def in_metres(image: Frame, scan: Scan3d) -> Frame:
     """
     if not image.pixel_format.is_coordinate or scan.unit_of(image.pixel_format) != "mm":
         return image
-    metres = scan.distances(image.raw(), image.pixel_format) / np.float32(1000)
-    return replace(
-        image,
-        payload=metres.astype("<f4").reshape(-1).view(np.uint8),
-        pixel_format=by_name("Coord3D_C32f"),
-        padding_x=0,
-        big_endian=False,
-        _conversions=Conversions(),
-    )
+    return _with_distances(image, scan.distances(image.raw(), image.pixel_format) / np.float32(1000))
 
 
 def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
@@ -302,9 +294,15 @@ def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
             found = np.float32(scan.baseline * scan.focal_length * scan.unit) / found
     depth = scan.coordinates[COORDINATES.index("C")]
     values = (found / np.float32(scan.unit) - np.float32(depth.offset)) / np.float32(depth.scale or 1.0)
+    return _with_distances(image, values)
+
+
+def _with_distances(image: Frame, values: NDArray[np.float32]) -> Frame:
+    """Return the image with these values, (height, width), as Coord3D_C32f."""
     return replace(
         image,
         payload=values.astype("<f4").reshape(-1).view(np.uint8),
+        pixel_format=by_name("Coord3D_C32f"),
         padding_x=0,
         big_endian=False,
         _conversions=Conversions(),
