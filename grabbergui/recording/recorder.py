@@ -75,8 +75,9 @@ class RecordingProgress:
         if isinstance(self.error, DiskFullError | OSError):
             if not self.frames:
                 return f"{self.error}; nothing was recorded"
-            kept = "1 frame" if self.frames == 1 else f"{self.frames} frames"
-            return f"{self.error}; {kept} recorded by then {'is' if self.frames == 1 else 'are'} kept"
+            one = self.frames == 1
+            kept = "1 frame recorded by then is" if one else f"{self.frames} frames recorded by then are"
+            return f"{self.error}; {kept} kept"
         if isinstance(self.error, GrabberError):
             return str(self.error)
         return f"internal error, see the log: {self.error}"

@@ -126,7 +126,7 @@ class RenderedScene(Scene):
         self._lock = threading.Lock()
         rest = np.array([[0, -0.26, 0.97, 0.1], [-1, 0, 0, 0], [0, -0.97, -0.26, 0.72], [0, 0, 0, 1.0]])
         self._camera: Callable[[int], Matrix] = lambda time_ns: rest
-        self._seen: tuple[bytes, NDArray[np.uint16]] | None = None
+        self._seen: tuple[tuple[bytes, bytes, int, int], NDArray[np.uint16]] | None = None
         "The empty room as it was seen last, and from where."
 
     def mount(self, camera_pose: Callable[[int], Matrix]) -> None:
@@ -157,7 +157,7 @@ class RenderedScene(Scene):
 
     def _empty_room(self, view: Matrix, matrix: Matrix, width: int, height: int) -> NDArray[np.uint16]:
         """Draw the room, or copy it while the camera rests."""
-        key = view.tobytes() + matrix.tobytes() + bytes(f"{width} {height}", "ascii")
+        key = view.tobytes(), matrix.tobytes(), width, height
         seen = self._seen
         if seen is None or seen[0] != key:
             drawn = np.zeros((height, width, 3), np.uint16)
