@@ -32,7 +32,7 @@ class Section:
     """The keys of one section, in order."""
 
     name: str
-    "Empty for what stands before the first section."
+    "Empty for the keys before the first section."
     values: dict[str, str] = field(default_factory=dict)
 
 

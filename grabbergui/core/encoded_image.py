@@ -1,7 +1,7 @@
 """Compressed images: their size from the first bytes, and their pixels when somebody asks for them.
 
-JPEG (ITU-T T.81) and JPEG 2000 (T.800) images of cameras stand alone; OpenCV decodes them. Image files that
-others send (JPEG, PNG, BMP, TIFF) are decoded once their size is found reasonable.
+JPEG (ITU-T T.81) and JPEG 2000 (T.800) images of cameras need no other frame; OpenCV decodes them. Image
+files of other origin (JPEG, PNG, BMP, TIFF) are decoded once their size is found reasonable.
 
 A file may announce any size in a few bytes, and a decoder takes the memory for it before it looks at the
 first pixel. So the headers that are easily read (JPEG: T.81, B.2.2; PNG: ISO 15948, 11.2.2; BMP) are read

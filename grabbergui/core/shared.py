@@ -1,6 +1,6 @@
-"""One open grabber for several users within a process: the window beside the network servers.
+"""Further handles on one open grabber, so that the window and the network servers of a process share it.
 
-A `ReadOnlyGrabber` is such a handle for networks whose peers are not trusted.
+A `ReadOnlyGrabber` is a handle for networks whose peers are not trusted.
 """
 
 from __future__ import annotations
@@ -200,7 +200,7 @@ class ReadOnlyGrabber(SharedGrabber):
         raise FeatureAccessError(f"{super().feature(name).name} cannot be written: {_REASON}", name)
 
     def read_setting(self, key: SettingKey) -> Feature:
-        """Read a feature under its selectors. Raises FeatureAccessError where they stand otherwise."""
+        """Read a feature under its selectors. Raises FeatureAccessError if they have other values."""
         return FrameGrabber.read_setting(self, key)  # which selects by `write_feature` of this class
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:

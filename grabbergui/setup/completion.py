@@ -142,7 +142,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Completer:
-    """Knows what may stand at each place of a command line."""
+    """Finds the words that are possible at a place of a command line."""
 
     table: dict[str, Any]
     "What `commands.json` holds."

@@ -39,8 +39,8 @@ LONGEST = 16 << 20
 class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library has no types
     """Reads and writes registers of a `Device` for GenApi.
 
-    An exception of the device does not survive its way through C++, so it is kept in `failure` for whoever
-    made the call; what nobody foresaw becomes a TransportError, since GenApi would end the process.
+    An exception of the device does not pass through C++, so it is stored in `failure` for the caller. An
+    unexpected one becomes a TransportError, since GenApi would end the process.
     """
 
     def __init__(self, device: Device) -> None:
