@@ -1,7 +1,8 @@
-"""The walks that `docs/architecture.md` draws name methods of the packages they say."""
+"""`docs/architecture.md` draws the layers, lists the packages and names the methods of the code as it is."""
 
 from __future__ import annotations
 
+import json
 import re
 from functools import lru_cache
 from pathlib import Path
@@ -9,14 +10,14 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 STEP = re.compile(r"\b([A-Z]\w+)\.(\w+)\b")
 
 
 def walks() -> list[tuple[str, str, str]]:
     """Package, class and method of every step."""
-    page = (ROOT / "docs" / "architecture.md").read_text()
     found = []
-    for drawing in re.findall(r"^## [^\n]* on its way to .*?```\n(.*?)```", page, re.DOTALL | re.MULTILINE):
+    for drawing in re.findall(r"^## [^\n]* on its way to .*?```\n(.*?)```", PAGE, re.DOTALL | re.MULTILINE):
         package = ""
         for line in drawing.splitlines():
             if not line.startswith(" "):
@@ -43,3 +44,22 @@ def test_the_walks_are_found() -> None:
 def test_a_step_is_in_the_code(package: str, name: str, method: str) -> None:
     assert name in classes(package), f"grabbergui/{package} has no class {name}"
     assert re.search(rf"def {method}\b", classes(package)[name]), f"{name} has no method {method}"
+
+
+def test_the_layers_are_those_of_the_import_contract() -> None:
+    layers = re.search(
+        r"^layers = (.*)$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert layers is not None
+    drawing = PAGE.split("```")[1]
+    drawn = [re.findall(r"(?<!\S)([a-z]+)(?:/|\.py)(?!\S)", line) for line in drawing.strip().splitlines()]
+    assert drawn == [layer.split(" | ") for layer in json.loads(layers[1])]
+
+
+def test_every_package_and_file_of_the_table_exists() -> None:
+    rows = re.findall(r"^\| (`[^|]+`) \|", PAGE.partition("## Threads")[0], re.MULTILINE)
+    names = [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
+    assert len(names) > 30
+    package = ROOT / "grabbergui"
+    missing = [name for name in names if not any((package / (name + end)).exists() for end in ("", ".py"))]
+    assert not missing
