@@ -1,5 +1,5 @@
-"""The ground floor: what a frame grabber, a feature and a frame are.
+"""Frame grabbers, features and frames: the types and functions that all other packages use.
 
-Everything above (driver, net, models, ui) speaks in these words. Nothing here opens a socket, starts
-a thread or imports Qt.
+Nothing here opens a socket or imports Qt. Only `frame_queue.FrameSink` and the compiler of `compiled` start a
+thread.
 """
