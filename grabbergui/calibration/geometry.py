@@ -122,11 +122,6 @@ def distance(first: Pose, second: Pose) -> float:
     return float(np.linalg.norm(first[:3, 3] - second[:3, 3]))
 
 
-def interpolate(first: Pose, second: Pose, part: float) -> Pose:
-    """The pose `part` (0 to 1) of the way along the constant twist between two."""
-    return add_delta(first, diff(first, second), part)
-
-
 def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Pose:
     """A camera's pose (z forward, x right, y down) at `eye` that looks at `target`."""
     position = np.asarray(eye, np.float64)
