@@ -62,8 +62,8 @@ class ServoController(QObject):
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.entered, self._on_model_entered)
-        self._bridge.bind(runner.failed, self._on_pilot_failed)
-        self._bridge.bind(self.refused, self._on_pilot_failed)
+        self._bridge.bind(runner.failed, self._on_runner_failed)
+        self._bridge.bind(self.refused, self._on_runner_failed)
         window.stopPressed.connect(self._on_window_stop_pressed)
         window.startPressed.connect(self._on_window_start_pressed)
         window.tuningChanged.connect(self._on_window_tuning_changed)
@@ -135,7 +135,7 @@ class ServoController(QObject):
     def _on_model_entered(self, entry: Entry) -> None:
         self._window.addEntry(entry)
 
-    def _on_pilot_failed(self, reason: str) -> None:
+    def _on_runner_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
 
     # -- hand and eye ------------------------------------------------------------------------------

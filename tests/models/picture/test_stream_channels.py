@@ -5,8 +5,8 @@ import numpy as np
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.models.picture.channels import SILENCE, StreamChannels
 from grabbergui.models.picture.components import labels
+from grabbergui.models.picture.stream_channels import SILENCE, StreamChannels
 
 
 def frame(channel, number):
