@@ -21,7 +21,7 @@ from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 FRAME_S = 5.0
 "Seconds to wait for a frame."
 SILENCE_S = 0.2
-"Seconds between looks for a new frame, and whether the watch shall end."
+"Seconds to wait for a frame at a time; then `between` is called, and the watch may end."
 
 Seen = Callable[[Frame, "MarkerDetection | None"], object]
 "Gets each whole frame and the target in it, None if it is not visible; on the watch's thread."

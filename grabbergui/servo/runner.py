@@ -42,7 +42,7 @@ class Runner:
     failed = Signal(str)
     """The loop ended by an error; the reason as display text. On the loop's thread."""
     calibrates_hand_eye = False
-    "Whether it does so itself: its window does, with what it is given for that."
+    "Whether the runner starts that calibration on request. This one does not: a window does, given a stand."
 
     def __init__(
         self,

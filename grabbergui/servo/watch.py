@@ -30,7 +30,7 @@ _COUNTED = 0.2
 class EncoderWatch:
     """Compares readings with the commands that reached the robot. No clock: readings carry their time.
 
-    Readings that do not come are another fault, and no repetition: a busy computer must not blame encoders.
+    Readings that do not come are another fault, and no repetition: a busy computer is no dead encoder.
     It adds up the seconds of commanded motion without a change of the readings. Pauses do not count, nor do
     they begin the count again: a camera that loses every tenth frame must not hide dead encoders.
     """

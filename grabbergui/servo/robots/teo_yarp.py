@@ -329,7 +329,7 @@ class TeoOverYarp(Robot):
 class _ReadingPort(InputPort):
     """Reads a robot's state on the connection's own thread.
 
-    A thread more would be three hundred changes of threads a second, each of which may hold up the loop.
+    Another thread would add three hundred thread switches a second, each of which may delay the loop.
     """
 
     def __init__(
