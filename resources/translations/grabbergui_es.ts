@@ -4161,117 +4161,117 @@ It {1}.</source>
         <translation>Control visual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="25"/>
         <source>The states of the loop; the present one is lit</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="41"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="48"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="49"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="78"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="84"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="80"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="85"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="86"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="87"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="92"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="90"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="111"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="98"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="103"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="102"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="107"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="105"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
         <source>Hand at mos&amp;t</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="113"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="118"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="117"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="122"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="120"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="121"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="126"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="62"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="67"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="146"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="151"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="42"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
@@ -4296,27 +4296,27 @@ It {1}.</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="130"/>
         <source>S&amp;peed</source>
         <translation>&amp;Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="128"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
         <source>All motion is slowed down to this share of its speed</source>
         <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="129"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="134"/>
         <source> %</source>
         <translation> %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="35"/>
         <source>Hand–&amp;eye…</source>
         <translation>Mano-&amp;ojo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="36"/>
         <source>Calibrate where the camera is mounted: the loop ends, and the robot looks at a board from several poses</source>
         <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
     </message>

@@ -99,6 +99,15 @@ def test_the_state_is_lit_and_reported(window):
     assert "#50a0fa" in colours
 
 
+def test_a_long_reason_does_not_move_the_stop_button(window, qapp):
+    window.setState(State.SEARCHING, "")
+    qapp.processEvents()
+    place = window.stopButton.geometry()
+    window.setState(State.STOPPED, "no image came within 0.5 s: check camera and cable, then start; " * 3)
+    qapp.processEvents()
+    assert window.stopButton.geometry() == place
+
+
 def test_a_state_that_was_entered_goes_into_the_history(window):
     window.addEntry(Entry(0.0, State.LOST, "no picture yet"))
     window.addEntry(Entry(1.25, State.CENTRING, "a target is seen"))
