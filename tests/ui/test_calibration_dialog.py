@@ -21,7 +21,7 @@ from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, hol
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import Look, camera_name
-from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
+from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 
 MONO = by_name("Mono8")

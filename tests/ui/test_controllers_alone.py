@@ -14,11 +14,11 @@ from grabbergui.models.messages import CurrentMessages, MessageModel, Severity
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.controllers.calibration import CalibrationViewController
-from grabbergui.ui.controllers.pausing import PauseController
+from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController
+from grabbergui.ui.views.recording_bars import PauseBar
 from grabbergui.ui.widgets.drawing import DrawingTool
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.playback_bar import PauseBar
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
 

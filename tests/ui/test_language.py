@@ -25,7 +25,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.errors import UsageError
 from grabbergui.models import language as models_language
 from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.language import languages, speak
+from grabbergui.ui.run.application import languages, speak
 from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.section import Section
 

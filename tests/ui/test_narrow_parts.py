@@ -17,7 +17,7 @@ from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.views.recording_bar import RecordingBar
+from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
 from grabbergui.ui.widgets.plots import LABEL_ROOM, CurveRow, SecondsAxis
 from grabbergui.ui.widgets.status_strip import StatusStrip

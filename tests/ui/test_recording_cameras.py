@@ -10,7 +10,7 @@ from grabbergui.models.open_source import LinkState
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.recording.recording import open_recording
 from grabbergui.recording.writer import RecordingKind
-from grabbergui.ui.views.recording_bar import RecordingBar
+from grabbergui.ui.views.recording_bars import RecordingBar
 
 GREY = "sim:?width=64&height=48&fps=60"
 COLOUR = "sim:colour?width=64&height=48&fps=60"

@@ -24,7 +24,7 @@ from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
-from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog

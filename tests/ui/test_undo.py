@@ -11,9 +11,9 @@ from grabbergui.core.pixels import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
+from grabbergui.ui.views.changes_panel import ChangeTable
 from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.drawing import Purpose
-from grabbergui.ui.widgets.tables import ChangeTable
 
 
 @pytest.fixture

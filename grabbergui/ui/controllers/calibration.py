@@ -25,7 +25,7 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, PictureView
 
 if TYPE_CHECKING:
-    from grabbergui.ui.controllers.calibrating import CalibratingController
+    from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
     from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 
 
@@ -57,7 +57,7 @@ class CalibrationOpener(QObject):
             self.dialog.raise_()
             self.dialog.activateWindow()
         elif source is not None and source.grabber is not None:
-            from grabbergui.ui.controllers.calibrating import CalibratingController
+            from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
             from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 
             dialog = CalibrationDialog(self._window)

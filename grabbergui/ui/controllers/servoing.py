@@ -20,7 +20,7 @@ from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 from grabbergui.ui.views.file_dialogs import FileDialogs

@@ -1,4 +1,4 @@
-"""The Qt application of this process: how it is made, stopped, and where Qt's own messages go."""
+"""The Qt application of this process: making it, stopping it, Qt's own messages, and the language of its texts."""
 
 from __future__ import annotations
 
@@ -8,11 +8,24 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import resources
 
-from PyQt5.QtCore import QCoreApplication, QMessageLogContext, Qt, QTimer, QtMsgType, qInstallMessageHandler
+from PyQt5.QtCore import (
+    QCoreApplication,
+    QLibraryInfo,
+    QLocale,
+    QMessageLogContext,
+    QObject,
+    Qt,
+    QTimer,
+    QtMsgType,
+    QTranslator,
+    qInstallMessageHandler,
+)
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.models.language import set_translator
 from grabbergui.ui import icons
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.theme import Theme
@@ -80,13 +93,13 @@ def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iter
     A signal's own handler must not do it: an exception out of it would come up in the midst of painting.
     """
 
-    def look_at_it() -> None:
+    def poll() -> None:
         if stop is not None and stop.is_set():
             timer.stop()
             close()
 
     timer = QTimer()
-    timer.timeout.connect(look_at_it)
+    timer.timeout.connect(poll)
     timer.start(STOP_POLL_MS)
     try:
         yield
@@ -106,3 +119,57 @@ def _log(kind: QtMsgType, context: QMessageLogContext, message: str | None) -> N
     if kind == QtMsgType.QtFatalMsg:
         # Qt is about to abort, with a core dump; all there is to know has been said.
         os._exit(EXIT_FATAL)
+
+
+WRITTEN_IN = "en"
+"The language of the texts in the sources."
+_PREFIX, _SUFFIX = "grabbergui_", ".qm"
+
+
+def languages() -> list[str]:
+    """Codes of the languages there are."""
+    folder = resources.files("grabbergui.resources") / "translations"
+    names = [entry.name for entry in folder.iterdir() if entry.name.endswith(_SUFFIX)]
+    return sorted({WRITTEN_IN, *(name[len(_PREFIX) : -len(_SUFFIX)] for name in names)})
+
+
+def speak(app: QCoreApplication, language: str | None = None) -> str:
+    """Translate what is made from now on; None is the desktop's language. Returns the code of what it is.
+
+    Windows that are there already stay as they are. Raises UsageError for a language that there is not.
+    """
+    known = languages()
+    if language is not None and language not in known:
+        raise UsageError(f"there is no language '{language}'; there are {', '.join(known)}")
+    chosen = language or _of_desktop(known)
+    for before in app.findChildren(QTranslator):
+        app.removeTranslator(before)
+        before.deleteLater()
+    translators = [] if chosen == WRITTEN_IN else [_of_qt(chosen, app), _ours(chosen, app)]
+    for translator in translators:
+        app.installTranslator(translator)
+    locale = QLocale(chosen)
+    QLocale.setDefault(locale)  # of the fields that are Qt's own
+    set_translator(QCoreApplication.translate if translators else None, locale.decimalPoint())
+    return chosen
+
+
+def _of_desktop(known: list[str]) -> str:
+    """The first of the desktop's languages that we have."""
+    wanted = [name.replace("_", "-").split("-")[0].lower() for name in QLocale.system().uiLanguages()]
+    return next((language for language in wanted if language in known), WRITTEN_IN)
+
+
+def _of_qt(language: str, parent: QObject) -> QTranslator:
+    """For the dialogs that are Qt's own."""
+    translator = QTranslator(parent)
+    translator.load(f"qtbase_{language}", QLibraryInfo.location(QLibraryInfo.TranslationsPath))
+    return translator
+
+
+def _ours(language: str, parent: QObject) -> QTranslator:
+    translator = QTranslator(parent)
+    file = resources.files("grabbergui.resources") / "translations" / f"{_PREFIX}{language}{_SUFFIX}"
+    with resources.as_file(file) as path:
+        translator.load(str(path))
+    return translator

@@ -31,21 +31,17 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
-from grabbergui.ui.controllers.components import ComponentController
-from grabbergui.ui.controllers.favourites import FavouritesController, FeatureMenuController
-from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.controllers.components import ComponentController, PointCloudController
+from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.lut import LutController
-from grabbergui.ui.controllers.measuring import MeasuringController
-from grabbergui.ui.controllers.pausing import PauseController, PlaybackController
+from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
 from grabbergui.ui.controllers.picture import AcquisitionController, DisplayController
-from grabbergui.ui.controllers.point_cloud import PointCloudController
-from grabbergui.ui.controllers.recording import RecordingController
+from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController
 from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
-from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.file_dialogs import FileDialogs

@@ -14,7 +14,7 @@ from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.servo_proxy import Run
 from grabbergui.servo.hand_eye_stand import HandEyeStand
-from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
+from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look

@@ -17,9 +17,8 @@ from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import MessageModel
-from grabbergui.ui.language import speak
 from grabbergui.ui.preferences import Preferences
-from grabbergui.ui.run.application import application, closed_by
+from grabbergui.ui.run.application import application, closed_by, speak
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress

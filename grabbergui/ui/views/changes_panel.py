@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from enum import Enum
 
-from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
+from grabbergui.core.features import format_value
 from grabbergui.models.changes.history import Change, Origin
+from grabbergui.models.changes.journal import MOST_CHANGES
+from grabbergui.models.features.text import number_text
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.tables import ChangeTable
 
 _WIDTHS = (76, 180, 90, 90, 80)
 """Of the columns at first."""
@@ -19,6 +22,117 @@ ROW_PADDING = 6
 
 _WHOSE = (frozenset(Origin), frozenset(Origin) - {Origin.CAMERA}, frozenset({Origin.OPERATOR}))
 """Whose changes are shown, as in the form's box."""
+
+
+_ROOT = QModelIndex()
+SOME = 200
+"""Rows forgotten at once."""
+
+
+class ChangeTable(QAbstractTableModel):
+    """One row a change, the oldest first; a change that went on keeps its row."""
+
+    TIME, FEATURE, BEFORE, AFTER, BY, CAUSE = range(6)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.titles = (
+            self.tr("Time"),
+            self.tr("Feature"),
+            self.tr("Before"),
+            self.tr("After"),
+            self.tr("By"),
+            self.tr("Part of"),
+        )
+        "Of the columns."
+        self._who = {
+            Origin.OPERATOR: self.tr("operator"),
+            Origin.CAMERA: self.tr("camera"),
+            Origin.NETWORK: self.tr("network"),
+        }
+        self._changes: list[Change] = []
+        self._rows: dict[int, int] = {}
+        "Number of a change to its row."
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """All of them, the oldest first."""
+        return tuple(self._changes)
+
+    def change(self, row: int) -> Change:
+        """The change in a row."""
+        return self._changes[row]
+
+    def setChanges(self, changes: Sequence[Change]) -> None:
+        """Show these and no others."""
+        self.beginResetModel()
+        self._changes = list(changes)
+        self._rows = {change.number: row for row, change in enumerate(self._changes)}
+        self.endResetModel()
+
+    def note(self, change: Change) -> None:
+        """Show one more, or one that went on; the oldest make way."""
+        row = self._rows.get(change.number)
+        if row is not None:
+            self._changes[row] = change
+            self.dataChanged.emit(self.index(row, 0), self.index(row, self.CAUSE))
+            return
+        row = len(self._changes)
+        self.beginInsertRows(QModelIndex(), row, row)
+        self._changes.append(change)
+        self._rows[change.number] = row
+        self.endInsertRows()
+        if len(self._changes) > MOST_CHANGES:
+            self._forget(SOME)
+
+    def texts(self, change: Change) -> tuple[str, ...]:
+        """The columns' texts for a change."""
+        seconds = time.strftime("%H:%M:%S", time.localtime(change.time))
+        moment = f"{seconds}.{int(change.time * 1000) % 1000:03d}"
+        values = (self.tr("run"), "") if change.command else (change.before, change.after)
+        before, after = (value if isinstance(value, str) else format_value(value) for value in values)
+        return moment, str(change.key), before, after, self._who[change.origin], change.cause
+
+    # -- Qt's part of a table ----------------------------------------------------------------------
+    def rowCount(self, parent: QModelIndex = _ROOT) -> int:
+        """How many changes."""
+        return 0 if parent.isValid() else len(self._changes)
+
+    def columnCount(self, parent: QModelIndex = _ROOT) -> int:
+        """How many columns."""
+        return 0 if parent.isValid() else len(self.titles)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> object:
+        """The columns' titles."""
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return self.titles[section]
+        return None
+
+    def data(self, index: QModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """A cell's text; in full, with all its digits, as a tooltip."""
+        change = self._changes[index.row()]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return self.texts(change)[index.column()]
+        return self._shortened(change, index.column()) if role == Qt.ItemDataRole.DisplayRole else None
+
+    def _forget(self, count: int) -> None:
+        self.beginRemoveRows(QModelIndex(), 0, count - 1)
+        del self._changes[:count]
+        self._rows = {change.number: row for row, change in enumerate(self._changes)}
+        self.endRemoveRows()
+
+    def _shortened(self, change: Change, column: int) -> str:
+        value = {self.BEFORE: change.before, self.AFTER: change.after}.get(column)
+        if isinstance(value, float):
+            return number_text(value)
+        text = self.texts(change)[column]
+        if column == self.TIME:
+            return text.partition(".")[0]
+        if column == self.FEATURE and change.key.selected:
+            return f"{change.key.name}[{', '.join(entry for _, entry in change.key.selected)}]"
+        return text
 
 
 class CopyAs(Enum):

@@ -37,11 +37,11 @@ from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
+from grabbergui.ui.widgets.keyboard import StopKeys
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.servo_widgets import DrawingItem
-from grabbergui.ui.widgets.stop_keys import StopKeys
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")

@@ -30,14 +30,13 @@ from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.help_views import LogPanel
-from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel
+from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel, ValuesPanel
 from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.views.recording_bar import RecordingBar
+from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
-from grabbergui.ui.views.values_panel import ValuesPanel
+from grabbergui.ui.widgets.keyboard import give_focus
 from grabbergui.ui.widgets.status_strip import StatusStrip
-from grabbergui.ui.widgets.tab_order import give_focus
 
 FIRST_SHARE = 0.75
 "Of the screen, in width and height, that a window takes that was never moved."

@@ -14,14 +14,13 @@ from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.views.bases import NOTHING_BESIDE
-from grabbergui.ui.widgets.component_pane import MARGIN, place_scale
+from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
+from grabbergui.ui.widgets.component_pane import MARGIN, ScaleBar, place_scale
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
-from grabbergui.ui.widgets.scale_bar import ScaleBar
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16

@@ -27,11 +27,11 @@ from grabbergui.servo.state_machine import State
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.keyboard import StopKeys
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.widgets.servo_widgets import DrawingItem, StateStrip, TimePlot
-from grabbergui.ui.widgets.stop_keys import StopKeys
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 

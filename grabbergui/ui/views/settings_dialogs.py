@@ -25,10 +25,12 @@ from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.loader import fit_screen, load_form
-from grabbergui.ui.widgets.tables import TICK_WIDTH, checked_keys, make_checkable
 
 NAME_WIDTH = 160
 "Pixels of a file's name on a button; the tooltip has the whole name."
+_TICK_WIDTH = 24
+"Pixels of the ticks, which a style sheet makes larger than a column fitted to its contents has room for."
+_KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 
 
 class SettingsReport(QDialog):
@@ -69,7 +71,7 @@ class SettingsReport(QDialog):
             row.setToolTip(4, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
             if setting.outcome in PENDING:
-                make_checkable(row, setting.key)
+                _make_checkable(row, setting.key)
             if setting.outcome not in SETTLED:
                 font = row.font(3)
                 font.setBold(True)
@@ -82,7 +84,7 @@ class SettingsReport(QDialog):
         self._show_equal(self.equalBox.isChecked())
         for column in range(4):
             self.table.resizeColumnToContents(column)
-        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
 
     def _summary(self, report: LoadReport) -> str:
         counts = ((report.count(outcome), self._outcome(outcome)) for outcome in Outcome)
@@ -108,7 +110,7 @@ class SettingsReport(QDialog):
                 row.setHidden(bool(row.data(0, Qt.ItemDataRole.UserRole)) and not shown)
 
     def _on_apply_clicked(self) -> None:
-        self.applyRequested.emit(checked_keys(self.table))
+        self.applyRequested.emit(_checked_keys(self.table))
         self.close()
 
     def _on_roll_back_clicked(self) -> None:
@@ -162,15 +164,15 @@ class SettingsDifference(QDialog):
         for difference in differences:
             values = (self._shown(value) for value in (difference.first, difference.second))
             row = QTreeWidgetItem([str(difference.key), *values])
-            make_checkable(row, difference.key)
+            _make_checkable(row, difference.key)
             self.table.addTopLevelItem(row)
         for column in range(3):
             self.table.resizeColumnToContents(column)
-        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
 
     def checked(self) -> list[SettingKey]:
         """The ticked settings."""
-        return checked_keys(self.table)
+        return _checked_keys(self.table)
 
     def _shown(self, value: FeatureValue | None) -> str:
         return self.tr("(not in it)") if value is None else format_value(value)
@@ -257,3 +259,22 @@ class UserSetsDialog(QDialog):
         self.loadButton.setEnabled(chosen is not None)
         self.saveButton.setEnabled(chosen is not None and chosen.savable)
         self.startButton.setEnabled(chosen is not None and chosen.startable and not chosen.starts)
+
+
+def _make_checkable(row: QTreeWidgetItem, key: SettingKey) -> None:
+    """Let a row be ticked; it is at first."""
+    row.setFlags(row.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+    row.setCheckState(0, Qt.CheckState.Checked)
+    row.setData(0, _KEY_ROLE, key)
+
+
+def _checked_keys(table: QTreeWidget) -> list[SettingKey]:
+    """The settings of the rows that are ticked."""
+    rows = (table.topLevelItem(index) for index in range(table.topLevelItemCount()))
+    return [
+        row.data(0, _KEY_ROLE)
+        for row in rows
+        if row is not None
+        and row.data(0, _KEY_ROLE) is not None
+        and row.checkState(0) == Qt.CheckState.Checked
+    ]

@@ -10,8 +10,8 @@ from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage, Region
+from grabbergui.ui.widgets.drawing import PictureMarks
 from grabbergui.ui.widgets.picture_items import DIMMED, PictureItem, PixelValues
-from grabbergui.ui.widgets.picture_marks import PictureMarks
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."

@@ -1,6 +1,7 @@
-"""Where the Tab key goes: as one reads, also through controls that were made long after others.
+"""Where the Tab key goes, and keys that stop a robot whatever has the focus.
 
-Qt's own order is that of making, and its means to change it leave compound widgets behind.
+Tab follows the order of reading, also through controls that were made long after others: Qt's own order is
+that of making, and its means to change it leave compound widgets behind.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import QScrollArea, QWidget
 
 LINE = 12
@@ -69,3 +71,30 @@ def _bring_into_view(widget: QWidget) -> None:
         if isinstance(above, QScrollArea):
             above.ensureWidgetVisible(widget)
         above = above.parentWidget()
+
+
+class StopKeys(QObject):
+    """Catches its keys in a window and all of its children, before any of these handles them."""
+
+    pressed = pyqtSignal()
+
+    def __init__(self, window: QWidget, keys: Sequence[Qt.Key]) -> None:
+        """Watch the children that the window has now."""
+        super().__init__(window)
+        self.keys = tuple(keys)
+        """The keys that stop now; may be changed."""
+        for watched in (window, *window.findChildren(QWidget)):
+            watched.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Take a stop key; a key that is held down counts once."""
+        if isinstance(event, QKeyEvent) and event.key() in self.keys:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                event.accept()
+                if not event.isAutoRepeat():
+                    self.pressed.emit()
+                return True
+        return super().eventFilter(watched, event)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PyQt5.QtCore import QObject
-from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.calibration import board_sheet
 from grabbergui.calibration.boards import BoardSettings
@@ -17,6 +16,7 @@ from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.file_dialogs import FileDialogs
 
 
 class CalibratingController(QObject):
@@ -35,6 +35,7 @@ class CalibratingController(QObject):
         super().__init__(dialog)
         self.dialog = dialog
         self.model = CalibratingModel(grabber, settings)
+        self._files = FileDialogs(dialog)
         self._on_saved = on_saved
         self._solution: Solution | None = None
         self._chosen: int | None = None
@@ -111,19 +112,15 @@ class CalibratingController(QObject):
 
     def _ask_print(self) -> None:
         name = f"{self.model.settings.kind}.pdf"
-        path, _ = QFileDialog.getSaveFileName(
-            self.dialog, self.tr("Save the board"), str(Path.home() / name), "PDF (*.pdf);;PNG (*.png)"
-        )
-        if path:
-            self.print_to(Path(path))
+        kinds = "PDF (*.pdf);;PNG (*.png)"
+        if path := self._files.to_save(self.tr("Save the board"), str(Path.home() / name), kinds):
+            self.print_to(path)
 
     def _ask_save(self) -> None:
         name = f"{self.model.name}.yaml"
-        path, _ = QFileDialog.getSaveFileName(
-            self.dialog, self.tr("Save the calibration"), str(Path.home() / name), "camera_info (*.yaml)"
-        )
-        if path:
-            self.save_to(Path(path))
+        kinds = "camera_info (*.yaml)"
+        if path := self._files.to_save(self.tr("Save the calibration"), str(Path.home() / name), kinds):
+            self.save_to(path)
 
     # -- from the model ----------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
@@ -187,11 +184,9 @@ class CalibrationChooser(QObject):
         self.use(path)
 
     def _ask_file(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(
-            self._dialog, self.tr("Open a calibration"), str(Path.home()), "camera_info (*.yaml *.yml)"
-        )
-        if path:
-            self.use(Path(path))
+        kinds = "camera_info (*.yaml *.yml)"
+        if path := FileDialogs(self._dialog).to_open(self.tr("Open a calibration"), kinds, Path.home()):
+            self.use(path)
 
     def _assume(self, degrees: float) -> None:
         self.choice = CalibrationChoice.nominal(degrees)
