@@ -1,12 +1,26 @@
-"""The components of a frame by the labels that a user chooses from."""
+"""The components of a frame by the labels that a user chooses from.
+
+Here, too: the images of all stream channels as components of one frame, and what the camera's features say about
+the values: whether its sensor is polarised, and its Scan3d calibration.
+"""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
+from dataclasses import replace
 
+from psygnal import Signal
+
+from grabbergui.core import scan3d
 from grabbergui.core.component import Component, ComponentKind, own_component
-from grabbergui.core.frame import Frame
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.frame import EncodedFrame, Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.scan3d import Scan3d
+from grabbergui.models.connection import Connection
 from grabbergui.models.language import translate
+from grabbergui.models.open_source import OpenSource
 
 MOST_BESIDE = 9
 """Components that are shown side by side; more would be too small to be seen."""
@@ -59,3 +73,133 @@ def _name(part: Component) -> str:
         ComponentKind.DISPARITY: translate("Components", "Disparity"),
         ComponentKind.MULTISPECTRAL: translate("Components", "Multispectral"),
     }.get(part.kind, translate("Components", "Component"))
+
+
+SILENCE = 2.0
+"Seconds after which a channel that sends nothing is not shown any more."
+MOST_CHANNELS = 16
+
+
+class StreamChannels:
+    """Merges the frames of several stream channels for display; with one channel, frames pass as they are.
+
+    Channels need not run at one rate: each is shown as it was last. One thread at a time.
+    """
+
+    def __init__(self) -> None:
+        self._latest: dict[int, tuple[Frame, float]] = {}
+
+    def clear(self) -> None:
+        """Forget all frames: another stream begins."""
+        self._latest.clear()
+
+    def merged(self, frame: Frame, now: float) -> Frame:
+        """Take a frame that arrived at `now` (seconds); return it with the other channels' newest images.
+
+        The result is the frame of the lowest channel; each component's `source` is its channel.
+        """
+        self._latest[frame.stream_channel] = (frame, now)
+        latest = {
+            channel: kept for channel, (kept, seen) in sorted(self._latest.items()) if now - seen < SILENCE
+        }
+        if len(latest) != len(self._latest):
+            self._latest = {channel: self._latest[channel] for channel in latest}
+        if len(latest) < 2 or any(isinstance(kept, EncodedFrame) for kept in latest.values()):
+            return frame
+        parts = tuple(
+            replace(part, source=channel)
+            for channel, kept in list(latest.items())[:MOST_CHANNELS]
+            for part in kept.components
+        )
+        return replace(next(iter(latest.values())), parts=parts)
+
+
+_POLARISED = re.compile(r"Polar(i[sz]|Mono|Angle)", re.IGNORECASE)
+"""`PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`: the makers' names."""
+
+
+def is_polarised(grabber: FrameGrabber) -> bool:
+    """Return whether a camera offers polarised pixel formats, or has features of polarisation.
+
+    Blocks while the camera answers. The convention (PFNC 2.4) marks no mosaic: a camera of which neither is
+    known sends it as Mono.
+    """
+    try:
+        if any(_POLARISED.match(feature.name) for feature in grabber.feature_tree().descriptions()):
+            return True
+        if not grabber.has_feature("PixelFormat"):
+            return False
+        return any(_POLARISED.match(entry.name) for entry in grabber.feature("PixelFormat").entries)
+    except GrabberError:
+        return False
+
+
+class PolarisationWatch:
+    """Finds out whether the current camera is polarised. `found` is emitted on the source's thread."""
+
+    found = Signal(bool)
+
+    def __init__(self, connection: Connection) -> None:
+        self._source: OpenSource | None = None
+        connection.opened.connect(self._on_opened)
+        connection.closing.connect(self._on_closing)
+
+    def _on_opened(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        if grabber is None:
+            return
+        self._source = source
+
+        def publish(polarised: bool) -> None:
+            if source is self._source:
+                self.found.emit(polarised)
+
+        source.worker.submit(lambda: is_polarised(grabber), key="Polarised", done=publish)
+
+    def _on_closing(self, source: OpenSource) -> None:
+        if source is self._source:
+            self._source = None
+
+
+class CoordinateWatch:
+    """Reads what the values of range images mean. No call waits; the signal comes from the source's thread.
+
+    A camera without these features is asked for nothing.
+    """
+
+    changed = Signal(Scan3d)
+
+    def __init__(self, connection: Connection) -> None:
+        self._source: OpenSource | None = None
+        connection.opened.connect(self._on_opened)
+        connection.closing.connect(self._on_closing)
+
+    def _on_opened(self, source: OpenSource) -> None:
+        self._leave()
+        if source.grabber is None:
+            return
+        self._source = source
+        source.grabber.features_changed.connect(self._on_features_changed)
+        self._read(source)
+
+    def _on_closing(self, _: OpenSource) -> None:
+        self._leave()
+
+    def _leave(self) -> None:
+        source, self._source = self._source, None
+        if source is not None and source.grabber is not None:
+            source.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        if (source := self._source) is not None and scan3d.may_change(names):
+            self._read(source)
+
+    def _read(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        assert grabber is not None
+
+        def publish(scan: Scan3d) -> None:
+            if source is self._source:
+                self.changed.emit(scan)
+
+        source.worker.submit(lambda: Scan3d.read(grabber), key="Scan3d", done=publish)

@@ -15,11 +15,10 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportErr
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.changes.history import Direction, Step
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
-from grabbergui.models.changes.undoing import write_values
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber, write_values
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
-from grabbergui.models.measuring.channels import measurable, planes
+from grabbergui.models.measuring import measurable, planes
 
 NEARLY_WHITE = 0.98
 "Part of the highest value from which on a pixel counts as saturated: not every sensor reaches the top."

@@ -10,7 +10,7 @@ from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QAction, QApplication
 
 from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.undoing import command_line, program, revert
+from grabbergui.models.changes.tracking import command_line, program, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource

@@ -10,10 +10,9 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.coordinate_watch import CoordinateWatch
+from grabbergui.models.picture.components import CoordinateWatch, PolarisationWatch
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.picture.points import PointCloudModel
-from grabbergui.models.picture.polarisation import PolarisationWatch
 from grabbergui.models.picture.quantities import PolarisedView
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import ComponentActions, ComponentView

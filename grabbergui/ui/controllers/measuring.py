@@ -16,8 +16,7 @@ from grabbergui.core.pixels import Region
 from grabbergui.models.connection import Connection
 from grabbergui.models.features.value_watch import MOST_FEATURES, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.language import localized
-from grabbergui.models.measuring.channels import Line
-from grabbergui.models.measuring.measurement import FocusHistory, Measurement, MeasuringModel, Wanted
+from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.geometry import Orientation

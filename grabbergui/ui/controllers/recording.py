@@ -14,9 +14,8 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
+from grabbergui.models.playback import FrameHistory, PlaybackModel, PlaybackState, is_recording
 from grabbergui.models.recordings import Recordings
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.recording.writer import RecordingKind

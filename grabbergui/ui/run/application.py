@@ -1,4 +1,4 @@
-"""The Qt application of this process: making it, stopping it, Qt's own messages, and the language of its texts."""
+"""The Qt application of this process: making and stopping it, Qt's own messages, the language of texts."""
 
 from __future__ import annotations
 

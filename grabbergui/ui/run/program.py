@@ -18,11 +18,11 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
-from grabbergui.models.measuring.measurement import MeasuringModel
+from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import CurrentMessages, MessageModel
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.playback import FrameHistory
 from grabbergui.models.recordings import Recordings
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.models.status import StatusModel

@@ -25,8 +25,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.value_watch import ValueHistory
 from grabbergui.models.language import localized
-from grabbergui.models.measuring.channels import Histogram, Line
-from grabbergui.models.measuring.measurement import HISTORY_SECONDS
+from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow

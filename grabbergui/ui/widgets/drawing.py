@@ -12,7 +12,7 @@ from PyQt5.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, 
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.measuring.channels import Line
+from grabbergui.models.measuring import Line
 
 if TYPE_CHECKING:  # the canvas imports the marks
     from grabbergui.ui.widgets.picture_canvas import PictureCanvas

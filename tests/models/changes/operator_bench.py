@@ -2,8 +2,7 @@
 
 from grabbergui.models.changes.history import PAUSE, Direction, Origin
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
-from grabbergui.models.changes.undoing import revert
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber, revert
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
 OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK

@@ -8,8 +8,7 @@ from operator_bench import NETWORK, OPERATOR, UNDO
 
 from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.models.changes.tracking import CONSEQUENCES
-from grabbergui.models.changes.undoing import revert
+from grabbergui.models.changes.tracking import CONSEQUENCES, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
 from patience import PATIENCE

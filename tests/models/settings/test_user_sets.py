@@ -9,8 +9,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
-from grabbergui.models.changes.undoing import revert
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber, revert
 from grabbergui.models.settings import user_sets
 from grabbergui.models.settings.feature_set import capture, compare
 

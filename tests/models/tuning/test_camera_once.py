@@ -4,7 +4,7 @@ import pytest
 
 from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.undoing import revert
+from grabbergui.models.changes.tracking import revert
 from grabbergui.models.tuning.one_push import has_once, let_camera
 
 

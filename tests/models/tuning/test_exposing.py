@@ -4,7 +4,7 @@ import pytest
 from stage import REGION, on
 
 from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.undoing import revert
+from grabbergui.models.changes.tracking import revert
 from grabbergui.models.tuning.one_push import EXPOSURE_STEPS, EXPOSURE_TOLERANCE, balance, expose
 from patience import Stopwatch, allowance, until
 

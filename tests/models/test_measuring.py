@@ -9,12 +9,14 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.pixels import Region
-from grabbergui.models.measuring.channels import Line, measure_histogram, measure_profile
-from grabbergui.models.measuring.measurement import (
+from grabbergui.models.measuring import (
     HISTORY_SECONDS,
     FocusHistory,
+    Line,
     MeasuringModel,
     Wanted,
+    measure_histogram,
+    measure_profile,
     sharpness,
 )
 from patience import PATIENCE

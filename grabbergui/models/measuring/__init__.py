@@ -1,1 +1,0 @@
-"""Measuring in the image: lines, regions, levels of each channel."""
