@@ -1,4 +1,4 @@
-"""Calibrating the camera that is looked at: views are taken by themselves, on a thread of their own."""
+"""Calibrates the current camera: views are taken automatically, on a thread of their own."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,15 +42,21 @@ KEPT_SIZE = (960, 720)
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """The result of the newest frame."""
+class Preview:
+    """The newest frame in a dialog that calibrates, with the corners detected in it."""
 
     image: DisplayImage | None
-    "None where no pictures come."
+    "None if no frames come."
     size: tuple[int, int]
-    "Width and height of the whole picture."
-    corners: NDArray[np.float32] | None
-    "(n, 2) pixels of the whole picture; None where no board is seen."
+    "Width and height of the whole image."
+    corners: NDArray[np.floating[Any]] | None
+    "(n, 2) pixels of the whole image; None if no board is seen."
+
+
+@dataclass(frozen=True, eq=False)
+class BoardPreview(Preview):
+    """What the newest frame adds to the views."""
+
     verdict: Verdict | None
     coverage: Coverage
     views: int
@@ -70,10 +77,10 @@ class Solution:
 
 
 class CalibratingModel:
-    """Looks at a source's pictures. No call waits but `close`; signals come from the model's own thread."""
+    """Examines a source's frames. Only `close` blocks; signals are emitted on the model's own thread."""
 
     ready = Signal()
-    """A look can be had from `take`."""
+    """`take` returns a new preview."""
     solved = Signal(Solution)
     saved = Signal(Path)
     failed = Signal(str)
@@ -93,7 +100,7 @@ class CalibratingModel:
         self._result: Result | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
-        self._offer: Look | None = None
+        self._offer: BoardPreview | None = None
         self._taken = threading.Event()
         self._lock = threading.Lock()
         self._sink: FrameSink | None = None
@@ -126,8 +133,8 @@ class CalibratingModel:
         self._taken.set()
         return self._sink is None or self._sink.stop(timeout)
 
-    def take(self) -> Look | None:
-        """Return the newest look, once."""
+    def take(self) -> BoardPreview | None:
+        """Return the newest preview, once."""
         with self._lock:
             offer, self._offer = self._offer, None
         self._taken.set()
@@ -149,7 +156,7 @@ class CalibratingModel:
         self._jobs.put(change)
 
     def collect(self, on: bool) -> None:
-        """Take views, or only look."""
+        """Take views, or only show what is detected."""
 
         def change() -> None:
             if on and self._collector.complete:
@@ -205,7 +212,7 @@ class CalibratingModel:
         self.failed.emit(text.format(frame.frame_id, error))
 
     def _work(self) -> None:
-        """Do the jobs that were asked for, and report a source that is silent."""
+        """Do the queued jobs, and report a source that is silent."""
         while True:
             try:
                 job = self._jobs.get_nowait()
@@ -213,7 +220,7 @@ class CalibratingModel:
                 break
             job()
         if time.monotonic() - self._seen > SILENCE and not self._closed:
-            self._put(self._look(None, (0, 0), None))
+            self._put(self._preview(None, (0, 0), None))
 
     def _see(self, frame: Frame) -> None:
         collector = self._collector
@@ -221,22 +228,26 @@ class CalibratingModel:
         if verdict is Verdict.KEPT and self._collecting:
             self.pictures.append(for_display(frame, None, KEPT_SIZE))
         image = render(frame, *self._view, DisplaySettings())
-        self._put(self._look(image, (frame.width, frame.height), verdict))
+        self._put(self._preview(image, (frame.width, frame.height), verdict))
         if self._collecting and collector.complete:
             self._collecting = False
             self._solve(None)
 
-    def _look(self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None) -> Look:
+    def _preview(
+        self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None
+    ) -> BoardPreview:
         collector = self._collector
         hint = hint_text(collector.missing()) if image is not None else ""
         seen = collector.last if image is not None else None
         corners = None if seen is None else seen.picture
-        return Look(image, size, corners, verdict, collector.coverage.copy(), len(collector.views), hint)
+        return BoardPreview(
+            image, size, corners, verdict, collector.coverage.copy(), len(collector.views), hint
+        )
 
-    def _put(self, look: Look) -> None:
+    def _put(self, preview: BoardPreview) -> None:
         with self._lock:
             self._taken.clear()
-            self._offer = look
+            self._offer = preview
         self.ready.emit()
         self._taken.wait(TAKE_WAIT)
 

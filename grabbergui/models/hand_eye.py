@@ -20,7 +20,8 @@ from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pixels import DisplayImage, Region
+from grabbergui.core.pixels import Region
+from grabbergui.models.calibrating import Preview
 from grabbergui.models.hand_eye_text import ended_text, progress_text
 from grabbergui.models.language import driver_text, translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
@@ -54,15 +55,9 @@ class Setup:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """The newest frame and the target in it."""
+class TargetPreview(Preview):
+    """Whether the target is seen in the newest frame."""
 
-    image: DisplayImage | None
-    "None if no frames come."
-    size: tuple[int, int]
-    "Width and height of the whole image."
-    corners: NDArray[np.float64] | None
-    "(n, 2) pixels of the whole image; None if the target is not seen."
     problem: str
     "Why no pose could be taken from here, as display text; empty if the target is seen surely."
 
@@ -98,7 +93,7 @@ class HandEyeModel:
     """The run behind a wizard. Only `close` blocks; signals are emitted on the model's own threads."""
 
     ready = Signal()
-    """`take` returns a new look."""
+    """`take` returns a new preview."""
     happened = Signal(Happened)
     solved = Signal(Solution)
     ended = Signal(str, bool)
@@ -122,7 +117,7 @@ class HandEyeModel:
         self._stop_asked = threading.Event()
         self._began = 0.0
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
-        self._offer: Look | None = None
+        self._offer: TargetPreview | None = None
         self._offered = self._seen_at = 0.0
         self._lock = threading.Lock()
         self._before: CameraPlace | None = None
@@ -165,8 +160,8 @@ class HandEyeModel:
             self._thread.join(timeout)
         return not self._thread.is_alive()
 
-    def take(self) -> Look | None:
-        """Return the newest look, once."""
+    def take(self) -> TargetPreview | None:
+        """Return the newest preview, once."""
         with self._lock:
             offer, self._offer = self._offer, None
         return offer
@@ -370,18 +365,20 @@ class HandEyeModel:
             corners = found.corners if found.pixels is None else found.pixels
             problem = driver_text(found.problem)
         image = render(frame, *self._view, DisplaySettings())
-        self._put(Look(image, (frame.width, frame.height), corners, problem))
+        self._put(TargetPreview(image, (frame.width, frame.height), corners, problem))
 
     def _on_failed(self, error: GrabberError) -> None:
-        self._put(Look(None, (0, 0), None, driver_text(error)))
+        self._put(TargetPreview(None, (0, 0), None, driver_text(error)))
 
     def _on_silence(self) -> None:
         if time.monotonic() - self._seen_at > SILENCE and not self._closed:
-            self._put(Look(None, (0, 0), None, translate("HandEye", "no images come from the camera")))
+            self._put(
+                TargetPreview(None, (0, 0), None, translate("HandEye", "no images come from the camera"))
+            )
 
-    def _put(self, look: Look) -> None:
+    def _put(self, preview: TargetPreview) -> None:
         with self._lock:
-            self._offer, self._offered = look, time.monotonic()
+            self._offer, self._offered = preview, time.monotonic()
         self.ready.emit()
 
 

@@ -20,7 +20,7 @@ from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, holds, pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
-from grabbergui.models.calibrating import Look, camera_name
+from grabbergui.models.calibrating import BoardPreview, camera_name
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 
@@ -105,10 +105,10 @@ def dialog(qtbot):
     return made
 
 
-def look(verdict, views=0, hint="nearer", coverage=None):
+def preview(verdict, views=0, hint="nearer", coverage=None):
     image = DisplayImage(np.zeros((60, 80), np.uint8), Region(0, 0, 80, 60))
     corners = None if verdict is Verdict.NOT_SEEN else np.float32([(10, 10), (30, 20)])
-    return Look(image, (80, 60), corners, verdict, coverage or Coverage(), views, hint)
+    return BoardPreview(image, (80, 60), corners, verdict, coverage or Coverage(), views, hint)
 
 
 def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialog, qtbot):
@@ -133,7 +133,7 @@ def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
 )
 def test_what_hinders_is_reported(dialog, step, verdict, text):
     dialog.setStep(step)
-    dialog.setLook(look(verdict), 20)
+    dialog.setPreview(preview(verdict), 20)
     assert dialog.verdictLabel.text() == f"● {text}"
     assert len(dialog.drawing.drawing.strokes) == (0 if verdict is Verdict.NOT_SEEN else 4)
 
@@ -143,12 +143,12 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     coverage.cells[:3] = 5
     coverage.tilts[1, 2] = coverage.sizes[2] = 1
     dialog.setStep(Step.VIEWS)
-    dialog.setLook(look(Verdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
+    dialog.setPreview(preview(Verdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
     assert (dialog.progress.value(), dialog.progress.maximum()) == (4, 20)
     assert dialog.hintLabel.text() == "Next: hold it at the top left"
     assert dialog.coverageLabel.text().startswith("50%")
     assert not dialog.nextButton.isEnabled()
-    dialog.setLook(look(Verdict.KEPT, 5, "", coverage), 20)
+    dialog.setPreview(preview(Verdict.KEPT, 5, "", coverage), 20)
     assert dialog.nextButton.isEnabled()
     # The right one of the three boards in the middle, and the lowest of the distances.
     drawn = dialog.coverage.grab().toImage()

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.calibration import hand_eye_file
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.hand_eye import Happened, Look, Setup
+from grabbergui.models.hand_eye import Happened, Setup, TargetPreview
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
@@ -67,13 +67,13 @@ def test_only_what_the_robot_can_do_is_offered(dialog):
 def test_the_target_is_marked_and_what_hinders_it_is_reported(dialog):
     image = DisplayImage(np.zeros((60, 80), np.uint8), Region(0, 0, 80, 60))
     corners = np.float64([(10, 10), (30, 20)])
-    dialog.setLook(Look(image, (80, 60), corners, ""))
+    dialog.setPreview(TargetPreview(image, (80, 60), corners, ""))
     assert dialog.verdictLabel.text() == "● the target is seen"
     assert len(dialog.drawing.drawing.strokes) == 4
-    dialog.setLook(Look(image, (80, 60), None, "the target is not seen"))
+    dialog.setPreview(TargetPreview(image, (80, 60), None, "the target is not seen"))
     assert dialog.verdictLabel.property("tone") == "bad"
     assert not dialog.drawing.drawing.strokes
-    dialog.setLook(Look(None, (0, 0), None, "no images come from the camera"))
+    dialog.setPreview(TargetPreview(None, (0, 0), None, "no images come from the camera"))
     assert dialog.verdictLabel.text() == "● no images come from the camera"
 
 
@@ -98,7 +98,9 @@ def test_progress_and_what_was_skipped_are_listed(dialog):
 def test_every_page_fits_800_by_600_pixels_in_either_look(dialog, qapp, theme):
     dress(qapp, theme)
     dialog.setPlan("<p>" + "What the robot will do, in many words. " * 12 + "</p>")
-    dialog.setLook(Look(None, (0, 0), None, "no image came within 5 s: check camera and cable, then again"))
+    dialog.setPreview(
+        TargetPreview(None, (0, 0), None, "no image came within 5 s: check camera and cable, then again")
+    )
     for page in HandEyePage:
         dialog.setPage(page)
         dialog.resize(800, 600)

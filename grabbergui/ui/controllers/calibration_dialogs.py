@@ -124,9 +124,9 @@ class CalibratingController(QObject):
 
     # -- from the model ----------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
-        look = self.model.take()
-        if look is not None and self._chosen is None:
-            self.dialog.setLook(look, self.model.wanted)
+        preview = self.model.take()
+        if preview is not None and self._chosen is None:
+            self.dialog.setPreview(preview, self.model.wanted)
 
     def _on_model_solved(self, solution: Solution) -> None:
         self._solution = solution

@@ -145,9 +145,9 @@ class HandEyeController(QObject):
 
     # -- from the model ----------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
-        look = self.model.take()
-        if look is not None:
-            self._view.setLook(look)
+        preview = self.model.take()
+        if preview is not None:
+            self._view.setPreview(preview)
 
     def _on_model_happened(self, event: Happened) -> None:
         if self._view.page is HandEyePage.MOTION:

@@ -26,7 +26,7 @@ from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 
 if TYPE_CHECKING:
-    from grabbergui.models.hand_eye import Happened, Look, Setup, Solution
+    from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
 
 NOTHING_BESIDE: Mapping[str, str] = MappingProxyType({})
 
@@ -312,7 +312,7 @@ class HandEyeView(Protocol):
     def setSetup(self, setup: Setup) -> None:
         """Show eye, target, number of poses and speed."""
 
-    def setLook(self, look: Look) -> None:
+    def setPreview(self, preview: TargetPreview) -> None:
         """Show the newest frame, and whether the target is seen in it."""
 
     def setPlan(self, html: str) -> None:

@@ -26,7 +26,7 @@ from grabbergui.calibration.boards import KINDS, BoardSettings
 from grabbergui.calibration.collector import FEWEST_VIEWS, Verdict
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.calibrating import Look, Solution, verdict_text
+from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui import icons
@@ -41,6 +41,10 @@ NAME_WIDTH = 360
 "Pixels of a camera's name in the title; the tooltip has the whole name."
 DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
 """Those that boards are printed with; the command line takes every other."""
+CROSSES = 110
+"""How many times larger the picture is than a cross on a corner."""
+NOT_KEPT = (250, 180, 40)
+"""The colour of corners in a frame that is no view."""
 ENLARGED = 100
 """How many times too long errors are drawn."""
 
@@ -55,7 +59,51 @@ class Step(Enum):
     RESULT = 2
 
 
-class CalibrationDialog(QDialog):
+class CalibratingDialog(QDialog):
+    """A dialog of several pages beside the live picture, in which the detected corners are marked."""
+
+    viewChanged = pyqtSignal(object, object)
+    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
+    closing = pyqtSignal()
+
+    messages: MessageStack
+    canvas: PictureCanvas
+    verdictLabel: QLabel
+    pictureLabel: QLabel
+    stepsLabel: QLabel
+    pages: QStackedWidget
+    backButton: QPushButton
+    closeButton: QPushButton
+    nextButton: QPushButton
+
+    def __init__(self, form: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form(form, self)
+        fit_screen(self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.drawing = DrawingItem()
+        """The corners over the picture."""
+        self.canvas.addOverlay(self.drawing)
+        self.canvas.viewChanged.connect(self.viewChanged)
+
+    def done(self, result: int) -> None:
+        """Emit `closing`, whichever button or key closes the dialog."""
+        self.closing.emit()
+        super().done(result)
+
+    def _show_picture(self, preview: Preview, colour: tuple[int, int, int]) -> None:
+        """Show a frame, and a cross of that colour on each corner that is seen."""
+        if preview.image is None:
+            return
+        size, corners = preview.size, preview.corners
+        self.canvas.setPicture(preview.image, *size)
+        found = Drawing([] if corners is None else crosses(corners, size[0] / CROSSES, colour))
+        self.drawing.setDrawing(found, *size)
+        self.pictureLabel.setText(f"{size[0]} × {size[1]}")
+
+
+class CalibrationDialog(CalibratingDialog):
     """Setters and signals; the steps themselves are gone through by its controller."""
 
     boardChosen = pyqtSignal(object)
@@ -68,16 +116,7 @@ class CalibrationDialog(QDialog):
     usedChanged = pyqtSignal(object)
     """Numbers of the views that are ticked."""
     viewChosen = pyqtSignal(int)
-    viewChanged = pyqtSignal(object, object)
-    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
-    closing = pyqtSignal()
 
-    messages: MessageStack
-    canvas: PictureCanvas
-    verdictLabel: QLabel
-    pictureLabel: QLabel
-    stepsLabel: QLabel
-    pages: QStackedWidget
     kindBox: QComboBox
     columnsBox: QSpinBox
     rowsBox: QSpinBox
@@ -93,20 +132,11 @@ class CalibrationDialog(QDialog):
     resultLabel: QLabel
     views: QTreeWidget
     moreButton: QPushButton
-    backButton: QPushButton
-    closeButton: QPushButton
-    nextButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        load_form("calibration", self)
-        fit_screen(self)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.cells, self.drawing = CoverageItem(), DrawingItem()
+        super().__init__("calibration", parent)
+        self.cells = CoverageItem()
         self.canvas.addOverlay(self.cells)
-        self.canvas.addOverlay(self.drawing)
-        self.canvas.viewChanged.connect(self.viewChanged)
         self.dictionaryBox.addItems(DICTIONARIES)
         for column, width in enumerate((96, 90)):
             self.views.setColumnWidth(column, width)
@@ -166,24 +196,22 @@ class CalibrationDialog(QDialog):
         del blockers
         self._enable_markers()
 
-    def setLook(self, look: Look, wanted: int) -> None:
+    def setPreview(self, preview: BoardPreview, wanted: int) -> None:
         """Show the newest frame and the coverage."""
-        if look.image is None:
+        if preview.image is None:
             set_verdict(self.verdictLabel, self.tr("no pictures come from the camera"), "bad")
         else:
-            self.canvas.setPicture(look.image, *look.size)
-            self.cells.setCells(look.coverage.cells, *look.size)
-            self.drawing.setDrawing(_corners(look), *look.size)
-            self.pictureLabel.setText(f"{look.size[0]} × {look.size[1]}")
-            if look.verdict is not None:
-                set_verdict(self.verdictLabel, *self._said(look.verdict))
-        self.coverage.setCoverage(look.coverage)
-        self.coverageLabel.setText(self.tr("{0:.0%} of the picture is covered").format(look.coverage.part))
+            self._show_picture(preview, GOOD if preview.verdict is Verdict.KEPT else NOT_KEPT)
+            self.cells.setCells(preview.coverage.cells, *preview.size)
+            if preview.verdict is not None:
+                set_verdict(self.verdictLabel, *self._said(preview.verdict))
+        self.coverage.setCoverage(preview.coverage)
+        self.coverageLabel.setText(self.tr("{0:.0%} of the picture is covered").format(preview.coverage.part))
         self.progress.setMaximum(wanted)
-        self.progress.setValue(min(look.views, wanted))
-        self.hintLabel.setText(look.hint)
+        self.progress.setValue(min(preview.views, wanted))
+        self.hintLabel.setText(preview.hint)
         if self.step is Step.VIEWS:
-            self.nextButton.setEnabled(look.views >= FEWEST_VIEWS)
+            self.nextButton.setEnabled(preview.views >= FEWEST_VIEWS)
 
     def setSolution(self, solution: Solution) -> None:
         """Show a calibration and every view's error."""
@@ -237,11 +265,6 @@ class CalibrationDialog(QDialog):
         set_verdict(self.verdictLabel, text, "idle")
 
     # -- inside ------------------------------------------------------------------------------------
-    def done(self, result: int) -> None:
-        """Say that it goes, by whatever button or key."""
-        self.closing.emit()
-        super().done(result)
-
     @property
     def board(self) -> BoardSettings:
         """The settings of the first page."""
@@ -276,12 +299,6 @@ class CalibrationDialog(QDialog):
         if verdict is Verdict.NOT_SEEN or self.step is Step.VIEWS:
             return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
-
-
-def _corners(look: Look) -> Drawing:
-    """A cross on each corner that is seen."""
-    colour = GOOD if look.verdict is Verdict.KEPT else (250, 180, 40)
-    return Drawing([] if look.corners is None else crosses(look.corners, look.size[0] / 110, colour))
 
 
 def _errors(corners: NDArray[np.float32], residuals: NDArray[np.float64], width: int) -> Drawing:

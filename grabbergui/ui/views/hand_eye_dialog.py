@@ -11,7 +11,6 @@ from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QDialog,
     QDoubleSpinBox,
     QLabel,
     QLineEdit,
@@ -19,29 +18,24 @@ from PyQt5.QtWidgets import (
     QPushButton,
     QRadioButton,
     QSpinBox,
-    QStackedWidget,
     QTreeWidget,
     QTreeWidgetItem,
     QWidget,
 )
 
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.models.hand_eye import Happened, Look, Setup, Solution
+from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
 from grabbergui.models.hand_eye_text import comparison_text, duration_text, result_rows, signed
 from grabbergui.models.language import localized
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_progress import Step
-from grabbergui.servo.overlay import BAD, GOOD, Drawing, crosses
+from grabbergui.servo.overlay import BAD, GOOD
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
-from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.widgets.keyboard import StopKeys
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
-from grabbergui.ui.widgets.message_stack import MessageStack
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.servo_widgets import DrawingItem
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")
@@ -58,7 +52,7 @@ PRINTED = MarkerConfig(
 BUSY = (240, 160, 30)
 
 
-class HandEyeDialog(QDialog):
+class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     """Setters and signals, without logic. Fits `bases.HandEyeView`."""
 
     setupChanged = pyqtSignal(object)
@@ -68,17 +62,8 @@ class HandEyeDialog(QDialog):
     stopPressed = pyqtSignal()
     useToggled = pyqtSignal(bool)
     publishToggled = pyqtSignal(bool)
-    viewChanged = pyqtSignal(object, object)
-    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
-    closing = pyqtSignal()
 
-    messages: MessageStack
-    stepsLabel: QLabel
     stopButton: QPushButton
-    canvas: PictureCanvas
-    verdictLabel: QLabel
-    pictureLabel: QLabel
-    pages: QStackedWidget
     robotLabel: QLabel
     headButton: QRadioButton
     handButton: QRadioButton
@@ -108,20 +93,9 @@ class HandEyeDialog(QDialog):
     frameEdit: QLineEdit
     useButton: QPushButton
     publishButton: QPushButton
-    backButton: QPushButton
-    closeButton: QPushButton
-    nextButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        load_form("hand_eye", self)
-        fit_screen(self)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.drawing = DrawingItem()
-        """The corners over the picture."""
-        self.canvas.addOverlay(self.drawing)
-        self.canvas.viewChanged.connect(self.viewChanged)
+        super().__init__("hand_eye", parent)
         self.dictionaryBox.addItems(DICTIONARIES)
         self._eyes = {"head": self.headButton, "hand": self.handButton, "fixed": self.fixedButton}
         self._refused: Mapping[str, str] = {}
@@ -222,15 +196,11 @@ class HandEyeDialog(QDialog):
         self._show_eye()
         self._enable()
 
-    def setLook(self, look: Look) -> None:
+    def setPreview(self, preview: TargetPreview) -> None:
         """Show the newest frame, and whether the target is seen in it."""
-        text, tone = look.problem or self.tr("the target is seen"), "bad" if look.problem else "good"
-        set_verdict(self.verdictLabel, text, tone)
-        if look.image is None:
-            return
-        self.canvas.setPicture(look.image, *look.size)
-        self.drawing.setDrawing(_corners(look), *look.size)
-        self.pictureLabel.setText(f"{look.size[0]} × {look.size[1]}")
+        problem = preview.problem
+        set_verdict(self.verdictLabel, problem or self.tr("the target is seen"), "bad" if problem else "good")
+        self._show_picture(preview, BUSY if problem else GOOD)
 
     def setPlan(self, html: str) -> None:
         """Show what the robot will do."""
@@ -342,11 +312,6 @@ class HandEyeDialog(QDialog):
         return self.mountEdit.text().strip(), self.frameEdit.text().strip()
 
     # -- inside ------------------------------------------------------------------------------------
-    def done(self, result: int) -> None:
-        """Emit `closing`, whichever button closes the dialog."""
-        self.closing.emit()
-        super().done(result)
-
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         self.nextButton.setEnabled(
@@ -383,10 +348,3 @@ class HandEyeDialog(QDialog):
 
     def _on_agree_toggled(self) -> None:
         self._enable()
-
-
-def _corners(look: Look) -> Drawing:
-    """A cross on each corner that is seen."""
-    if look.corners is None:
-        return Drawing()
-    return Drawing(crosses(look.corners, look.size[0] / 110, BUSY if look.problem else GOOD))
