@@ -24,7 +24,7 @@ from grabbergui.core.features import (
     FeatureValue,
     format_value,
 )
-from grabbergui.core.frame_queue import FrameFanout, FrameQueue
+from grabbergui.core.frame_queue import FrameFanout, FrameQueue, RateMeter
 from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, is_on
 
@@ -164,6 +164,11 @@ class StreamStatistics:
     def as_dict(self) -> dict[str, Any]:
         """All fields, for JSON."""
         return asdict(self)
+
+    def snapshot(self, meter: RateMeter) -> StreamStatistics:
+        """Return a copy of the counters with the current rates. Any thread."""
+        frame_rate, bandwidth = meter.rates()
+        return replace(self, frame_rate=frame_rate, bandwidth=bandwidth)
 
 
 def return_text(problems: Sequence[str]) -> str:

@@ -280,15 +280,7 @@ class PlaybackGrabber(FrameGrabber):
 
     @override
     def statistics(self) -> StreamStatistics:
-        rate, bandwidth = self._rates.rates()
-        counted = self._statistics
-        return StreamStatistics(
-            frames=counted.frames,
-            incomplete=counted.incomplete,
-            bytes=counted.bytes,
-            frame_rate=rate,
-            bandwidth=bandwidth,
-        )
+        return self._statistics.snapshot(self._rates)
 
     # -- the player's thread ------------------------------------------------------------------------
     def _play(self, recording: Recording) -> None:

@@ -7,7 +7,6 @@ import logging
 import threading
 from collections.abc import Callable
 from ctypes import c_int, c_size_t, c_uint64
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ MAX_PAYLOAD_BYTES = 1 << 30
 QUEUED = 8
 "Buffers that Aravis holds, being filled or to be filled."
 WAIT_US = 100_000
-"Microseconds after which the thread looks whether it shall end."
+"Microseconds after which the thread checks whether it shall end."
 SUCCESS = 0
 "ArvBufferStatus of a complete frame."
 PAYLOADS_WITH_PICTURE = (0x1, 0x5, 0xA)
@@ -90,8 +89,7 @@ class AravisStream:
         """A snapshot. Any thread."""
         with self._lock:
             self._count()
-        frame_rate, bandwidth = self._rate.rates()
-        return replace(self._statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+        return self._statistics.snapshot(self._rate)
 
     def _count(self) -> None:
         """Aravis's own counters, while the stream is there. With the lock."""

@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
 WAIT_TIME = 0.1
-"Seconds after which the thread looks whether it should end."
+"Seconds after which the thread checks whether it should end."
 ERRORS_IN_A_ROW = 5
 "Failed transfers after which the stream is given up."
 
@@ -77,9 +77,8 @@ class StreamReceiver:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters. Any thread."""
-        snapshot = StreamStatistics(**vars(self._statistics))
+        snapshot = self._statistics.snapshot(self._meter)
         snapshot.packets_ignored = self._assembler.ignored
-        snapshot.frame_rate, snapshot.bandwidth = self._meter.rates()
         return snapshot
 
     def _take_buffer(self) -> NDArray[np.uint8] | None:

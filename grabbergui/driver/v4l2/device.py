@@ -249,8 +249,7 @@ class V4l2Stream:
 
     def statistics(self) -> StreamStatistics:
         """A snapshot. Any thread."""
-        frame_rate, bandwidth = self._rate.rates()
-        return replace(self._statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+        return self._statistics.snapshot(self._rate)
 
     def _run(self) -> None:
         poll = select.poll()

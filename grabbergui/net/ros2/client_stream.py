@@ -82,9 +82,7 @@ class ImageStream:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters."""
-        counters = StreamStatistics(**self._counters.as_dict())
-        counters.frame_rate, counters.bandwidth = self._rate.rates()
-        return counters
+        return self._counters.snapshot(self._rate)
 
     def look(self) -> None:
         """Subscribe to match the topic's publishers, and log what does not fit. One thread at a time."""

@@ -7,7 +7,6 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
@@ -58,8 +57,7 @@ class StreamReceiver:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot. Any thread."""
-        frame_rate, bandwidth = self._rate.rates()
-        return replace(self._assembler.statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+        return self._assembler.statistics.snapshot(self._rate)
 
     def _run(self) -> None:
         assembler = self._assembler
