@@ -1,6 +1,6 @@
 """Calibrating a camera from views of a printed board.
 
-A `Collector` looks at images one after the other and keeps those views that add something to the `Coverage`:
+A `Collector` examines images one after the other and keeps those views that add something to the `Coverage`:
 parts of the image, tilts, distances. Once there are enough, `solve` gives the calibration with the error of
 every view, and leaves out views that fit badly.
 """

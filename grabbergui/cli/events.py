@@ -19,7 +19,7 @@ from grabbergui.core.selection import SettingKey
 
 SELECTOR, SWITCH = "EventSelector", "EventNotification"
 LOOK_PERIOD = 0.1
-"""Seconds between looks whether the user wants to end."""
+"""Seconds between checks whether the user wants to end."""
 MOST_WAITING = 1000
 """Events that wait for a slow reader; those beyond are dropped."""
 

@@ -26,7 +26,7 @@ from grabbergui.recording.recorder import RecordingLimits, create_recorder
 from grabbergui.recording.writer import RecordingKind, kind_of
 
 _LOOK = 0.5
-"Seconds between looks at whether the source is still there."
+"Seconds between checks whether the source is still there."
 
 
 def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
@@ -177,7 +177,7 @@ _CODECS = {
     for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
 }
 _POLL = 0.1
-"Seconds between looks at whether it shall end."
+"Seconds between checks whether it shall end."
 
 
 def _add_record(commands: Any) -> None:

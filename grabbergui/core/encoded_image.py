@@ -3,7 +3,7 @@
 JPEG (ITU-T T.81) and JPEG 2000 (T.800) images of cameras need no other frame; OpenCV decodes them. Image
 files of other origin (JPEG, PNG, BMP, TIFF) are decoded once their size is found reasonable.
 
-A file may announce any size in a few bytes, and a decoder takes the memory for it before it looks at the
+A file may announce any size in a few bytes, and a decoder takes the memory for it before it reads the
 first pixel. So the headers that are easily read (JPEG: T.81, B.2.2; PNG: ISO 15948, 11.2.2; BMP) are read
 first. For other kinds OpenCV limits the size to 2^30 pixels. Its PNG decoder takes up to 4 GiB for a chunk by
 its announced length alone, so chunks are compared with the length of the file, too.

@@ -46,7 +46,7 @@ class BufferPool:
 
     @property
     def in_use(self) -> int:
-        """Buffers that somebody still looks into."""
+        """Buffers that are still referenced."""
         return self._in_use
 
     def take(self) -> NDArray[np.uint8] | None:

@@ -144,7 +144,7 @@ class RateMeter:
 
 
 WAIT = 0.5
-"Seconds that a sink waits for a frame before it looks whether it shall end."
+"Seconds that a sink waits for a frame before it checks whether it shall end."
 
 
 class FrameSource(Protocol):

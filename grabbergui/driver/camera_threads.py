@@ -63,7 +63,7 @@ class EventDelivery:
 
 
 POLL_PERIOD = 0.1
-"""Seconds between looks at GenApi's polling times and at values under an automatic mode."""
+"""Seconds between checks of GenApi's polling times and of values under an automatic mode."""
 
 
 class Poller:

@@ -130,7 +130,7 @@ def _detail(statistics: StreamStatistics) -> str:
 PATIENCE = 2.0
 "Seconds without a frame before a diagnosis is shown."
 BLACK = 2.0
-"A mean of 8-bit pixels below which a picture looks black."
+"A mean of 8-bit pixels below which a picture seems black."
 
 
 class Stage(Enum):

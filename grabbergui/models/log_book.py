@@ -34,7 +34,7 @@ class LogBook(logging.Handler):
     def __init__(self, most: int = MOST_LINES) -> None:
         super().__init__(logging.INFO)
         self._lines: deque[LogLine] = deque(maxlen=most)
-        self._telling = threading.local()
+        self._emitting = threading.local()
         self._logger: logging.Logger | None = None
         self._levels_before: list[tuple[logging.Logger | logging.Handler, int]] = []
 
@@ -83,12 +83,12 @@ class LogBook(logging.Handler):
             self.handleError(record)
             return
         self._lines.append(line)
-        if not getattr(self._telling, "on", False):
-            self._telling.on = True
+        if not getattr(self._emitting, "on", False):
+            self._emitting.on = True
             try:
                 self.added.emit(line)
             except Exception:
                 # A failing listener must not disturb the code that logs.
                 self.handleError(record)
             finally:
-                self._telling.on = False
+                self._emitting.on = False

@@ -1,4 +1,4 @@
-"""Measuring frames: histogram, profile along a line, and sharpness, on a thread of its own while they are wanted."""
+"""Measures frames (histogram, profile, sharpness) on a thread of its own while a result is wanted."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _TAKES_FEATURE = frozenset(
     {"get_feature", "get", "set_feature", "set", "auto", "mode", "run", "watch", "list_features", "list"}
 )
 FINISHED_PERIOD = 0.1
-"""Seconds between looks at whether the end was asked for, while nothing is typed."""
+"""Seconds between checks whether the end was asked for, while nothing is typed."""
 
 
 class FeatureCompleter(Completer):

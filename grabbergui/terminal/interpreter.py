@@ -27,7 +27,7 @@ from grabbergui.recording import snapshot
 
 _FRAME_TIMEOUT = 5.0
 _CANCEL_PERIOD = 0.2
-"""Seconds between looks at whether a command was cancelled while it waits for a frame."""
+"""Seconds between checks whether a command was cancelled while it waits for a frame."""
 _WATCH_PERIOD = 0.05
 _WATCH_LONGEST = 5.0
 """Seconds; a remote terminal waits seven for its answer."""

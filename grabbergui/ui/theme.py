@@ -1,4 +1,4 @@
-"""Light and dark looks; the desktop's by default."""
+"""Light and dark themes; the desktop's by default."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ def test_one_picture_again_leaves_nothing_behind(desk):
     desk.until(lambda: len(picture.paneArea.panes) == 2)
     desk.connect("sim:colour?width=320&height=240")
     desk.until(lambda: not picture.paneArea.panes)
-    assert before.settings.looks == {} and picture.sideBySideBox.isChecked()
+    assert before.settings.appearances == {} and picture.sideBySideBox.isChecked()
 
 
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])

@@ -149,9 +149,9 @@ class AravisDevice(Device):
 
     def _on_signal(self, device: int, user_data: int) -> None:
         # On a thread of Aravis, which must not wait for us and for which Python would keep a record for ever.
-        threading.Thread(target=self._tell_lost, name="aravis-lost", daemon=True).start()
+        threading.Thread(target=self._report_lost, name="aravis-lost", daemon=True).start()
 
-    def _tell_lost(self) -> None:
+    def _report_lost(self) -> None:
         if self.on_lost is not None:
             self.on_lost("Aravis lost control: the camera does not answer, or another application has it")
 

@@ -199,7 +199,7 @@ class CameraNodeMap:
                 feature = self.feature(name)
                 raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
             command.execute()
-        # The lock is free between looks, so that a slow command does not hold up the others.
+        # The lock is free between the checks, so that a slow command does not hold up the others.
         deadline = time.monotonic() + COMMAND_TIMEOUT
         while not self._is_done(name):
             if time.monotonic() > deadline:
@@ -246,7 +246,7 @@ class CameraNodeMap:
             if self._events is None:
                 return None
             self._events.deliver(message)
-            # The event's own nodes; what else it made stale is read when somebody looks.
+            # The event's own nodes; what else it made stale is read on demand.
             changed = sorted(name for name in self._lock.changed if name.startswith("Event"))
             return self._events.event(event_id, {name: self.feature(name) for name in changed})
 

@@ -57,7 +57,7 @@ class GentlDevice(Device):
         self._met = False
         "Whether `info` is what a camera said of itself."
         self._loss_reported = False
-        self._telling = threading.Lock()
+        self._reporting = threading.Lock()
         "Of `_loss_reported`: the stream and a register may notice at once."
 
     # -- connection ------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ class GentlDevice(Device):
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         if self._slot.taken:
             raise LocalProtocolError("the stream is open already")
-        self._slot.put(GentlStream(self._opened(), request, deliver, self._tell_lost))
+        self._slot.put(GentlStream(self._opened(), request, deliver, self._report_lost))
 
     @override
     def close_stream(self) -> None:
@@ -189,11 +189,11 @@ class GentlDevice(Device):
         try:
             yield
         except DeviceLostError as error:
-            self._tell_lost(str(error))
+            self._report_lost(str(error))
             raise
 
-    def _tell_lost(self, reason: str) -> None:
-        with self._telling:
+    def _report_lost(self, reason: str) -> None:
+        with self._reporting:
             if self._device is None or self._loss_reported:
                 return
             self._loss_reported = True

@@ -9,7 +9,6 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ log = logging.getLogger(__name__)
 
 BUFFERS = 16
 LOOK_PERIOD = 0.001
-"""Seconds between looks for filled buffers: waiting inside the producer would keep the GIL."""
+"""Seconds between checks for filled buffers: waiting inside the producer would keep the GIL."""
 MAX_PAYLOAD_BYTES = 1 << 30
 ERRORS_IN_A_ROW = 10
 "Refusals by the producer, a tenth of a second apart, after which the camera counts as gone."
@@ -56,7 +55,7 @@ class GentlStream:
         self._rate = RateMeter()
         self._stopping = threading.Event()
         self._last_frame_id: int | None = None
-        # Buffers that nobody looks into any more. Finalisers only add; the receiving thread queues them.
+        # Buffers without a view into them. Finalisers only add; the receiving thread queues them.
         self._free: deque[int] = deque()
         self._memory: list[bytes] = []
         self._buffers: list[Any] = []
@@ -70,7 +69,7 @@ class GentlStream:
             with answering("starting the stream"):
                 self._begin(request)
         except BaseException:
-            self._let_go()
+            self._release()
             raise
         self._thread = threading.Thread(target=self._run, name="gentl-receiver", daemon=True)
         self._thread.start()
@@ -81,12 +80,11 @@ class GentlStream:
         if self._thread is threading.current_thread():
             raise LocalProtocolError("a consumer of frames must not close their stream")
         self._thread.join()
-        self._let_go()
+        self._release()
 
     def statistics(self) -> StreamStatistics:
         """A snapshot. Any thread."""
-        frame_rate, bandwidth = self._rate.rates()
-        return replace(self._statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+        return self._statistics.snapshot(self._rate)
 
     # -- buffers ---------------------------------------------------------------------------------
     def _begin(self, request: StreamRequest) -> None:
@@ -105,7 +103,7 @@ class GentlStream:
         self._events = gentl.EventManagerNewBuffer(token)
         stream.start_acquisition(gentl.ACQ_START_FLAGS_LIST.ACQ_START_FLAGS_DEFAULT, -1)
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         stream, queue = self._stream, gentl.ACQ_QUEUE_TYPE_LIST.ACQ_QUEUE_ALL_DISCARD
         steps: list[Callable[[], Any]] = [
             lambda: stream.stop_acquisition(gentl.ACQ_STOP_FLAGS_LIST.ACQ_STOP_FLAGS_KILL),

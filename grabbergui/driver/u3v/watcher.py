@@ -60,9 +60,9 @@ class DeviceClock:
 
 LARGEST_EVENT = 65536
 WAIT_TIME = 0.2
-"Seconds after which the thread looks whether it should end."
+"Seconds after which the thread checks whether it should end."
 PRESENCE_PERIOD = 1.0
-"Seconds between looks whether a camera without event interface is still plugged in."
+"Seconds between checks whether a camera without event interface is still plugged in."
 ERRORS_IN_A_ROW = 5
 "Failed transfers after which the camera is given up, though it is still plugged in."
 CLOCK_PERIOD = 10.0

@@ -1,7 +1,7 @@
 """The components of a frame by the labels that a user chooses from.
 
-Here, too: the images of all stream channels as components of one frame, and what the camera's features say about
-the values: whether its sensor is polarised, and its Scan3d calibration.
+Here, too: the images of all stream channels as components of one frame, and what the camera's features say
+about the values: whether its sensor is polarised, and its Scan3d features.
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """Levels and colours of one component."""
 
     levels: Levels = field(default_factory=Levels)
@@ -125,7 +125,7 @@ class DisplaySettings:
     orientation: Orientation = field(default_factory=Orientation)
     component: str = ""
     "The label of the component that is shown; empty for the frame's own image."
-    looks: Mapping[str, Look] = field(default_factory=dict)
+    appearances: Mapping[str, Appearance] = field(default_factory=dict)
     "Of the components other than `component`, by their labels."
     side_by_side: bool = False
     "Whether all components of a frame are shown at once."
@@ -140,23 +140,24 @@ class DisplaySettings:
         return quantity_of(frame, self.scan, self.polarised, self.levels, self.colour_map)
 
     def choosing(self, label: str, before: str) -> DisplaySettings:
-        """Return the settings that show another component, with the look that it had.
+        """Return the settings that show another component, as it was shown last.
 
         `before` is the label of the component shown so far.
         """
-        own = Look(self.levels, self.colour_map, self.polarised)
-        looks = {name: look for name, look in {**self.looks, before: own}.items() if name != label}
-        return replace(self.of_other(label), looks=looks)
+        own = Appearance(self.levels, self.colour_map, self.polarised)
+        appearances = {**self.appearances, before: own}
+        appearances.pop(label, None)
+        return replace(self.of_other(label), appearances=appearances)
 
     def of_other(self, label: str) -> DisplaySettings:
         """Return the settings of a component that is shown beside the chosen one."""
-        look = self.looks.get(label, Look())
+        appearance = self.appearances.get(label, Appearance())
         return replace(
             self,
             component=label,
-            levels=look.levels,
-            colour_map=look.colour_map,
-            polarised=look.polarised,
+            levels=appearance.levels,
+            colour_map=appearance.colour_map,
+            polarised=appearance.polarised,
         )
 
     def undistorts(self, frame: Frame) -> Calibration | None:

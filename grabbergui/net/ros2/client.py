@@ -24,9 +24,9 @@ DISCOVERY_TIMEOUT = 5.0
 NAME_TIMEOUT = 2.0
 """Seconds that a publisher's node has to become known; one outside ROS never does."""
 WATCH_PERIOD = 0.1
-"""Seconds between looks at what others changed, while anybody listens, and at whether it is still there."""
-LOOKS_PER_CHECK = 10
-"""So many looks, and those who publish the topic are looked at again."""
+"""Seconds between polls of what others changed, while anybody listens, and of whether it is still there."""
+POLLS_PER_CHECK = 10
+"""After so many polls the publishers of the topic are checked again."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):
@@ -131,7 +131,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             elif now - (nameless := nameless or now) > NAME_TIMEOUT:
                 break
             time.sleep(0.05)
-        link.join(self._tell)
+        link.join(self._announce)
         try:
             self._recognise(link.described(self.info))
         except OtherCameraError:
@@ -155,16 +155,16 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
 
     # -- on the watching thread ------------------------------------------------------------------
     def _watch(self) -> None:
-        present, looks = True, 0
+        present, polls = True, 0
         while not self._closing.wait(WATCH_PERIOD):
-            looks += 1
+            polls += 1
             published = self._opened().published()
             try:
                 if published and not present:
                     self._come_back()
                     present = True
                 elif published:
-                    self._look(check=looks % LOOKS_PER_CHECK == 0)
+                    self._poll(check=polls % POLLS_PER_CHECK == 0)
                 elif present:
                     present = False
                     self._lose()
@@ -173,14 +173,14 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             except GrabberError as error:
                 log.info("%s: %s", self._name, error)
 
-    def _look(self, *, check: bool) -> None:
+    def _poll(self, *, check: bool) -> None:
         with self._lock:
             stream = self._stream
             if stream is not None and check:
                 stream.look()
             changed = self._opened().changes() if len(self.features_changed) else frozenset()
             self._forget_seen(changed)
-        self._tell(changed)
+        self._announce(changed)
 
     def _lose(self) -> None:
         self.connection_changed.emit(
@@ -196,8 +196,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             if self._stream is not None:
                 self._stream.look()
         self.connection_changed.emit(ConnectionState.OPEN, return_text(self.unlike_before))
-        self._tell(frozenset(description.name for description in self.feature_tree().descriptions()))
+        self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
 
-    def _tell(self, names: frozenset[str]) -> None:
+    def _announce(self, names: frozenset[str]) -> None:
         if names:
             self.features_changed.emit(names)

@@ -21,7 +21,7 @@ SERVICE_TIMEOUT = 3.0
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 _LOOK_PERIOD = 0.2
-"""Seconds between looks at whether a service that owes us an answer is still there."""
+"""Seconds between checks whether a service that owes us an answer is still there."""
 _ASK_AGAIN = 1.0
 """Seconds after which a service that never answered is asked again."""
 _ASK_TYPE = "grabber_interfaces/srv/Ask"

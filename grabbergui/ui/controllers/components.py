@@ -75,9 +75,9 @@ class ComponentController(QObject):
 
     def _on_connection_opened(self, _: OpenSource) -> None:
         before = self._picture.settings
-        if before.component or before.looks or before.polarised is not PolarisedView.MOSAIC:
+        if before.component or before.appearances or before.polarised is not PolarisedView.MOSAIC:
             mosaic = PolarisedView.MOSAIC
-            self._picture.settings = replace(before, component="", looks={}, polarised=mosaic)
+            self._picture.settings = replace(before, component="", appearances={}, polarised=mosaic)
         self._actions.setPolarisedView(PolarisedView.MOSAIC)
 
 

@@ -18,7 +18,7 @@ from grabbergui.ui.views.help_views import DoctorDialog, LogPanel, ManualDialog,
 
 
 class HelpController(QObject):
-    """Opens what explains the program. The doctor looks on a thread of its own."""
+    """Opens what explains the program. The doctor runs on a thread of its own."""
 
     def __init__(self, actions: HelpActions, menubar: QMenuBar, window: QWidget) -> None:
         super().__init__(window)
@@ -85,10 +85,10 @@ class HelpController(QObject):
         for finding in checks.check():
             if self.doctor is not dialog:
                 return
-            self._bridge.call(partial(self._tell, dialog, partial(dialog.addFinding, finding)))
-        self._bridge.call(partial(self._tell, dialog, dialog.finish))
+            self._bridge.call(partial(self._report, dialog, partial(dialog.addFinding, finding)))
+        self._bridge.call(partial(self._report, dialog, dialog.finish))
 
-    def _tell(self, dialog: DoctorDialog, report: Callable[[], None]) -> None:
+    def _report(self, dialog: DoctorDialog, report: Callable[[], None]) -> None:
         if self.doctor is dialog:
             report()
 

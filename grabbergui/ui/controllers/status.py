@@ -72,8 +72,8 @@ class StatusController(QObject):
         status = self._status.of(source)
         self._strip.setState(status.text, status.tone)
         self._strip.setTitle(*(source.names if source is not None else ("",)))
-        self._tell_title(source, status)
-        self._tell_lock(status)
+        self._show_title(source, status)
+        self._show_lock(status)
         if source is not None:
             self._show_figures(status)
             self._note_trigger(source, status)
@@ -85,13 +85,13 @@ class StatusController(QObject):
     def _show_messages(self) -> None:
         self._strip.setMessages(self._messages.shown(self._connection.source))
 
-    def _tell_title(self, source: OpenSource | None, status: SourceStatus) -> None:
+    def _show_title(self, source: OpenSource | None, status: SourceStatus) -> None:
         title = status.title(source.title) if source is not None else ""
         if title != self._title:
             self._title = title
             self.titleChanged.emit(title)
 
-    def _tell_lock(self, status: SourceStatus) -> None:
+    def _show_lock(self, status: SourceStatus) -> None:
         lock = ""
         if status.condition is Condition.LOST:
             lock = self.tr("The camera does not answer; what was set last is shown until it is back.")

@@ -206,7 +206,7 @@ class FeatureRow(QWidget):
         self._auto_feature = feature
         if self.auto is None:
             self.auto = AutoButton()
-            self.auto.modeChosen.connect(lambda mode: self._tell_auto(mode))
+            self.auto.modeChosen.connect(lambda mode: self._emit_mode(mode))
             self._place_auto()
         self.auto.setFeature(feature)
         if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
@@ -276,7 +276,7 @@ class FeatureRow(QWidget):
         else:
             self.edited.emit(self.name, value)
 
-    def _tell_auto(self, mode: object) -> None:
+    def _emit_mode(self, mode: object) -> None:
         if self.autoName:
             self.edited.emit(self.autoName, mode)
 

@@ -34,7 +34,7 @@ PROGRAM = ["-m", "grabbergui.ui.run.servo_process"]
 HELD = "ready: nothing moves until Start is pressed"
 "State of the robot after hand and eye were calibrated."
 _LOOK_S = 0.1
-"Seconds between looks at whether the window is still there."
+"Seconds between checks whether the window is still there."
 _END_S = 5.0
 "Seconds that it may take to end."
 

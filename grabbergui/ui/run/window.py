@@ -110,7 +110,7 @@ class _Report:
     """Takes the window's picture once frames flow, and says how it went at the end."""
 
     def __init__(self, controller: Program, path: Path | None, *, wanted: bool) -> None:
-        """`wanted` says that a run without a single picture has failed: nobody looks at the window."""
+        """`wanted` says that a run without a single picture has failed: nobody sees the window."""
         self._controller = controller
         self._path = path
         self._wanted = wanted

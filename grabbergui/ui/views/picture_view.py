@@ -27,7 +27,7 @@ NOTE_MARGIN = 16
 
 
 class PictureView(QWidget):
-    """Setters for what to show; signals for where one looks."""
+    """Setters for what to show; signals for the part of it that is viewed, and for the cursor."""
 
     viewChanged = pyqtSignal(object, object)
     """The visible Region of the frame, and (width, height) in screen pixels that it takes."""

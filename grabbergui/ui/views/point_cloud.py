@@ -16,7 +16,7 @@ _TEXT = QColor(220, 220, 220)
 
 
 class PointCloudView(QWidget):
-    """Paints an image as large as itself; signals tell what the mouse does."""
+    """Paints an image as large as itself; signals for what the mouse does."""
 
     turned = pyqtSignal(float, float)
     """Degrees to the right and up."""
@@ -101,6 +101,6 @@ class PointCloudDialog(QDialog):
         layout.addWidget(self.view)
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Say that nobody looks any more."""
+        """Emit `hidden`."""
         super().hideEvent(event)
         self.hidden.emit()

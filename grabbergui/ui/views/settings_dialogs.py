@@ -204,11 +204,11 @@ class UserSetsDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setList.currentRowChanged.connect(self._enable)
         self.setList.itemDoubleClicked.connect(lambda _: self.loadButton.click())
-        self.loadButton.clicked.connect(lambda: self._tell(self.loadRequested))
+        self.loadButton.clicked.connect(lambda: self._emit_for_chosen(self.loadRequested))
         self.saveButton.clicked.connect(self._ask_save)
         self.question: QMessageBox | None = None
         """Whether to overwrite a set, while it is asked."""
-        self.startButton.clicked.connect(lambda: self._tell(self.startRequested))
+        self.startButton.clicked.connect(lambda: self._emit_for_chosen(self.startRequested))
         self.closeButton.clicked.connect(self.reject)
         self._enable()
 
@@ -250,7 +250,7 @@ class UserSetsDialog(QDialog):
         if agreed:
             self.saveRequested.emit(name)
 
-    def _tell(self, signal: pyqtBoundSignal) -> None:
+    def _emit_for_chosen(self, signal: pyqtBoundSignal) -> None:
         if (chosen := self.chosen) is not None:
             signal.emit(chosen.name)
 

@@ -119,7 +119,7 @@ class MessageLine(QFrame):
 MOST = 4
 "Messages shown at once."
 EXPIRY_MS = 500
-"Between two looks whether a message has had its time."
+"Between two checks whether a message has had its time."
 _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
 
 
