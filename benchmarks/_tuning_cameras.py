@@ -135,7 +135,7 @@ def gentl() -> Iterator[Tuned]:
     """EMVA's simulated producer; it has no gain, so its frame rate is changed."""
     import genicam
 
-    from grabbergui.driver.gentl.source import create
+    from grabbergui.driver.gentl.device import create
 
     library = Path(genicam.__file__).with_name("viky.cti")
     writes: Writes = []

@@ -271,7 +271,7 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
-    from grabbergui.net.ros2.camera_info import receive_camera_info
+    from grabbergui.net.ros2.image_messages import receive_camera_info
     from grabbergui.servo.robots import tiago, tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"

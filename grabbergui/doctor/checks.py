@@ -158,10 +158,10 @@ def transfer_memory(place: Path) -> Iterator[Finding]:
 
 def usb_cameras() -> Iterator[Finding]:
     """Cameras seen."""
-    from grabbergui.driver.u3v import source
+    from grabbergui.driver.u3v import device
 
     try:
-        found = source.discover(1.0)
+        found = device.discover(1.0)
     except GrabberError as error:
         yield problem(f"looking for USB3 Vision cameras failed: {error}", "check the cable and the udev rule")
         return

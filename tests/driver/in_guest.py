@@ -32,8 +32,8 @@ from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v import registers
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.serve import serve
-from grabbergui.driver.u3v import source
-from grabbergui.driver.v4l2 import source as webcam_source
+from grabbergui.driver.u3v import device as u3v
+from grabbergui.driver.v4l2 import device as v4l2
 
 SOON = 120.0
 """Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
@@ -92,7 +92,7 @@ class SpareProgram:
         self._process = os.fork()
         if not self._process:
             os.read(reading, 1)
-            camera = source.create(SourceUri.parse("u3v:"))
+            camera = u3v.create(SourceUri.parse("u3v:"))
             camera.open()
             queue = camera.open_queue()
             camera.start()
@@ -122,13 +122,13 @@ def plugged_in(via: str, **faults: int) -> Iterator[None]:
     camera.plug_in(via, faults)
     try:
         assert camera.ready.wait(SOON), "the camera does not start"
-        wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
+        wait_until(lambda: len(u3v.discover(1.0)) == 1, "the camera does not appear on the bus")
         yield
     finally:  # whatever failed before it, the next way finds an empty bus, and this program ends
         camera.stop.set()
         camera.process.join(SOON)
         camera.process.kill()
-    wait_until(lambda: not source.discover(1.0), "the camera does not go")
+    wait_until(lambda: not u3v.discover(1.0), "the camera does not go")
 
 
 def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = SOON) -> None:
@@ -155,7 +155,7 @@ def run(*command: str, timeout: float = 40.0) -> str:
 def opened(uri: str) -> FrameGrabber:
     """Our own host's camera; opened again where the emulated machine answered too late."""
     for tries_left in reversed(range(8)):
-        camera = source.create(SourceUri.parse(uri))
+        camera = u3v.create(SourceUri.parse(uri))
         try:
             camera.open()
             break
@@ -169,7 +169,7 @@ def opened(uri: str) -> FrameGrabber:
 
 def our_host(result: dict[str, Any]) -> None:
     """List, read, set, stream 50 frames."""
-    result["listed"] = [info.as_dict() for info in source.discover(1.0)]
+    result["listed"] = [info.as_dict() for info in u3v.discover(1.0)]
     camera = opened("u3v:SIM001")
     try:
         result["exposure_set_by_aravis"] = camera.feature("ExposureTime").value
@@ -274,7 +274,7 @@ def prove_webcam() -> dict[str, Any]:
 
 
 def try_webcam() -> dict[str, Any]:
-    (info,) = webcam_source.discover(1.0)
+    (info,) = v4l2.discover(1.0)
     result: dict[str, Any] = {"info": info.as_dict(), "formats": {}}
     camera = sources.create("v4l2:")
     camera.open()

@@ -1,8 +1,12 @@
-"""A camera behind Aravis as a `Device`."""
+"""A camera behind Aravis as a `Device`; `aravis:` sources.
+
+The URI is `aravis:` (the first found), `aravis:192.168.0.10`, `aravis:SERIAL` or `aravis:AravisID`.
+"""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,9 +24,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.identity import differs, require_one, require_same
-from grabbergui.core.uri import is_ip_address
+from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
     CONTROL_LOST_CALLBACK,
@@ -34,6 +38,7 @@ from grabbergui.driver.aravis.library import (
 )
 from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 
 
@@ -204,3 +209,22 @@ class AravisDevice(Device):
         if self._device is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._library
+
+
+SEARCH = "GRABBERGUI_ARAVIS"
+"""Environment variable: set to 1, searches list what Aravis sees too, beside our own finds of the same."""
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The camera that a URI names, not yet opened. Raises UsageError, SourceUnavailableError."""
+    read_options(NoOptions, uri)
+    load()
+    info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)
+    return Camera(AravisDevice(uri.name, info))
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Return the cameras that Aravis finds, if `SEARCH` is set. Takes a second, whatever the `timeout`."""
+    if os.environ.get(SEARCH, "") in ("", "0"):
+        return []
+    return [camera.info() for camera in find_cameras()]

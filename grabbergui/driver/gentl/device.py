@@ -1,7 +1,13 @@
-"""A camera of a GenTL producer as a `Device`."""
+"""A camera of a GenTL producer as a `Device`; `gentl:` sources.
+
+The URI is `gentl:/path/producer.cti` (its first camera) or `gentl:/path/producer.cti#CAMERA`. The file may be
+named without its folder where GENICAM_GENTL64_PATH leads to it; `gentl:` alone means the first producer
+there. CAMERA is a GenTL id, a serial number or a user-defined name.
+"""
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,18 +22,30 @@ from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceLostError,
     DeviceStatusError,
+    GrabberError,
     LocalProtocolError,
+    MissingFileError,
     OtherCameraError,
     RemoteProtocolError,
     SourceNotFoundError,
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.identity import describe, differs, require_one, require_same
+from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
-from grabbergui.driver.gentl.producer import FoundCamera, Producer, answering, opening, text_of
+from grabbergui.driver.gentl.producer import (
+    SEARCH_PATH,
+    FoundCamera,
+    Producer,
+    answering,
+    installed_producers,
+    opening,
+    text_of,
+)
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.control.description import fetch_description
 
@@ -199,3 +217,44 @@ class GentlDevice(Device):
             self._loss_reported = True
         if self.on_lost is not None:
             self.on_lost(reason)
+
+
+log = logging.getLogger(__name__)
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The camera that a URI names, not yet opened. Raises UsageError, SourceNotFoundError."""
+    read_options(NoOptions, uri)
+    file, _, name = uri.name.partition("#")
+    path = _producer_file(file)
+    return Camera(GentlDevice(path, name, DeviceInfo(str(uri), bus="GenTL", address=name)))
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Every camera of the producers that the environment names; without any nothing is loaded."""
+    found: list[DeviceInfo] = []
+    for path in installed_producers():
+        try:
+            producer = Producer.acquire(path)
+            try:
+                found += [camera.device for camera in producer.cameras(int(timeout * 1000))]
+            finally:
+                producer.release()
+        except GrabberError as error:
+            log.warning("%s", error)
+    return found
+
+
+def _producer_file(file: str) -> Path:
+    if file and Path(file).is_file():
+        return Path(file)
+    installed = installed_producers()
+    for path in installed:
+        if not file or path.name == file:
+            return path
+    missing = MissingFileError if file else SourceNotFoundError
+    known = ", ".join(str(path) for path in installed) or "no .cti file"
+    raise missing(
+        f"there is no GenTL producer{f' {file}' if file else ''}; {SEARCH_PATH} leads to {known}. "
+        "Give the file's whole path, as in gentl:/opt/vendor/producer.cti"
+    )

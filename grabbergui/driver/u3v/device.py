@@ -1,4 +1,7 @@
-"""A USB3 Vision camera as a `Device`."""
+"""A USB3 Vision camera as a `Device`; `u3v:` sources.
+
+The URI is `u3v:` (the first), `u3v:<serial>`, `u3v:<GUID>` or `u3v:<bus-port>`; options are in `U3vOptions`.
+"""
 
 from __future__ import annotations
 
@@ -19,12 +22,15 @@ from grabbergui.core.errors import (
     DeviceLostError,
     DeviceStatusError,
     GrabberError,
+    SourceUnavailableError,
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.identity import require_same
+from grabbergui.core.uri import SourceUri, U3vOptions, read_options
 from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.u3v.bootstrap import (
     Abrm,
@@ -34,7 +40,7 @@ from grabbergui.driver.u3v.bootstrap import (
     StreamRequirements,
     read_description,
 )
-from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera
+from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera, find_cameras
 from grabbergui.driver.u3v.register_access import RegisterAccess
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
 from grabbergui.driver.u3v.stream_receiver import StreamReceiver
@@ -320,3 +326,21 @@ def _close_at_exit(reference: weakref.ref[U3vDevice]) -> None:
     device = reference()
     if device is not None:
         device.close()
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """Return the camera that a URI names, not yet opened. Raises UsageError."""
+    options = read_options(U3vOptions, uri)
+    device = U3vDevice(
+        uri.name, largest_transfer=options.transfer_size, transfers_in_flight=options.transfers
+    )
+    device.info = replace(device.info, uri=str(uri))
+    return Camera(device)
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Return every camera on the USB buses; none if there is no libusb. Asks each for its names."""
+    try:
+        return [camera.info for camera in find_cameras()]
+    except SourceUnavailableError:
+        return []

@@ -8,13 +8,13 @@ import time
 import numpy as np
 
 from grabbergui.core.errors import AckTimeoutError, LocalProtocolError, RemoteProtocolError, TransportError
-from grabbergui.driver.u3v.control_channel import ControlChannel
 from grabbergui.driver.u3v.enumeration import BulkInterface
 from grabbergui.driver.u3v.gencp import (
     HEADER_SIZE,
     SMALLEST_ACKNOWLEDGE,
     WRITE_OVERHEAD,
     CommandId,
+    ControlChannel,
     Packet,
     parse_reserved_and_value,
     read_memory,

@@ -1,4 +1,7 @@
-"""A video device behind the registers of its GenICam description, and its stream of mapped buffers."""
+"""A video device behind the registers of its GenICam description, and its stream; `v4l2:` sources.
+
+The URI is `v4l2:` (the first found), `v4l2:/dev/video2`, `v4l2:SERIAL`, or has the bus or the model's name.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +22,10 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, GrabberError, SourceNotFoundError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.identity import require_one, require_same
+from grabbergui.core.uri import NoOptions, SourceUri, read_options
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, StreamSlot
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
@@ -321,3 +326,14 @@ class V4l2Stream:
             return None
         buffer[:] = picture.reshape(-1)
         return buffer
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The webcam that a URI names, not yet opened. Raises UsageError."""
+    read_options(NoOptions, uri)
+    return Camera(V4l2Device(uri.name, DeviceInfo(str(uri), bus="V4L2", address=uri.name)))
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Every video device of this computer."""
+    return find()

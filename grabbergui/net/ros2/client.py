@@ -12,9 +12,8 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import DeviceLostError, GrabberError, OtherCameraError, SourceNotFoundError
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
-from grabbergui.net.ros2.client_components import ComponentSubscriptions
 from grabbergui.net.ros2.client_link import CameraLink, not_found
-from grabbergui.net.ros2.client_stream import ImageStream
+from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
 from grabbergui.net.ros2.runtime import Ros2Node
 
 log = logging.getLogger(__name__)

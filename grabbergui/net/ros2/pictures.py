@@ -25,8 +25,7 @@ from grabbergui.core.pfnc import Family
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import CurrentScan3d, Scan3d, components_of, in_metres
 from grabbergui.net.component_joiner import MOST_COMPONENTS
-from grabbergui.net.ros2.camera_info import fill_camera_info
-from grabbergui.net.ros2.image_messages import filled, message_bytes
+from grabbergui.net.ros2.image_messages import fill_camera_info, filled, message_bytes
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)

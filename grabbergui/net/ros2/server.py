@@ -16,7 +16,7 @@ from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.features import format_number
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.net.ros2.camera_info import DEFAULT_URL, path_of, read_camera_info
+from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2

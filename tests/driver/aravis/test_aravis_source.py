@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.aravis import device, library, source
+from grabbergui.driver.aravis import device, library
 from grabbergui.driver.aravis.library import FoundCamera
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
@@ -195,9 +195,9 @@ def test_another_camera_at_the_named_address_is_refused_and_named() -> None:
 def test_its_own_fake_camera_is_listed_and_opened(
     aravis_camera: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert source.discover(0.1) == []
-    monkeypatch.setenv(source.SEARCH, "1")
-    infos = {info.serial: info for info in source.discover(0.1)}
+    assert device.discover(0.1) == []
+    monkeypatch.setenv(device.SEARCH, "1")
+    infos = {info.serial: info for info in device.discover(0.1)}
     info = infos["GV01"]
     assert (info.vendor, info.model, info.address) == ("Aravis", "Fake", "127.0.0.1")
     with closing(sources.create(info.uri)) as grabber:
@@ -238,7 +238,7 @@ def test_without_the_library_the_message_names_the_package(monkeypatch: pytest.M
     library.load.cache_clear()
     try:
         with pytest.raises(SourceUnavailableError, match="apt install libaravis"):
-            source.create(SourceUri.parse("aravis:"))
+            device.create(SourceUri.parse("aravis:"))
     finally:
         library.load.cache_clear()
 

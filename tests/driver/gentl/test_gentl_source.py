@@ -23,7 +23,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.driver.gentl import producer, source, stream
+from grabbergui.driver.gentl import device, producer, stream
 from grabbergui.driver.gentl.stream import BUFFERS
 from patience import PATIENCE, TRIES, until
 
@@ -48,13 +48,13 @@ def test_grab_counts_frames(capsys):
 
 def test_without_the_environment_variable_no_producer_is_loaded(monkeypatch):
     monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
-    assert source.discover(0.1) == []
+    assert device.discover(0.1) == []
     assert not producer.Producer._open
 
 
 def test_discovery_lists_each_camera_under_a_uri_that_opens_it(monkeypatch):
     monkeypatch.setenv(producer.SEARCH_PATH, str(VIKY.parent))
-    found = source.discover(0.2)
+    found = device.discover(0.2)
     assert [info.address for info in found] == [f"VikyTL_DEV_{name}" for name in ("red", "green", "blue")]
     camera = sources.create(found[1].uri)
     camera.open()
@@ -69,7 +69,7 @@ def test_a_producer_that_cannot_be_loaded_hinders_no_other(monkeypatch, tmp_path
     broken = tmp_path / "broken.cti"
     broken.write_bytes(b"no library")
     monkeypatch.setenv(producer.SEARCH_PATH, f"{tmp_path}:/nowhere:{VIKY}")
-    assert len(source.discover(0.2)) == 3
+    assert len(device.discover(0.2)) == 3
     assert "broken.cti" in caplog.text
     with pytest.raises(SourceUnavailableError, match=r"broken\.cti"):
         sources.create(f"gentl:{broken}").open()

@@ -18,7 +18,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
-from grabbergui.driver.u3v import source
+from grabbergui.driver.u3v import device
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
 from patience import attempts
@@ -101,11 +101,11 @@ def test_a_second_host_learns_that_the_camera_is_in_use(plug_in) -> None:
 def test_looking_for_cameras_is_quick_and_silent_without_any() -> None:
     for watch in attempts(2.0):
         with watch:
-            found = source.discover(1.0)
+            found = device.discover(1.0)
     assert all(info.bus == "USB3 Vision" for info in found)
 
 
 @pytest.mark.parametrize("text", ["u3v:?transfer_size=12", "u3v:?transfers=many", "u3v:?transfers=0"])
 def test_options_out_of_range_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="a number from"):
-        source.create(SourceUri.parse(text))
+        device.create(SourceUri.parse(text))

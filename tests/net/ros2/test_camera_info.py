@@ -9,7 +9,7 @@ from grabbergui.calibration import camera_info
 from grabbergui.calibration.fitted import fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.net.ros2.camera_info import fill_camera_info, read_camera_info
+from grabbergui.net.ros2.image_messages import fill_camera_info, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
 WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))

@@ -24,7 +24,7 @@ from whole_chain import reach_marker  # noqa: E402
 
 from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, UsageError  # noqa: E402
-from grabbergui.net.ros2.camera_info import receive_camera_info  # noqa: E402
+from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
