@@ -184,7 +184,7 @@ def yarp() -> Iterator[Tuned]:
 @contextmanager
 def ros2() -> Iterator[Tuned]:
     """`sim:` served on ROS 2."""
-    from grabbergui.net.ros2.source import create
+    from grabbergui.net.ros2.client import create
 
     with _process(be_served, True) as ask:
         own_write = ask("own write")

@@ -62,7 +62,7 @@ _MODULES: dict[str, str] = {
     SourceKind.ARAVIS: "grabbergui.driver.aravis.device",
     SourceKind.V4L2: "grabbergui.driver.v4l2.device",
     SourceKind.YARP: "grabbergui.net.yarp.source",
-    SourceKind.ROS2: "grabbergui.net.ros2.source",
+    SourceKind.ROS2: "grabbergui.net.ros2.client",
     SourceKind.FILE: "grabbergui.recording.playback",
 }
 """Modules with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""

@@ -14,7 +14,7 @@ from grabbergui.cli.features import assignment, write
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.parsing import count, counted, positive
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.config.shipped_files import check_folder_of
+from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue

@@ -13,8 +13,8 @@ from typing import Any
 from grabbergui import sources
 from grabbergui.cli.parsing import positive
 from grabbergui.cli.process import dies_of_interrupt
-from grabbergui.config.shipped_files import MANUAL, RESOURCES
 from grabbergui.core import environment
+from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.doctor import Level
 from grabbergui.setup import completion, udev

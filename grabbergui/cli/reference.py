@@ -15,7 +15,7 @@ from typing import Any
 from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, command_parsers, shared_options
 from grabbergui.cli.parsing import wrapped
-from grabbergui.config.shipped_files import MANUAL, RESOURCES
+from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
 from grabbergui.core.uri import option_rows
 from grabbergui.setup.completion import TABLE

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli import servo_robots
 from grabbergui.cli.parsing import part, positive
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.config.shipped_files import find_file
+from grabbergui.core.environment import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grabbergui.cli.opening import opened
-from grabbergui.config.shipped_files import find_file
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
+from grabbergui.core.environment import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:

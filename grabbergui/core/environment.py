@@ -1,4 +1,4 @@
-"""The environment of the program: the command that runs it again, and the folders of its user (XDG)."""
+"""The environment of the program: the command that runs it again, its own files, its user's folders (XDG)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+
+from grabbergui.core.errors import MissingFileError
 
 NAME = "grabbergui"
 
@@ -67,3 +69,35 @@ def _home() -> Path:
         return Path.home()
     except RuntimeError:  # a user that the system does not know, as in containers
         return Path("/")
+
+
+_PACKAGE = Path(__file__).parents[1]
+_CHECKOUT = (_PACKAGE.parent / "pyproject.toml").is_file()
+
+RESOURCES = _PACKAGE.parent / "resources" if _CHECKOUT else _PACKAGE / "resources"
+"""The folder of the files that come with the program, in a checkout or installed."""
+MANUAL = _PACKAGE.parent / "docs" if _CHECKOUT else _PACKAGE / "manual"
+"""The folder of the manual's pages."""
+
+
+def find_file(path: Path, what: str = "file") -> Path:
+    """Return the file that was named, or the shipped one of that name (`servo/servo.ini`, `servo.ini`).
+
+    The manual writes `resources/servo/servo.ini`; that is found from any folder. Raises MissingFileError.
+    """
+    if path.exists():
+        return path
+    parts = path.parts[1:] if path.parts[:1] == ("resources",) else path.parts
+    if not path.is_absolute() and parts and ".." not in parts:
+        found = [RESOURCES.joinpath(*parts)] if len(parts) > 1 else sorted(RESOURCES.rglob(parts[0]))
+        for shipped in found:
+            if shipped.is_file():
+                return shipped
+    raise MissingFileError(f"there is no {what} {path}")
+
+
+def check_folder_of(path: Path) -> None:
+    """Raise MissingFileError unless the folder exists that a new file or folder shall be made in."""
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise MissingFileError(f"there is no folder {folder} for {path.name}; make it first")

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grabbergui.config.shipped_files import RESOURCES
-from grabbergui.core.environment import config_home, data_home
+from grabbergui.core.environment import RESOURCES, config_home, data_home
 from grabbergui.core.errors import UsageError
 from grabbergui.setup.seen import Seen
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grabbergui.config.shipped_files import RESOURCES
+from grabbergui.core.environment import RESOURCES
 from grabbergui.core.errors import UsageError
 
 _SHIPPED = {

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from grabbergui.config.shipped_files import RESOURCES
+from grabbergui.core.environment import RESOURCES
 from grabbergui.core.errors import GrabberError, SourceUnavailableError
 
 INTERFACES = RESOURCES / "ros2" / "grabber_interfaces"

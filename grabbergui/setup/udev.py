@@ -6,8 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from grabbergui.config.shipped_files import RESOURCES
-from grabbergui.core.environment import sudo_command
+from grabbergui.core.environment import RESOURCES, sudo_command
 from grabbergui.core.errors import AccessDeniedError
 
 RULE_NAME = "70-grabbergui-u3v.rules"

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from grabbergui.config.shipped_files import RESOURCES
+from grabbergui.core.environment import RESOURCES
 from grabbergui.core.errors import UsageError
 from grabbergui.setup.desktop import DesktopEntry, exec_value
 from patience import PROGRAM

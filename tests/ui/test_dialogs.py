@@ -9,7 +9,7 @@ from PyQt5.QtCore import QRect, QSize
 from PyQt5.QtWidgets import QAbstractButton, QDialog, QScrollArea
 
 import grabbergui.ui.views
-from grabbergui.config.shipped_files import MANUAL
+from grabbergui.core.environment import MANUAL
 from grabbergui.core.selection import SettingKey
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet

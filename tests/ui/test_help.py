@@ -6,7 +6,7 @@ from PyQt5.QtCore import QEvent, QPoint
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QWhatsThis
 
-from grabbergui.config.shipped_files import MANUAL
+from grabbergui.core.environment import MANUAL
 from grabbergui.doctor import checks, good, problem
 from grabbergui.ui.controllers.help import HelpController
 

@@ -15,8 +15,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.auto import regulate
 from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece
-from grabbergui.driver.sim.files import FileControl, FileStore, firmware_version
-from grabbergui.driver.sim.lut import LookUpTable
+from grabbergui.driver.sim.files import FileControl, FileStore, LookUpTable, firmware_version
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.driver.sim.lut import replaced
+from grabbergui.driver.sim.files import replaced
 from grabbergui.driver.sim.packing import COLOURED, pack, pack_colour, sensor_depth
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene

@@ -10,7 +10,7 @@ from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
-from grabbergui.config.shipped_files import MANUAL
+from grabbergui.core.environment import MANUAL
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import HelpActions

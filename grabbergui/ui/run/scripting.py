@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QWidget
 
-from grabbergui.config.shipped_files import find_file
+from grabbergui.core.environment import find_file
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame

@@ -172,17 +172,17 @@ def test_a_region_leaves_images_and_calibration_right(server, probe, camera):
 
 
 def test_image_topics_are_listed(server):
-    from grabbergui.net.ros2 import source
+    from grabbergui.net.ros2 import client
 
-    until(lambda: "ros2:/cam" in [info.uri for info in source.discover(1.0)])
+    until(lambda: "ros2:/cam" in [info.uri for info in client.discover(1.0)])
 
 
 def test_each_domain_is_listened_in_by_itself(server, monkeypatch):
-    from grabbergui.net.ros2 import source
+    from grabbergui.net.ros2 import client
 
-    until(lambda: source.discover(1.0))
+    until(lambda: client.discover(1.0))
     monkeypatch.setenv("ROS_DOMAIN_ID", "101")
-    assert source.discover(0.3) == []
+    assert client.discover(0.3) == []
 
 
 def test_a_bad_name_is_refused(camera):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.config.shipped_files import RESOURCES, find_file
+from grabbergui.core.environment import RESOURCES, find_file
 from grabbergui.core.errors import MissingFileError
 
 
