@@ -244,9 +244,12 @@ class FollowedScan3d:
     def __init__(self, grabber: FrameGrabber) -> None:
         """Blocks while the camera answers."""
         self._grabber = grabber
-        grabber.features_changed.connect(self._on_features_changed)
-        self.value = Scan3d.read(grabber)
+        # One reading at a time, so that the last to begin is the one that counts.
+        self._reading = threading.RLock()
+        self.value = Scan3d()
         "The features as they were read last. Any thread."
+        grabber.features_changed.connect(self._on_features_changed)
+        self._read()
 
     def close(self) -> None:
         """Follow the grabber no longer. May be called twice."""
@@ -254,6 +257,10 @@ class FollowedScan3d:
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if may_change(names):
+            self._read()
+
+    def _read(self) -> None:
+        with self._reading:
             self.value = Scan3d.read(self._grabber)
 
 

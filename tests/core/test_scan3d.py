@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,9 @@ from grabbergui import sources
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import Coordinate, Scan3d
+from grabbergui.core.scan3d import Coordinate, FollowedScan3d, Scan3d
 from grabbergui.core.uri import SourceUri
+from patience import PATIENCE
 
 DEPTH = Coordinate(0.5, 100.0, 0.0)
 C_ONLY = Scan3d(calibrated=True, coordinates=(Coordinate(), Coordinate(), DEPTH))
@@ -127,3 +129,23 @@ def test_the_simulated_camera_reports_its_range():
     assert scan.calibrated and scan.coordinates[2] == Coordinate(0.1, 0.0, 0.0)
     assert (scan.focal_length, scan.principal_point) == (2000.0, (2048.0, 1080.0))
     assert Scan3d.read(ScriptedGrabber()) == Scan3d()
+
+
+def test_a_change_during_the_first_read_is_not_overwritten_by_it(monkeypatch):
+    camera = ScriptedGrabber()
+    values = iter([Scan3d(), C_ONLY])
+
+    def read(grabber):
+        value = next(values)
+        if value is not C_ONLY:  # the first read: meanwhile the camera reports another scale
+            change.start()
+            change.join(0.2)
+        return value
+
+    changed = frozenset({"Scan3dCoordinateScale"})
+    change = threading.Thread(target=camera.features_changed.emit, args=(changed,))
+    monkeypatch.setattr(Scan3d, "read", read)
+    followed = FollowedScan3d(camera)
+    change.join(PATIENCE)
+    assert followed.value == C_ONLY
+    followed.close()
