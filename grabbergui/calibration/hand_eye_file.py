@@ -18,7 +18,7 @@ from grabbergui.core.errors import UsageError
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """What carries the camera, in the names of tf."""
+    """The link that carries the camera, in the names of tf."""
 
     eye: str
     "`head`, `hand` or `fixed`."

@@ -54,7 +54,7 @@ class Joints(Protocol):
 
 @dataclass(frozen=True)
 class Arrangement:
-    """What moves: the camera's chain and the target's; None for a part that stands still in the base."""
+    """The moving chains, of the camera and of the target; None for a part that stands still in the base."""
 
     camera: Joints | None
     target: Joints | None
@@ -91,7 +91,7 @@ class HandEyeView:
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """What is sought."""
+    """The unknowns of a hand–eye calibration, estimated so far."""
 
     camera: Pose
     "The optical frame on its chain's tool, or in the base."

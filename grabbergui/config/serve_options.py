@@ -83,7 +83,7 @@ class ServeOptions:
 
     @property
     def allowed(self) -> AllowedAddresses:
-        """Who is answered. Raises UsageError."""
+        """The addresses that are answered. Raises UsageError."""
         return AllowedAddresses.parse(self.allow.replace(",", " ").split())
 
     @property

@@ -58,24 +58,24 @@ class DisplayImage:
 
 
 def to_raw(frame: SensorPicture) -> NDArray[Any]:
-    """What `Frame.raw` gives: see there. Raises PixelFormatError."""
+    """Return the values of `Frame.raw`. Raises PixelFormatError."""
     return unpacking.lines(frame)
 
 
 def to_mono(frame: SensorPicture) -> NDArray[np.uint8]:
-    """What `Frame.mono` gives: luma of colour, the eight highest bits of deeper formats."""
+    """Return the image of `Frame.mono`: luma of colour, the eight highest bits of deeper formats."""
     return colour.to_grey(_eight_bit_lines(frame), frame.pixel_format)
 
 
 def to_rgb(frame: SensorPicture) -> NDArray[np.uint8]:
-    """What `Frame.rgb` gives; how each family becomes RGB is described in `core.colour`."""
+    """Return the image of `Frame.rgb`; `core.colour` describes how each family becomes RGB."""
     return colour.to_rgb(_eight_bit_lines(frame), frame.pixel_format)
 
 
 def for_display(
     frame: SensorPicture, region: Region | None = None, size: tuple[int, int] | None = None
 ) -> DisplayImage:
-    """An 8-bit picture of a region (the whole frame if None), never larger than `size`.
+    """Return an 8-bit picture of a region (the whole frame if None), never larger than `size`.
 
     `size` is (width, height) in screen pixels; a larger region is reduced to fit, its proportions kept,
     before colour is computed where that saves work; nothing is ever enlarged, and None reduces nothing.

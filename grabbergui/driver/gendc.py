@@ -23,7 +23,7 @@ Bytes = bytes | bytearray | memoryview
 
 
 class HeaderType(IntEnum):
-    """What a header describes. Of parts, the high byte is the number of dimensions."""
+    """The kinds of header. Of parts, the high byte is the number of dimensions."""
 
     CONTAINER = 0x1000
     COMPONENT = 0x2000

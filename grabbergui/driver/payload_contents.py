@@ -38,7 +38,7 @@ _GENDC_ENCODINGS = {
 
 @dataclass(frozen=True)
 class Contents:
-    """What a payload holds."""
+    """The components of a payload, and how it is encoded."""
 
     payload_type: PayloadType
     payload: NDArray[np.uint8]

@@ -52,7 +52,7 @@ HAND_EYE = "stopped to calibrate hand and eye"
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What happened since the report before."""
+    """The events since the previous report."""
 
     moments: list[Moment]
     running: bool
@@ -73,7 +73,7 @@ class Report:
 
 
 class RequestKind(Enum):
-    """What a window asks for, or announces."""
+    """The requests and announcements of a window."""
 
     STOP = "stop"
     START = "start"
@@ -361,7 +361,7 @@ class RunnerProxy:
 
 
 class _Loop:
-    """What a window reads of a `ServoLoop`."""
+    """The part of a `ServoLoop` that a window reads."""
 
     def __init__(self) -> None:
         self.newest: Moment | None = None
@@ -372,7 +372,7 @@ class _Loop:
 
 
 class _Robot:
-    """What a window reads of a `Robot`: always of the newest report."""
+    """The part of a `Robot` that a window reads, always from the newest report."""
 
     def __init__(self) -> None:
         self.lines: list[NDArray[np.float64]] = []
@@ -388,7 +388,7 @@ class _Robot:
 
 
 class _Gate:
-    """What a window reads of a `CommandGate`."""
+    """The part of a `CommandGate` that a window reads."""
 
     halted = ""
 

@@ -35,7 +35,7 @@ _REFRESH_TIME = 60.0
 
 @dataclass(frozen=True)
 class DesktopEntry:
-    """What belongs to the program in one data folder."""
+    """The program's files in one data folder."""
 
     data: Path
 

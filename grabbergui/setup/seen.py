@@ -28,7 +28,7 @@ _MOST_CAMERAS = 20
 
 @dataclass
 class Seen:
-    """What one user's programs saw last."""
+    """The cache of one user: sources and feature names of the last commands."""
 
     file: Path = field(default_factory=lambda: cache_home() / "grabbergui" / "seen.json")
     clock: Callable[[], float] = time.time

@@ -62,7 +62,7 @@ COMPRESSED = ("MJPG", "JPEG")
 
 
 class Standard(NamedTuple):
-    """What SFNC calls a control."""
+    """The SFNC feature that stands for a control."""
 
     name: str
     category: str = "AnalogControl"

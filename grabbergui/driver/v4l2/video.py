@@ -28,7 +28,7 @@ Result = TypeVar("Result")
 
 
 class ControlKind(Enum):
-    """What sort of value a control holds."""
+    """The type of a control's value."""
 
     INTEGER = "integer"
     BOOLEAN = "boolean"

@@ -140,7 +140,7 @@ class PaneCaption(QWidget):
 
     @property
     def text(self) -> str:
-        """What is written."""
+        """The text shown."""
         return "\n".join(self._lines)
 
     def setParts(self, name: str, value: str, scale: str) -> None:

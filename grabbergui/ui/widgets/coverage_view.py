@@ -62,7 +62,7 @@ class CoverageView(QWidget):
 
     @property
     def coverage(self) -> Coverage:
-        """What is shown."""
+        """The coverage shown."""
         return self._coverage
 
     def setCoverage(self, coverage: Coverage) -> None:

@@ -76,7 +76,7 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
         self.update()
 
     def shape_of(self, mark: Mark) -> QRectF | QLineF | None:
-        """What is shown."""
+        """Return the shape of a mark; None if it is not shown."""
         return self._shapes.get(mark)
 
     def boundingRect(self) -> QRectF:

@@ -196,7 +196,7 @@ class TaskStack(QWidget):
 
     @property
     def rows(self) -> tuple[TaskRow, ...]:
-        """What is shown."""
+        """The rows shown, from the top."""
         return tuple(self._rows)
 
     def begin(self, title: str) -> TaskRow:

@@ -134,7 +134,7 @@ class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
 
     @property
     def texts(self) -> dict[tuple[int, int], str]:
-        """What is written, by column and line."""
+        """The texts shown, by column and line."""
         return self._texts
 
     def setSize(self, width: int, height: int) -> None:
@@ -186,7 +186,7 @@ class Thumbnail(QWidget):
 
     @property
     def image(self) -> QImage | None:
-        """What is shown."""
+        """The image shown."""
         return self._image
 
     def setPicture(self, image: DisplayImage | None) -> None:
