@@ -31,12 +31,16 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
-from grabbergui.ui.controllers.components import ComponentController, PointCloudController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.lut import LutController
 from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
-from grabbergui.ui.controllers.picture import AcquisitionController, DisplayController
+from grabbergui.ui.controllers.picture import (
+    AcquisitionController,
+    ComponentController,
+    DisplayController,
+    PointCloudController,
+)
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController
