@@ -494,7 +494,6 @@ def test_a_background_source_that_fails_to_open_is_reported_and_removed(bench, p
     bench.others["sim:scene"] = broken = Source()
     broken.problem = TransportError("no such camera")
     bench.link.open_additional("sim:scene")
-    deadline = time.monotonic() + PATIENCE
-    while len(bench.link.sources) > 2 and time.monotonic() < deadline:
-        time.sleep(0.002)
+    until(lambda: bench.failures, "the failure")
     assert bench.failures == ["no such camera"] and bench.link.source is pair.first
+    assert len(bench.link.sources) == 2
