@@ -30,8 +30,6 @@ from grabbergui.core.errors import UsageError
 
 OFFSET_SPREAD = math.radians(0.5)
 "Standard deviation that joint offsets are expected to have before anything is measured."
-_STEP = 1e-6
-"Radians by which a joint is moved to either side, to differentiate a chain."
 
 
 class Joints(Protocol):
@@ -49,6 +47,10 @@ class Joints(Protocol):
 
     def forward(self, angles: Vector) -> Pose:
         """Return the tool's pose in the base."""
+        ...
+
+    def jacobian(self, angles: Vector) -> NDArray[np.float64]:
+        """Return (6, joints): the tool's twist in the base for each joint's rad/s."""
         ...
 
 
@@ -210,12 +212,10 @@ def _motion(
     place = tool @ mounted
     twists = np.zeros((6, 6))
     twists[:3, :3] = twists[3:, 3:] = tool[:3, :3].T
-    joints = np.zeros((len(angles), 6))
-    if chain is not None:
-        for joint, change in zip(joints, np.eye(len(angles)) * _STEP, strict=True):
-            moved = (chain.forward(angles + change) - chain.forward(angles - change)) @ mounted / (2 * _STEP)
-            spin = moved[:3, :3] @ place[:3, :3].T
-            joint[:] = (*moved[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0])
+    if chain is None:
+        return place, twists, np.zeros((0, 6))
+    joints = chain.jacobian(angles).T
+    joints[:, :3] += np.cross(joints[:, 3:], place[:3, 3] - tool[:3, 3])
     return place, twists, joints
 
 
