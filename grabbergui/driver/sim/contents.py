@@ -185,16 +185,26 @@ def range_image(settings: FrameSettings, frame_id: int) -> NDArray[np.uint16]:
 
     0 means not measured, in the ball's shadow.
     """
-    rows, columns = np.mgrid[0 : settings.height, 0 : settings.width].astype(np.float32)
-    side = max(min(settings.width, settings.height), 1)
-    distance = NEAREST_MM + 400.0 + 300.0 * rows / side
-    x = (columns - (frame_id * 4 % max(settings.width, 1))) / side
-    y = (rows - settings.height / 2) / side
+    width, height = settings.width, settings.height
+    side = max(min(width, height), 1)
+    plane = NEAREST_MM + 400.0 + 300.0 * np.arange(height, dtype=np.float32) / side
+    steps = np.repeat(_in_steps(plane)[:, None], width, axis=1)
+    # The rest happens near the ball, whose middle is at (middle, height / 2).
+    middle = frame_id * 4 % max(width, 1)
+    left, right = max(middle - side // 5 - 1, 0), min(middle + 3 * side // 10 + 2, width)
+    top, bottom = max((height - 2 * side // 5) // 2 - 1, 0), (height + 2 * side // 5) // 2 + 2
+    rows, columns = np.mgrid[top : min(bottom, height), left:right].astype(np.float32)
+    x, y = (columns - middle) / side, (rows - height / 2) / side
     apart = np.hypot(x, y)
     ball = apart < 0.2
-    distance[ball] = NEAREST_MM + 200.0 - 150.0 * np.sqrt(0.04 - apart[ball] ** 2) / 0.2
-    distance[(np.hypot(x - 0.1, y) < 0.2) & ~ball] = 0.0
-    steps: NDArray[np.uint16] = np.rint(distance / STEP_MM).astype(np.uint16)
+    part = steps[top:bottom, left:right]
+    part[np.hypot(x - 0.1, y) < 0.2] = 0
+    part[ball] = _in_steps(NEAREST_MM + 200.0 - 150.0 * np.sqrt(0.04 - apart[ball] ** 2) / 0.2)
+    return steps
+
+
+def _in_steps(millimetres: NDArray[np.float32]) -> NDArray[np.uint16]:
+    steps: NDArray[np.uint16] = np.rint(millimetres / STEP_MM).astype(np.uint16)
     return steps
 
 
