@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
@@ -323,3 +324,7 @@ class _Near:
     def forward(self, angles: Vector) -> Pose:
         """Return the tool's pose in the base."""
         return self._chain.forward(angles)
+
+    def jacobian(self, angles: Vector) -> NDArray[np.float64]:
+        """Return the tool's twist for each joint's rad/s."""
+        return self._chain.jacobian(angles)
