@@ -203,7 +203,7 @@ def range_image(settings: FrameSettings, frame_id: int) -> NDArray[np.uint16]:
     return steps
 
 
-def _in_steps(millimetres: NDArray[np.float32]) -> NDArray[np.uint16]:
+def _in_steps(millimetres: NDArray[np.floating[Any]]) -> NDArray[np.uint16]:
     steps: NDArray[np.uint16] = np.rint(millimetres / STEP_MM).astype(np.uint16)
     return steps
 
