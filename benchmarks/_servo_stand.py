@@ -22,7 +22,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
-from grabbergui.servo.priority import run_first
+from grabbergui.servo.priority import run_first, single_threaded
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
@@ -33,6 +33,7 @@ EXPOSURE_US = 4000.0
 
 def serve(fps: float, board: bool) -> None:
     """Be robot and camera until standard input ends."""
+    single_threaded()
     robot = SimRobot(teo.MODEL)
     things = Things() if board else Things(board=lambda seconds: None)
     scene = RenderedScene(closed_loop.things_for(Config().marker, things))

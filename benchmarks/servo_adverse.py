@@ -21,10 +21,11 @@ from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, random_
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.driver.sim.rendered.scene import Things, board_pose, swaying
-from grabbergui.servo.closed_loop import ClosedLoop, single_threaded
+from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.kinematics import STRETCHED
+from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State

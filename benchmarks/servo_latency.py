@@ -26,7 +26,7 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.loop import ControlCycle
-from grabbergui.servo.priority import run_as_others, run_first
+from grabbergui.servo.priority import run_as_others, run_first, single_threaded
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
@@ -124,7 +124,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
     parser.add_argument("--seconds", type=float, default=15.0)
     options = parser.parse_args(arguments)
-    closed_loop.single_threaded()
+    single_threaded()
     run_as_others()
     rows, worst, loaded = [], 0.0, 0.0
     for case in cases():

@@ -130,11 +130,13 @@ def configuration(options: argparse.Namespace) -> Config:
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.servo import closed_loop
     from grabbergui.servo.detection import Detector
+    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.runner import Runner
 
     if options.screenshot is not None and (options.seconds is None or options.headless):
         raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
     config = configuration(options)
+    single_threaded()
     with ExitStack() as stack:
         scene = servo_robots.assemble(options, config, stack)
         if options.hand_eye is not None:

@@ -166,6 +166,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
+    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.robots import teo
     from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.teo_ports import TeoPorts
@@ -173,6 +174,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
     check_port_name(options.name)
     if not 1 <= options.fps <= 100:
         raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+    single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
         names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
         robot = SimRobot(teo.MODEL)
@@ -215,11 +217,13 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
+    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     if not 1 <= options.fps <= 100:
         raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+    single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
         robot = SimRobot(servo_robots.tiago_model(options))
         stack.callback(robot.close)

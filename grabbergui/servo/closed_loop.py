@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 
 from grabbergui.calibration import geometry
@@ -242,8 +241,3 @@ class ClosedLoop:
         chosen = replace(self._settings, exposure_us=self._settings.exposure_us * self.light(self.now))
         grey = self._sensor.render(chosen, self._frames, int(self.now * 1e9), out).copy()
         self._on_the_way.append((self.now + self.latency, self._frames, self.now, grey))
-
-
-def single_threaded() -> None:
-    """Keep OpenCV from taking every core, for measurements side by side."""
-    cv2.setNumThreads(1)

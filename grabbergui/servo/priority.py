@@ -1,4 +1,4 @@
-"""Scheduling of a process that must not wait for other programs: the guardian.
+"""Scheduling of a process that must not wait for other programs, as the guardian, or that shares with them.
 
 With eight busy programs on two cores, an ordinary thread woke up to 150 ms late; one with real-time priority,
 at most 1 ms. Linux grants that priority to root, to programs with CAP_SYS_NICE, and to users with an `rtprio`
@@ -42,6 +42,17 @@ def run_as_others() -> None:
     """Schedule all threads of this process like other programs' again."""
     if sys.platform == "linux":
         _for_each_thread(lambda thread: os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0)))
+
+
+def single_threaded() -> None:
+    """Let OpenCV compute on the threads that call it, in a process that should be in time on a busy computer.
+
+    Its workers wait for each other without sleeping. Where other programs want the cores too, that takes more
+    time from all of them than a second core gives.
+    """
+    import cv2  # the guardian has no use for it
+
+    cv2.setNumThreads(1)
 
 
 def lock_memory() -> str:

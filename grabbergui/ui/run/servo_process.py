@@ -22,6 +22,7 @@ from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
+from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.runner import Runner
 from grabbergui.ui.run import standalone
 from grabbergui.ui.run.application import application, require_display
@@ -156,6 +157,7 @@ def main() -> None:
     """Be the window until it is closed or the loop's process ends."""
     # The loop's process gets it too, stops, and closes the window.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    single_threaded()
     # What prints must not come between the requests.
     to_loop, from_loop = os.fdopen(os.dup(sys.stdout.fileno()), "wb"), sys.stdin.buffer
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
