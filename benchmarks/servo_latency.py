@@ -122,12 +122,17 @@ def opened(case: Case) -> Opened:
 
 def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
-    parser.add_argument("--seconds", type=float, default=15.0)
+    parser.add_argument("--seconds", type=float, default=15.0, help="of each row (15)")
+    parser.add_argument("--robot", choices=("TEO", "TIAGo"), help="both by default")
+    parser.add_argument("--busy", type=int, choices=LOADS, help="busy programs beside it")
     options = parser.parse_args(arguments)
     single_threaded()
     run_as_others()
     rows, worst, loaded = [], 0.0, 0.0
-    for case in cases():
+    chosen = [
+        case for case in cases() if options.robot in (None, case.robot) and options.busy in (None, case.busy)
+    ]
+    for case in chosen:
         with opened(case) as (robot, camera, photon), busy(case.busy) if case.busy else nullcontext():
             arrivals, latencies = latencies_of(robot, camera, photon, options.seconds, case)
         percentiles = statistics.quantiles(latencies, n=100)
