@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="102"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="155"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="167"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="263"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="274"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="264"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="265"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="266"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="176"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="183"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="181"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="188"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="204"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="211"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -155,27 +155,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="69"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="70"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="72"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="116"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="122"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="139"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="315"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="332"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -251,7 +251,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="190"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="188"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="202"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="278"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="301"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="209"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="224"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="252"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="236"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="264"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -541,52 +541,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/tables.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="92"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -682,17 +682,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -713,57 +713,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="52"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="66"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="53"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="67"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="54"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="55"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="56"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="57"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="58"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="59"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="60"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="61"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="75"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="25"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="39"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -1342,7 +1342,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="65"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="211"/>
         <source>no more than {0} controls can be pinned; unpin one first</source>
         <translation>no puede haber más de {0} controles fijados; suelte uno antes</translation>
     </message>
@@ -1363,17 +1363,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="131"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="123"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="132"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="133"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1381,42 +1381,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="129"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="275"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="278"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="282"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="144"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="290"/>
         <source>P&amp;in</source>
         <translation>F&amp;ijar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="148"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
         <source>&amp;Unpin</source>
         <translation>&amp;Soltar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="295"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="295"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="156"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="302"/>
         <source>Pin t&amp;he usual controls</source>
         <translation>Fijar los controles &amp;habituales</translation>
     </message>
@@ -1640,22 +1640,22 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="150"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="164"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="176"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="151"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="163"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="151"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="163"/>
         <source>Sharpness {0:.2f}    best {1:.2f}</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
     </message>
@@ -1671,27 +1671,27 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="228"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="223"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="335"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="330"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="363"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="380"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="375"/>
         <source>no images come from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="389"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="386"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
@@ -2132,12 +2132,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="306"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2147,7 +2147,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="155"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2157,102 +2157,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="155"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="163"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="197"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="227"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="202"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="221"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="247"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="281"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="291"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="261"/>
         <source>Use this result for servoing instead of the previous one</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="306"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="365"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="330"/>
         <source>Bring the board into the middle of the picture; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2300,12 +2300,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="77"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="61"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="73"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -3127,7 +3127,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="261"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3322,22 +3322,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="287"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3403,12 +3403,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="116"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="121"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="146"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="151"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -3485,7 +3485,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="110"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="321"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3493,7 +3493,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/pausing.py" line="69"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="176"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -3501,7 +3501,7 @@ It {1}.</source>
 <context>
     <name>Picture</name>
     <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="278"/>
+        <location filename="../../grabbergui/models/picture/picture.py" line="277"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
@@ -3587,37 +3587,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="165"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="222"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="135"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -3665,7 +3665,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="262"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3725,7 +3725,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="262"/>
         <source>Hold</source>
         <translation>Congelar</translation>
     </message>
@@ -3774,12 +3774,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="188"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="200"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="197"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="209"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -3878,7 +3878,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="124"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -3953,7 +3953,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="177"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="187"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3968,82 +3968,82 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="173"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="124"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="136"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="129"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="133"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="143"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="152"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="162"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="136"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="131"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="129"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
     </message>
@@ -4051,32 +4051,32 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="81"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="83"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="84"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="91"/>
         <source>Go on recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="82"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4115,12 +4115,12 @@ It {1}.</source>
 <context>
     <name>ScaleBar</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="47"/>
+        <location filename="../../grabbergui/ui/widgets/component_pane.py" line="49"/>
         <source>Scale of the colours: {0}</source>
         <translation>Escala de los colores: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="94"/>
+        <location filename="../../grabbergui/ui/widgets/component_pane.py" line="96"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4420,7 +4420,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="156"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4430,27 +4430,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="158"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="178"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4581,32 +4581,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -4621,27 +4621,27 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="81"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
@@ -5109,7 +5109,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="158"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="157"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -5184,12 +5184,12 @@ It {1}.</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="174"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="173"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="178"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="177"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
@@ -5328,22 +5328,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="226"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="228"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="239"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="241"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="240"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="242"/>
         <source>What it held is lost; that cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="241"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="243"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
@@ -5359,27 +5359,27 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="62"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="215"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="82"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="235"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="239"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="287"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="133"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="286"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -5462,7 +5462,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/values_panel.py" line="58"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="283"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>
