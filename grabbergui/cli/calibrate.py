@@ -9,10 +9,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.opening import opened
 from grabbergui.cli.parsing import count, positive
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
@@ -37,12 +38,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
-    parser.add_argument(
-        "--theme",
-        choices=("auto", "light", "dark"),
-        default="auto",
-        help="colours of the window (the desktop's)",
-    )
+    add_theme(parser)
     parser.add_argument(
         "--print", type=Path, metavar="FILE", dest="sheet", help="only save the board, as .pdf or .png"
     )
@@ -112,11 +108,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> int:
     """The same in a window, which asks where to save."""
-    try:
+    with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
-    except ImportError as error:
-        raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
     seconds = options.seconds if options.screenshot else None
     theme = Theme(options.theme)
     with opened(options.source) as grabber, stop_on_signals() as stop:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -39,12 +41,7 @@ def _add_gui(commands: Any) -> None:
     parser.add_argument(
         "--script", type=Path, metavar="FILE", help="run a Python file with the window; its exit code is ours"
     )
-    parser.add_argument(
-        "--theme",
-        choices=("auto", "light", "dark"),
-        default="auto",
-        help="colours (the desktop's)",
-    )
+    add_theme(parser)
     parser.add_argument("--language", metavar="CODE", help="language of the window: en, es (the desktop's)")
     parser.set_defaults(run=_gui)
 
@@ -53,10 +50,8 @@ def _gui(options: argparse.Namespace) -> int:
     source, settings = options.source, None
     if source is not None and (settings := _settings_file(sources.parse(source))) is not None:
         source = None
-    try:
+    with importing_window("which cannot be loaded"):
         from grabbergui.ui.run import window
-    except ImportError as error:
-        raise SourceUnavailableError(f"the window needs PyQt5, which cannot be loaded: {error}") from error
     with stop_on_signals() as stop:
         return window.run(
             source,
@@ -69,6 +64,25 @@ def _gui(options: argparse.Namespace) -> int:
             language=options.language,
             stop=stop,
         )
+
+
+def add_theme(parser: argparse.ArgumentParser) -> None:
+    """`--theme`, for every command with a window."""
+    parser.add_argument(
+        "--theme",
+        choices=("auto", "light", "dark"),
+        default="auto",
+        help="colours of the window (the desktop's)",
+    )
+
+
+@contextmanager
+def importing_window(otherwise: str) -> Iterator[None]:
+    """Raise SourceUnavailableError where the block cannot import Qt; `otherwise` is what to do without it."""
+    try:
+        yield
+    except ImportError as error:
+        raise SourceUnavailableError(f"the window needs PyQt5, {otherwise}: {error}") from error
 
 
 def _settings_file(uri: SourceUri) -> Path | None:

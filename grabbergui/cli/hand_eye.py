@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import servo, servo_robots
+from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.parsing import count, part
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.hand_eye import HandEyeResult
@@ -57,12 +58,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--window", action="store_true", help="with a window: nothing moves before a person agrees"
     )
-    parser.add_argument(
-        "--theme",
-        choices=("auto", "light", "dark"),
-        default="auto",
-        help="colours of the window",
-    )
+    add_theme(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="limits, workspace and obstacles (.ini)")
     parser.add_argument("--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1")
     servo.add_target(parser)
@@ -112,11 +108,9 @@ def _show(
     stop: threading.Event,
 ) -> int:
     """Calibrate in a window; return the exit code, 1 without a result."""
-    try:
+    with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
-    except ImportError as error:
-        raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
     gate.halt("nothing moves before a person agrees")
     stand = servo_robots.hand_eye_stand(scene, gate, config, options, options.out)
     try:

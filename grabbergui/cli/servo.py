@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import servo_robots
+from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.parsing import part, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.fitted import CalibrationFor
@@ -55,12 +56,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
-    parser.add_argument(
-        "--theme",
-        choices=("auto", "light", "dark"),
-        default="auto",
-        help="colours of the window (the desktop's)",
-    )
+    add_theme(parser)
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     add_target(parser)
@@ -202,11 +198,9 @@ def _follow(
 def _window(
     options: argparse.Namespace, stop: threading.Event, scene: servo_robots.Scene, runner: Runner
 ) -> Callable[[Runner, CalibrationFor], str]:
-    try:
+    with importing_window("or add --headless"):
         from grabbergui.ui.run import servo_process
         from grabbergui.ui.theme import Theme
-    except ImportError as error:
-        raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
     return partial(
         servo_process.show,
         seconds=options.seconds,

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grabbergui.cli.gui import importing_window
 from grabbergui.cli.opening import opened
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.environment import find_file
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.fitted import CalibrationFor
@@ -335,10 +336,8 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     if options.field_of_view is not None:
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:
-        try:
+        with importing_window("or add --headless"):
             from grabbergui.ui.run import standalone
-        except ImportError as error:
-            raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
         grabber.start()
         choice = standalone.choose_calibration(grabber)
         if choice is not None:
