@@ -174,7 +174,7 @@ def gige() -> Iterator[Tuned]:
 @contextmanager
 def yarp() -> Iterator[Tuned]:
     """`sim:` served on YARP."""
-    from grabbergui.net.yarp.source import create
+    from grabbergui.net.yarp.client import create
 
     with _process(be_served, False) as ask:
         own_write, names = ask("own write"), ask("names")

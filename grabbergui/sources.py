@@ -61,7 +61,7 @@ _MODULES: dict[str, str] = {
     SourceKind.GENTL: "grabbergui.driver.gentl.device",
     SourceKind.ARAVIS: "grabbergui.driver.aravis.device",
     SourceKind.V4L2: "grabbergui.driver.v4l2.device",
-    SourceKind.YARP: "grabbergui.net.yarp.source",
+    SourceKind.YARP: "grabbergui.net.yarp.client",
     SourceKind.ROS2: "grabbergui.net.ros2.client",
     SourceKind.FILE: "grabbergui.recording.playback",
 }

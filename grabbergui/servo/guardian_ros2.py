@@ -14,8 +14,7 @@ from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.tiago import ARM_JOINTS, HEAD_JOINTS
-from grabbergui.servo.robots.tiago_controllers import Drive, Kind
-from grabbergui.servo.robots.tiago_parts import Part
+from grabbergui.servo.robots.tiago_parts import Drive, Kind, Part
 from grabbergui.servo.ros2 import ROBOT, require_packages
 
 JOINTS = {ARM: ARM_JOINTS, HEAD: HEAD_JOINTS}

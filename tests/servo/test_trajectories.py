@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from grabbergui.servo.robots.tiago_controllers import TWISTS, Controller, Kind, choose
+from grabbergui.servo.robots.tiago_parts import TWISTS, Controller, Kind, choose
 from grabbergui.servo.robots.trajectories import LEAD, Follower, Stream
 
 ARM = tuple(f"arm_{number}_joint" for number in range(1, 8))

@@ -1,9 +1,11 @@
-"""A frame grabber on a YARP network as a source like any other."""
+"""A frame grabber on a YARP network as a source: `yarp:/grabber`, with options as in `YarpOptions`."""
 
 from __future__ import annotations
 
 import logging
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 from typing_extensions import override
 
@@ -13,15 +15,18 @@ from grabbergui.core.errors import (
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
+    UsageError,
 )
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
-from grabbergui.net.yarp.client_components import ComponentReaders
 from grabbergui.net.yarp.client_link import Features, GrabberLink
-from grabbergui.net.yarp.client_stream import PictureStream
+from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
+from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.names import check_port_name
 
 log = logging.getLogger(__name__)
 
@@ -246,3 +251,67 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         if present:
             log.info("%s was lost: %s", self._name, reason)
             self.connection_changed.emit(ConnectionState.LOST, reason)
+
+
+_RPC = "/rpc"
+_AT_ONCE = 16
+_MOST = 64
+"""Ports asked in one discovery; a network with more frame grabbers than that is not ours to search."""
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """Return the grabber for a port. Raises UsageError."""
+    name = uri.name or "/grabber"
+    options = read_options(YarpOptions, uri)
+    try:
+        check_port_name(name)
+        if wire.by_name(options.carrier).text:
+            raise UsageError(f"'{uri}': images cannot travel over {options.carrier}")
+    except UsageError:
+        raise
+    except GrabberError as error:
+        raise UsageError(f"'{uri}': {error}") from error
+    return YarpGrabber(
+        name,
+        nameserver=options.nameserver,
+        carrier=options.carrier,
+        bind=options.bind,
+        components=options.components,
+        uri=str(uri),
+    )
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Return the frame grabbers that the configured name server knows; none if there is no name server."""
+    deadline = time.monotonic() + timeout
+    try:
+        names = NameClient.find()
+        known = {contact.name for contact in names.list() if contact.carrier == "tcp"}
+    except GrabberError as error:
+        log.debug("looking for YARP ports: %s", error)
+        return []
+    candidates = sorted(name for name in known if name + _RPC in known)[:_MOST]
+    if not candidates:
+        return []
+    with ThreadPoolExecutor(min(_AT_ONCE, len(candidates))) as pool:
+        found = pool.map(lambda name: _examine(name, names, deadline), candidates)
+        return [info for info in found if info is not None]
+
+
+def _examine(name: str, names: NameClient, deadline: float) -> DeviceInfo | None:
+    left = deadline - time.monotonic()
+    if left <= 0:
+        return None
+    try:
+        link = GrabberLink(name, names, timeout=left)
+    except GrabberError as error:
+        log.debug("%s: %s", name, error)
+        return None
+    try:
+        info = DeviceInfo(f"yarp:{name}", bus=BUS, address=name)
+        return link.info(info) if link.is_grabber() else None
+    except GrabberError as error:
+        log.debug("%s: %s", name, error)
+        return None
+    finally:
+        link.close()

@@ -9,7 +9,7 @@ from typing import Any
 
 from grabbergui.core.errors import TransportError
 from grabbergui.net.ros2.runtime import Ros2Node, load_type_support
-from grabbergui.servo.robots.tiago_controllers import Controller
+from grabbergui.servo.robots.tiago_parts import Controller
 
 log = logging.getLogger(__name__)
 

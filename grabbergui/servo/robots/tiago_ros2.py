@@ -14,12 +14,11 @@ from typing_extensions import override
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, TransportError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.robots import tiago, tiago_controllers
+from grabbergui.servo.robots import tiago, tiago_parts
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, RobotState
-from grabbergui.servo.robots.tiago_controllers import ACTIVE, Choice, Drive, Kind
 from grabbergui.servo.robots.tiago_manager import ControllerManager, start_servo_node
-from grabbergui.servo.robots.tiago_parts import HOLD_S, Part
+from grabbergui.servo.robots.tiago_parts import ACTIVE, HOLD_S, Choice, Drive, Kind, Part
 from grabbergui.servo.ros2 import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
@@ -41,7 +40,7 @@ class Topics:
 
     head: str = "/head_controller/joint_trajectory"
     "Another name than this is used whatever the controller manager lists."
-    arm: str = tiago_controllers.TWISTS
+    arm: str = tiago_parts.TWISTS
     "`geometry_msgs/TwistStamped`, preferred where anybody listens; the default is MoveIt Servo's."
     joint_states: str = "/joint_states"
     camera_frame: str = tiago.CAMERA
@@ -236,12 +235,10 @@ class TiagoOverRos2(Robot):
     def _choices(self) -> dict[str, Choice]:
         assert self._ros is not None and self._manager is not None
         node, listed = self._ros.node, self._manager.listed()
-        topics = [self._topics.arm, *tiago_controllers.stock_topics(JOINTS)]
+        topics = [self._topics.arm, *tiago_parts.stock_topics(JOINTS)]
         listeners = {topic: node.count_subscribers(topic) for topic in topics}
         choices = {
-            name: tiago_controllers.choose(
-                name, joints, listed, listeners, self._topics.arm if name == ARM else ""
-            )
+            name: tiago_parts.choose(name, joints, listed, listeners, self._topics.arm if name == ARM else "")
             for name, joints in JOINTS.items()
         }
         if self._topics.head != Topics.head:

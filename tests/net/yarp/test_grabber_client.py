@@ -28,7 +28,7 @@ from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client_link, image, source
+from grabbergui.net.yarp import client, client_link, image
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.dev import grabber_service, grabber_values
@@ -82,7 +82,7 @@ def coloured(scene: Stage) -> Iterator[Stage]:
 
 def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
     parsed = SourceUri.parse(uri)
-    return source.create(
+    return client.create(
         SourceUri(parsed.scheme, parsed.name, {**parsed.options, "nameserver": scene.address})
     )
 
@@ -393,25 +393,25 @@ def test_who_is_not_there(scene: Stage) -> None:
     with pytest.raises(TransportError, match="not open"):
         remote.feature_tree()
     remote.close()
-    gone = source.create(SourceUri("yarp", "/grabber", {"nameserver": "127.0.0.1:1"}))
+    gone = client.create(SourceUri("yarp", "/grabber", {"nameserver": "127.0.0.1:1"}))
     with pytest.raises(SourceUnavailableError, match="no YARP name server"):
         gone.open()
 
 
 def test_uris() -> None:
-    assert source.create(SourceUri.parse("yarp:")).info.address == "/grabber"
+    assert client.create(SourceUri.parse("yarp:")).info.address == "/grabber"
     for bad in ("yarp:grabber", "yarp:/g?carrier=pigeon", "yarp:/g?carrier=text", "yarp:/g?speed=3"):
         with pytest.raises(UsageError, match=r"yarp:|begin with /"):
-            source.create(SourceUri.parse(bad))
+            client.create(SourceUri.parse(bad))
 
 
 def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(name_client, "name_server", lambda: None)
-    assert source.discover(1.0) == []
+    assert client.discover(1.0) == []
     monkeypatch.setattr(name_client, "name_server", lambda: scene.name_server.contact)
-    assert source.discover(1.0) == []
+    assert client.discover(1.0) == []
     with scene.share("/left/grabber"), scene.share("/right/grabber"):
-        found = source.discover(2.0)
+        found = client.discover(2.0)
     assert [info.uri for info in found] == ["yarp:/left/grabber", "yarp:/right/grabber"]
     assert {info.model for info in found} == {scene.grabber.info.model}
 
