@@ -1,4 +1,4 @@
-"""Boards of known size to calibrate by: what they look like, and where they are in a picture.
+"""Boards of known size to calibrate by: their appearance, and finding them in an image.
 
 Large pictures are searched reduced; the corners found are then refined in the full one.
 """

@@ -58,7 +58,7 @@ def _none(*shape: int) -> Counts:
 
 @dataclass(eq=False)
 class Coverage:
-    """Counts of what was seen."""
+    """Counts of the corners, tilts and sizes seen so far."""
 
     cells: Counts = field(default_factory=lambda: _none(GRID[1], GRID[0]))
     "Corners seen in each cell of the picture, (rows, columns)."
@@ -208,7 +208,7 @@ class Collector:
         return Verdict.KEPT
 
     def solve(self, camera_name: str = "camera", used: Sequence[int] | None = None) -> Result:
-        """The calibration of what was gathered. Raises UsageError where that does not suffice.
+        """Calibrate from the views kept so far. Raises UsageError if they do not suffice.
 
         `used` are the numbers of the views it shall come from; by default all but those that fit badly.
         """

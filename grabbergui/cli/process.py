@@ -1,4 +1,4 @@
-"""A command as a process: what its output can spell, its log, its end by signals, and systemd.
+"""A command as a process: the characters its output can encode, its log, its end by signals, and systemd.
 
 Signals end a program at once, by closing what is open, or by setting an event; see `raising_on_signals` and
 `stop_on_signals`.
@@ -28,7 +28,7 @@ _NAME = "grabbergui.spelled"
 
 
 def spell_out(stream: TextIO | None) -> None:
-    """Let a stream write what its encoding lacks in other letters instead of failing."""
+    """Let a stream replace characters that its encoding lacks instead of failing."""
     if isinstance(stream, io.TextIOWrapper):
         stream.reconfigure(errors=_NAME)
 

@@ -27,7 +27,7 @@ class AllowedAddresses:
         return not self._networks
 
     def allows(self, address: str, own: str = "") -> bool:
-        """Whether a peer at `address` is answered; `own` is our end's address, thus this machine's."""
+        """Whether a peer at `address` is answered; `own` is this machine's end of the connection."""
         if not self._networks or address == own:
             return True
         try:

@@ -97,7 +97,7 @@ def find_file(path: Path, what: str = "file") -> Path:
 
 
 def check_folder_of(path: Path) -> None:
-    """Raise MissingFileError unless the folder exists that a new file or folder shall be made in."""
+    """Raise MissingFileError unless the folder of a new file or folder exists."""
     folder = path.absolute().parent
     if not folder.is_dir():
         raise MissingFileError(f"there is no folder {folder} for {path.name}; make it first")

@@ -1,4 +1,4 @@
-"""One frame: a payload in a pooled buffer, what it is, and the two views robots use (raw and RGB)."""
+"""One frame: a payload in a pooled buffer, its description, and the two views robots use (raw and RGB)."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class Access(Enum):
 
 
 class ConnectionState(Enum):
-    """Where a source stands."""
+    """The state of a connection."""
 
     CLOSED = "closed"
     OPENING = "opening"
@@ -193,7 +193,7 @@ class FrameGrabber(ABC):
     noticed = Signal(str)
     """While the connection holds: what hinders the pictures, or how the other end changed; a sentence."""
     event_received = Signal(DeviceEvent)
-    """The camera sent an event. At the end of every exposure, if that is what was switched on."""
+    """The camera sent an event: at the end of every exposure, for instance, if that event is switched on."""
     unlike_before: tuple[str, ...] = ()
     """After a loss and return: the settings that differ from before, and why, a sentence each."""
     shared = False

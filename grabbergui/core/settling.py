@@ -48,7 +48,7 @@ def settle(
     reluctantly: Collection[SettingKey] = (),
     cancelled: Callable[[], bool] = lambda: False,
 ) -> dict[SettingKey, str]:
-    """Write settings until the camera has all of them; return what it has not, and why, a sentence each.
+    """Write settings until the camera has all of them; return those it has not, with the reason for each.
 
     Equal values are not written, and selectors end where they stood. Values that a wanted automatic mode
     regulates, and those named by `reluctantly`, are written only where another setting is refused without
@@ -104,7 +104,7 @@ class _Settling:
         return is_on(self.wanted.get(SettingKey(companions.mode)) if mode is None else mode)
 
     def _write(self, keys: list[SettingKey]) -> list[SettingKey]:
-        """Write what differs; return what was refused."""
+        """Write the settings that differ; return those that were refused."""
         refused = []
         for key in self._in_batches(keys):
             if self.cancelled():

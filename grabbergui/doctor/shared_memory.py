@@ -78,7 +78,7 @@ def leftovers(folder: Path, *, youngest: float = YOUNGEST) -> list[Leftover]:
 
 
 def clear(found: Sequence[Leftover]) -> list[Leftover]:
-    """Remove what still has no owner; returns what was removed. Raises AccessDeniedError."""
+    """Remove the segments that still have no owner; return those removed. Raises AccessDeniedError."""
     mapped = _mapped()
     removed = []
     for leftover in found:

@@ -375,7 +375,7 @@ class Camera(FrameGrabber):
 
     def _set_as_before(self, was_streaming: bool) -> list[str]:
         if was_streaming:
-            # One that kept its power may still stream, and locks what its frames look like.
+            # One that kept its power may still stream, and locks the layout of its frames.
             with suppress(FeatureError):
                 self._opened().execute("AcquisitionStop")
             self._acquisition.lock_transport(locked=False)

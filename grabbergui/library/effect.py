@@ -132,7 +132,7 @@ class Effects:
             self._latency_known = True
 
     def undo(self) -> None:
-        """Switch off what was switched on. Never raises."""
+        """Switch off the chunks that were switched on. Never raises."""
         switched, self._switched_on = self._switched_on, []
         with contextlib.suppress(GrabberError):
             if switched:

@@ -48,7 +48,7 @@ class FrameHistory:
         return self._paused
 
     def pause(self, paused: bool) -> None:
-        """Keep what there is, or go on with the frames that come from here on."""
+        """Freeze the history, or go on with the frames that arrive from now on."""
         with self._lock:
             self._paused = paused
 

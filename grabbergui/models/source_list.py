@@ -117,7 +117,7 @@ class SourceListModel:
 
     @property
     def named_by_hand(self) -> list[str]:
-        """The sources added, as they were typed."""
+        """The addresses that the user typed, unchanged."""
         with self._lock:
             return list(self._manual)
 

@@ -65,7 +65,7 @@ class ComponentJoiner:
         return self._waiting[0].arrived + self._wait if self._waiting else None
 
     def image(self, frame: Frame, now: float) -> list[Frame]:
-        """Take an image that arrived at `now` (seconds); return what is complete."""
+        """Take an image that arrived at `now` (seconds); return the complete images."""
         stamp = frame.timestamp_ns
         parts = {name: images.pop(stamp) for name, images in self._parts.items() if stamp in images}
         wanted = self._punctual if stamp else set()
@@ -76,7 +76,7 @@ class ComponentJoiner:
         return self._complete()
 
     def component(self, name: str, frame: Frame, now: float) -> list[Frame]:
-        """Take a component that arrived at `now`; return what is complete. The name is one of `kind_of`."""
+        """Take a component that arrived at `now`, named as in `kind_of`; return the complete images."""
         stamp = frame.timestamp_ns
         if name not in self._parts:
             if len(self._parts) >= MOST_COMPONENTS:
@@ -101,7 +101,7 @@ class ComponentJoiner:
         return self._complete()
 
     def due(self, now: float) -> list[Frame]:
-        """Return the images that have waited long enough; what they lack is not waited for any more."""
+        """Return the images that have waited long enough, without the components they lack."""
         for waiting in self._waiting:
             if now - waiting.arrived >= self._wait:
                 self._punctual -= waiting.missing
@@ -109,7 +109,7 @@ class ComponentJoiner:
         return self._complete()
 
     def forget(self, name: str) -> list[Frame]:
-        """Wait no longer for a component that is not sent any more; return what is complete."""
+        """Wait no longer for a component that is not sent any more; return the complete images."""
         self._punctual.discard(name)
         self._parts.pop(name, None)
         for waiting in self._waiting:

@@ -49,7 +49,7 @@ UNLIMITED = RecordingLimits()
 
 @dataclass(frozen=True)
 class RecordingProgress:
-    """How a recording stands."""
+    """Progress of a recording."""
 
     frames: int = 0
     "Written."
@@ -109,7 +109,7 @@ class Recorder:
 
     @property
     def progress(self) -> RecordingProgress:
-        """How it stands now."""
+        """The current progress."""
         return self._progress
 
     def start(self) -> None:

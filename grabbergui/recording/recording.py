@@ -67,9 +67,9 @@ class Recording(ABC):
 
     path: Path
     title: str = ""
-    "Display text: what was recorded."
+    "Display text: the source that was recorded."
     scan: Scan3d | None = None
-    "What its 3D data mean; None if that was not recorded."
+    "The meaning of its 3D data; None if that was not recorded."
     times_ns: list[int]
     "Of each frame, never falling; only differences matter."
 

@@ -93,7 +93,7 @@ class RecordingWriter(ABC):
         """Finish the files. May be called twice. Raises OSError where even that does not fit."""
 
     def discard(self) -> None:
-        """Take away what it made, closed without a frame: the name is free again. Raises OSError."""
+        """Remove the files of a writer that was closed without a frame. Raises OSError."""
         self.path.unlink(missing_ok=True)
 
     @abstractmethod

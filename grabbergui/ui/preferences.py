@@ -61,7 +61,7 @@ class Preferences:
         return [name for name in value.split(",") if name] if isinstance(value, str) else None
 
     def keep_favourites(self, model: str, names: Sequence[str] | None) -> None:
-        """Remember them; None forgets what was chosen."""
+        """Remember the pinned features; None returns to the usual ones."""
         # As one text: QSettings gives back an empty list as nothing at all.
         self._set(_of_model(model, "favourites"), ",".join(names) if names is not None else None)
 

@@ -100,7 +100,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     ),
     "g_signal_handler_disconnect": (None, (c_void_p, c_size_t)),
 }
-"""Functions by name: what they return, what they take. GLib's are found through the library too."""
+"""Functions by name: types of result and arguments. GLib's are found through the library too."""
 
 
 @functools.cache

@@ -295,7 +295,7 @@ class CameraNodeMap:
             raise self._answer(error, name) from error
 
     def _answer(self, error: Exception, name: str, value: FeatureValue | None = None) -> GrabberError:
-        """Return what stands behind an exception of GenApi: the device's own error, or what was refused."""
+        """Return the cause of an exception of GenApi: the device's own error, or the refused request."""
         what = name if value is None else f"{name}={value}"
         if isinstance(error, (OverflowError, TypeError, ValueError)):
             return FeatureValueError(f"{what}: {error}", name)

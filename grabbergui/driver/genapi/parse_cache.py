@@ -281,7 +281,7 @@ def known_description(xml: str) -> Iterator[Known | None]:
 
 
 def keep(xml: str, made: Known) -> None:
-    """Keep what was made of a description that this process has loaded. Failures are logged."""
+    """Keep the parsed form of a description that this process has loaded. Failures are logged."""
     folder = _entries()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""A video device of Linux: what it is, its controls, formats and frame rates, by ioctls (linuxpy)."""
+"""A video device of Linux: its identity, controls, formats and frame rates, by ioctls (linuxpy)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A grabber that notes what is done with it; undo and redo; changes as commands or as a program."""
+"""A grabber that records its writes and commands; undo and redo; changes as commands or as a program."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ class FeatureParameters:
         return feature
 
     def _settable(self, feature: Feature) -> bool:
-        """Return whether it can be set; what its automatic mode or the stream locks is freed for a write."""
+        """Return whether it can be set; its automatic mode and the stream release their lock for a write."""
         if self._grabber.streaming and feature.access.readable and self._grabber.pauses_for(feature.name):
             return self._grabber.access is Access.CONTROL
         auto = self._grabber.feature(feature.auto) if feature.auto else None

@@ -246,7 +246,7 @@ class ComponentTopics:
         self._scan.close()
 
     def _publish(self, frame: Frame) -> bool:
-        """Publish what is subscribed to; return whether anything was."""
+        """Publish on the topics that have subscribers; return whether there was one."""
         if not frame.parts and not frame.pixel_format.is_coordinate:
             return False
         sent = False

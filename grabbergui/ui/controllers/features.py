@@ -118,7 +118,7 @@ class FeatureController(QObject):
             self._panel.setElsewhere(pinned)
 
     def _show_known(self) -> None:
-        """Show what was read already, unless its controls show it."""
+        """Show the features read already, unless their controls show them."""
         for feature in self._model.known if self._model is not None else ():
             if any(
                 rows.shown(feature.name) is not feature for rows in (self._panel.rows, self._favourites.rows)
@@ -126,7 +126,7 @@ class FeatureController(QObject):
                 self._on_model_feature_changed(feature)
 
     def _favourite(self, model: FeatureTreeModel, name: str) -> FeatureDescription:
-        """A favourite under the name of what it is for, which is short and the same for every camera."""
+        """Name a favourite by its role, which is short and the same for every camera."""
         titles = {
             Role.EXPOSURE: self.tr("Exposure"),
             Role.GAIN: self.tr("Gain"),

@@ -35,7 +35,7 @@ class HelpController(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Answer *What's this?* with the tooltip of what was clicked, or of what that is in.
+        """Answer *What's this?* with the tooltip of the widget clicked, or of the one around it.
 
         The events of all widgets come by only while Qt is in that mode, of which it notifies the window:
         thousands a second while a picture runs are a seventh of the GUI thread.
@@ -79,7 +79,7 @@ class HelpController(QObject):
         dialog.open()
 
     def _examine(self, dialog: DoctorDialog) -> None:
-        # Not with the window: nothing else needs these checks, nor what they look at.
+        # Not imported with the window: nothing else needs these checks, nor the drivers they import.
         from grabbergui.doctor import checks
 
         for finding in checks.check():

@@ -1,4 +1,4 @@
-"""Joins the panels that measure to the picture and to the camera: what is seen in a panel is measured."""
+"""Joins the panels that measure to the picture and the camera. Only visible panels are measured for."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class MeasuringController(QObject):
         self._panels.focus.clear()
 
     def _forget(self) -> None:
-        """Another picture: what was drawn on the one before means nothing there."""
+        """Discard the region and the line: on another source's picture they mean nothing."""
         self._line = None
         self._panels.profile.setLine(None)
         self._panels.profile.clear()

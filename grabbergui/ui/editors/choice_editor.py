@@ -56,7 +56,7 @@ class _Combo(ElidedComboBox):
         line.editingFinished.connect(self._show_chosen)
 
     def _take_only_match(self) -> None:
-        """Enter takes the entry that is meant, where no other one has what was typed in its name."""
+        """Enter takes the entry that is meant, if it is the only one whose name contains the typed text."""
         typed, model = self.currentText().casefold(), self.model()
         texts = [self.itemText(index).casefold() for index in range(self.count())]
         found = [index for index, text in enumerate(texts) if typed and typed in text]

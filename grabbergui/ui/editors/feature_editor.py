@@ -106,7 +106,7 @@ class ReadingLabel(FeatureEditor):
 
 
 class TextEditor(FeatureEditor):
-    """A line edit for a string; Enter or leaving takes what was typed, Escape gives it up."""
+    """A line edit for a string; Enter or leaving takes the typed text, Escape discards it."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -128,7 +128,7 @@ class TextEditor(FeatureEditor):
             self._show()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Escape gives up what was typed."""
+        """Let Escape discard the typed text."""
         if event is not None and event.key() == Qt.Key.Key_Escape and self._typing:
             self._stop_typing()
             return

@@ -202,7 +202,7 @@ class FeatureRow(QWidget):
             self.setFeature(self._feature)
 
     def setAuto(self, feature: Feature) -> None:
-        """Show the automatic mode; what it alone locks stays movable, and moving it takes it back."""
+        """Show the automatic mode; moving a control that only this mode locks switches it off."""
         self._auto_feature = feature
         if self.auto is None:
             self.auto = AutoButton()
@@ -290,7 +290,7 @@ def _column_policy() -> QSizePolicy:
 
 @dataclass
 class _Page:
-    """The rows of one camera, and what they show."""
+    """The rows of one camera, and their content."""
 
     features: dict[str, Feature] = field(default_factory=dict)
     rows: dict[str, list[FeatureRow]] = field(default_factory=dict)

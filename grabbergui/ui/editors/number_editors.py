@@ -29,7 +29,7 @@ LINE_EDIT_PADDING = 6
 
 
 class NumberField(QAbstractSpinBox):
-    """Shows a number feature with its unit; arrows and wheel step it, Enter or leaving takes what was typed.
+    """Shows a number feature with its unit; arrows and wheel step it, Enter or leaving takes the number.
 
     A step is a tenth with Shift and ten times as far with Ctrl. QSpinBox ends at 32 bits and QDoubleSpinBox
     rounds what it holds to what it shows; here the number stays Python's. Only what a number can be may be
@@ -95,7 +95,7 @@ class NumberField(QAbstractSpinBox):
         return QSize(hint.width() + self.fontMetrics().horizontalAdvance("0" * 12), hint.height())
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Escape gives up what was typed; all that can be selected is the number."""
+        """Let Escape discard the typed text; only the number can be selected."""
         if event is not None and event.key() == Qt.Key.Key_Escape and self._typing:
             self._stop_typing()
             return

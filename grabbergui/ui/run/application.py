@@ -134,7 +134,7 @@ def languages() -> list[str]:
 
 
 def speak(app: QCoreApplication, language: str | None = None) -> str:
-    """Translate what is made from now on; None is the desktop's language. Returns the code of what it is.
+    """Translate windows made from now on; None is the desktop's language. Return the code of the language.
 
     Windows that are there already stay as they are. Raises UsageError for a language that there is not.
     """

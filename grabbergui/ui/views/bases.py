@@ -208,7 +208,7 @@ class DisplayActions(Protocol):
 
 
 class ComponentActions(Protocol):
-    """The colours of a component, and the choice of what is shown of a polarised mosaic."""
+    """The colours of a component, and the choice of a view of a polarised mosaic."""
 
     def setColourMap(self, name: str) -> None:
         """Mark the colour map of the component that is shown; empty for grey."""

@@ -311,7 +311,7 @@ def _errors(corners: NDArray[np.float32], residuals: NDArray[np.float64], width:
 
 
 class CalibrationChoiceDialog(QDialog):
-    """Setters and signals; it stays open until it is accepted by whoever did what was asked."""
+    """Setters and signals; it stays open until its controller accepts it."""
 
     calibrateRequested = pyqtSignal()
     fileRequested = pyqtSignal()
@@ -342,6 +342,6 @@ class CalibrationChoiceDialog(QDialog):
         self.cancelButton.clicked.connect(self.reject)
 
     def setProblem(self, text: str) -> None:
-        """Say why what was chosen does not do; empty: nothing is wrong."""
+        """Show why the choice cannot be used; empty: nothing is wrong."""
         self.problemLabel.setText(text)
         self.problemLabel.setVisible(bool(text))

@@ -124,7 +124,7 @@ class FavouritesStrip(QWidget):
         self._show_place(None)
 
     def dropEvent(self, event: QDropEvent | None) -> None:
-        """Tell what was dropped where."""
+        """Emit `dropped` with the name and the place."""
         self._show_place(None)
         if event is not None and (name := dragged_feature(event)):
             event.acceptProposedAction()

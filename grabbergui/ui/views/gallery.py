@@ -76,7 +76,7 @@ class CameraTile(QFrame):
         self.recordingLabel.setVisible(recording)
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Show the picture darker: it is not of now."""
+        """Dim the picture, which is not current."""
         self.thumbnail.setDimmed(dimmed)
 
     def setCurrent(self, current: bool) -> None:

@@ -25,7 +25,7 @@ _EDITED = "#3e7bfa"
 
 
 class LutDialog(QDialog):
-    """Shows tables; signals for what is to be done. Setters never emit."""
+    """Shows tables; signals for the requested actions. Setters never emit."""
 
     selectorChosen = pyqtSignal(str)
     enableToggled = pyqtSignal(bool)

@@ -57,7 +57,7 @@ class MainWindow(QMainWindow):
     """Holds the views; its actions are joined to what they do by controllers."""
 
     closing = pyqtSignal()
-    """The user closes the window; emitted once, before it goes."""
+    """The user closes the window; emitted once, before it disappears."""
     themeChosen = pyqtSignal(Theme)
     colourMapChosen = pyqtSignal(str)
     polarisedViewChosen = pyqtSignal(object)
@@ -173,7 +173,7 @@ class MainWindow(QMainWindow):
         icons.apply(self)
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
-        """Stay where the user closes it and `mayClose` says no; else say that it goes. Nothing here waits."""
+        """Stay open if `mayClose` says no; otherwise announce the end. Never waits."""
         if event is not None and (event.spontaneous() or self._quitting) and not self.mayClose():
             event.ignore()
             return
@@ -275,7 +275,7 @@ class MainWindow(QMainWindow):
         self.actionPolarised.setChecked(polarised)
 
     def setPolarisedView(self, view: PolarisedView) -> None:
-        """Mark what is shown of a polarised mosaic."""
+        """Mark the view of a polarised mosaic that is shown."""
         self._polarised[view].setChecked(True)
 
     def _group_polarised_views(self) -> None:

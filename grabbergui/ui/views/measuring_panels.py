@@ -66,7 +66,7 @@ class HistogramPanel(QWidget):
         self.logBox.toggled.connect(self._draw)
 
     def setHistogram(self, histogram: Histogram) -> None:
-        """Show what was measured."""
+        """Show the measured scores."""
         if 1 << histogram.depth != self._range:
             self._set_range(1 << histogram.depth)
         self._histogram = histogram
@@ -318,7 +318,7 @@ class ValuesPanel(QWidget):
             self._arrange()
 
     def setSamples(self, histories: Mapping[str, ValueHistory], now: float) -> None:
-        """Show what was read up to `now`, in seconds since the epoch."""
+        """Show the samples up to `now`, in seconds since the epoch."""
         span = _SPANS[self.spanBox.currentIndex()]
         self.overlay.setXRange(-span, 0, padding=0)
         for (name, row), colour in zip(self._rows.items(), itertools.cycle(COLOURS), strict=False):

@@ -60,7 +60,7 @@ _LIMITS = (
 )
 """In the order of the form's `limitBox`."""
 NARROW, VERY_NARROW = 480, 340
-"Pixels below which *Play* is an icon, the folder is in the menu alone, and what was recorded takes no room."
+"Pixels below which *Play* is an icon, the folder is in the menu alone, and the progress takes no room."
 _LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
 "Pixels of the box that says when a recording ends, in a narrow bar and in a wide one."
 _ICON_ROOM = 20
@@ -257,7 +257,7 @@ class PlaybackBar(QWidget):
         self.hide()
 
     def setState(self, state: PlaybackState) -> None:
-        """Show how the recording stands."""
+        """Show the state of the recording."""
         self._playing = state.playing
         self.playButton.setText(self.tr("Hold") if state.playing else self.tr("Play"))
         self.playButton.setAccessibleName(self.playButton.text())

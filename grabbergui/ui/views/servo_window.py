@@ -1,4 +1,4 @@
-"""The servoing window: the picture and what was found in it, the robot, states, curves, emergency stop."""
+"""The servoing window: the picture with its detections, the robot, states, curves, emergency stop."""
 
 from __future__ import annotations
 

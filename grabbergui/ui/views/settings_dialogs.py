@@ -34,7 +34,7 @@ _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 
 
 class SettingsReport(QDialog):
-    """Lists settings; offers to apply what was only compared, or to roll back what was written."""
+    """Lists settings; offers to apply those that were only compared, or to roll back those written."""
 
     applyRequested = pyqtSignal(list)
     """The settings (list[SettingKey]) that are ticked."""

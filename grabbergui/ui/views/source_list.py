@@ -24,7 +24,7 @@ from grabbergui.ui.widgets.source_delegate import CURRENT_ROLE, SOURCE_ROLE, Sou
 
 
 class SourceListView(QWidget):
-    """Setters for the sources and the state; signals for what was chosen."""
+    """Setters for the sources and the state; signals for the choice."""
 
     connectRequested = pyqtSignal(str)
     """The URI of the source that was chosen in the list."""
@@ -80,7 +80,7 @@ class SourceListView(QWidget):
         return items[0].data(SOURCE_ROLE).info.uri if items else ""
 
     def setSources(self, sources: Sequence[ListedSource]) -> None:
-        """Show these sources; what was selected stays selected."""
+        """Show these sources; the selection stays."""
         selected = self._current if self._select_current or not self.selected else self.selected
         self._select_current &= all(source.info.uri != self._current for source in sources)
         blocked = self.sourceList.blockSignals(True)

@@ -258,7 +258,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._caption()
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Show the picture darker: it is not of now."""
+        """Dim the picture, which is not current."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def setSeen(self, part: QRectF) -> None:

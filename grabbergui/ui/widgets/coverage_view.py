@@ -66,7 +66,7 @@ class CoverageView(QWidget):
         return self._coverage
 
     def setCoverage(self, coverage: Coverage) -> None:
-        """Show what was seen."""
+        """Show the tilts and distances seen so far."""
         self._coverage = coverage
         self.update()
 

@@ -86,7 +86,7 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Draw what is shown."""
+        """Draw grid, crosshair and shapes."""
         if not self._size[0]:
             return
         if self._grid:
@@ -170,7 +170,7 @@ class DrawingTool(QObject):
     """In the pixels of the picture as it is seen, within it."""
     lineDrawn = pyqtSignal(Purpose, Line)
     ended = pyqtSignal()
-    """Drawn or given up."""
+    """Drawn or cancelled."""
 
     def __init__(self, canvas: PictureCanvas) -> None:
         super().__init__(canvas)
@@ -193,7 +193,7 @@ class DrawingTool(QObject):
         self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def cancel(self) -> None:
-        """Give up; does nothing where nothing is drawn."""
+        """Cancel; does nothing if nothing is being drawn."""
         if self._purpose is not None:
             self._end()
 

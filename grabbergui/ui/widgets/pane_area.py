@@ -99,7 +99,7 @@ class PaneArea(QWidget):
             pane.setValueText(values.get(name, ""))
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Show all panes darker: they are not of now."""
+        """Dim all panes, which are not current."""
         for pane in self._panes.values():
             pane.setDimmed(dimmed)
 

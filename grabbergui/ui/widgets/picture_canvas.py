@@ -132,7 +132,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self.fit()
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Show the picture darker: it is not of now."""
+        """Dim the picture, which is not current."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def addOverlay(self, item: pg.GraphicsObject) -> None:

@@ -173,7 +173,7 @@ class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
 
 
 DIMMED = 0.35
-"Opacity of a picture that is not of now."
+"Opacity of a picture that is not current."
 
 
 class Thumbnail(QWidget):

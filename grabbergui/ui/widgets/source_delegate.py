@@ -1,4 +1,4 @@
-"""Paints a source in the list: its name, what it is, where it is, what hinders it."""
+"""Paints a source in the list: its name, kind and address, and why it cannot be opened."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ MOST_LINES = 3
 
 
 class SourceDelegate(QStyledItemDelegate):
-    """A name, what the source is, and what hinders it; a bar marks the one that is open.
+    """Name, details, and the reason a source cannot be opened; a bar marks the one that is open.
 
-    The name is whole, on several lines where it is long, so that two cameras never look alike.
+    The name is whole, on several lines where it is long, so that no two cameras seem the same.
     """
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:

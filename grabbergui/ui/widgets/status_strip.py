@@ -58,7 +58,7 @@ class StatusStrip(QWidget):
         restyle(self.stateLabel, "tone", tone.value)
 
     def setTitle(self, title: str, *shorter: str) -> None:
-        """The name of what is open, and shorter ones for little room; messages take its place."""
+        """The name of the open source, and shorter ones for little room; messages take its place."""
         self.titleLabel.setTexts(title, *shorter)
 
     def setMessages(self, messages: Sequence[Message]) -> None:

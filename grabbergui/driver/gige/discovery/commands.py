@@ -172,7 +172,7 @@ def read_configuration(device: Device) -> IpConfiguration:
 
 
 def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpConfiguration:
-    """Write the address that the camera uses from its next power-on; return what it then reports.
+    """Write the address that the camera uses from its next power-on; return its reply.
 
     Raises UsageError for addresses that make no sense together, TransportError for a camera that cannot or
     does not keep them, and as `Device.write`.
