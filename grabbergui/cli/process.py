@@ -23,6 +23,8 @@ from datetime import datetime, timezone
 from types import FrameType
 from typing import TextIO
 
+log = logging.getLogger(__name__)
+
 _SPELLED = str.maketrans({"×": "x", "…": "...", "→": "->", "–": "-", "±": "+-", "µ": "u", "°": " deg"})
 _NAME = "grabbergui.spelled"
 
@@ -173,9 +175,6 @@ def _within(frame: FrameType | None, package: str) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-log = logging.getLogger(__name__)
 
 
 def notify(state: str) -> bool:

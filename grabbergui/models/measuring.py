@@ -22,6 +22,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat, by_name
 from grabbergui.core.pixels import Region, for_display
 
+log = logging.getLogger(__name__)
+
 LEFT_OUT = 0.005
 "Share of the samples at either end that levels fitted to a picture leave out."
 
@@ -244,8 +246,6 @@ class FocusHistory:
         self._scores.clear()
         self.best = 0.0
 
-
-log = logging.getLogger(__name__)
 
 PERIOD = 0.1
 "Seconds between two measurements: as fast as a figure can be read."

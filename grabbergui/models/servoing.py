@@ -27,6 +27,8 @@ from grabbergui.servo.loop import ControlCycle, Moment
 from grabbergui.servo.overlay import Drawing
 from grabbergui.servo.state_machine import State
 
+log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True)
 class Tuning:
@@ -62,8 +64,6 @@ class Tuning:
             loop=replace(config.loop, rate=self.rate, speed=1e-2 * self.speed),
         )
 
-
-log = logging.getLogger(__name__)
 
 PERIOD = 0.04
 "Seconds between two pictures at least."

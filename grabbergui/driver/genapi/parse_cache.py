@@ -44,6 +44,8 @@ from grabbergui.core import environment
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi.vetting import vetted
 
+log = logging.getLogger(__name__)
+
 if sys.platform != "linux":
     raise ImportError("only Linux has the semaphores that this module is about")
 
@@ -65,7 +67,6 @@ from genicam import genapi
 genapi.NodeMap().load_xml_from_string(sys.stdin.buffer.read().decode())
 """
 _CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT})
-log = logging.getLogger(__name__)
 
 
 class _Variable:

@@ -49,6 +49,8 @@ from grabbergui.driver.gentl.producer import (
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.control.description import fetch_description
 
+log = logging.getLogger(__name__)
+
 _ACCESS = {
     Access.CONTROL: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_CONTROL,
     Access.MONITOR: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_READONLY,
@@ -217,9 +219,6 @@ class GentlDevice(Device):
             self._loss_reported = True
         if self.on_lost is not None:
             self.on_lost(reason)
-
-
-log = logging.getLogger(__name__)
 
 
 def create(uri: SourceUri) -> FrameGrabber:

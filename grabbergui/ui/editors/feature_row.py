@@ -25,6 +25,8 @@ from grabbergui.ui.editors.feature_editor import (
 )
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
 
+log = logging.getLogger(__name__)
+
 FEATURE_MIME = "application/x-grabbergui-feature"
 """MIME type of a dragged feature; the data is its name in UTF-8."""
 
@@ -65,8 +67,6 @@ class RowDrag:
         drag.setPixmap(self._row.grab())
         drag.exec_(Qt.DropAction.CopyAction)
 
-
-log = logging.getLogger(__name__)
 
 _BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
     FeatureKind.BOOLEAN: SwitchEditor,
