@@ -5,6 +5,8 @@ Forms are edited in Designer only; no Python copy of them exists.
 
 from __future__ import annotations
 
+import io
+from functools import cache
 from importlib import resources
 
 from PyQt5 import uic
@@ -24,9 +26,17 @@ def load_form(name: str, into: QWidget) -> None:
 
     The form's children become attributes of `into`, by their object names.
     """
+    uic.loadUi(io.StringIO(_form(name)), into)  # type: ignore[no-untyped-call]
+
+
+@cache
+def _form(name: str) -> str:
+    """Return a form's text without its list of connections, which is empty.
+
+    Qt would look in every child for signals that match the names of our methods: a fifth of the time.
+    """
     form = resources.files("grabbergui.ui") / "forms" / f"{name}.ui"
-    with resources.as_file(form) as path:
-        uic.loadUi(str(path), into)  # type: ignore[no-untyped-call]
+    return form.read_text(encoding="utf-8").replace("<connections/>", "")
 
 
 def fit_screen(window: QWidget) -> None:
