@@ -18,7 +18,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 WORKERS = 4
@@ -76,6 +76,27 @@ def begin_run() -> None:
 def run_folder() -> Path:
     """Return the folder that all processes of this run share."""
     return Path(os.environ[_FOLDER])
+
+
+@contextlib.contextmanager
+def made_once(name: str) -> Iterator[Path | None]:
+    """Hold off the other workers while one of them makes something in a folder of `run_folder()`.
+
+    Yields the folder, which is empty, to the first worker; None to all that come after it succeeded.
+    """
+    folder, made = run_folder() / name, run_folder() / f"{name}.made"
+    with made.with_suffix(".lock").open("w") as lock:
+        if WORKER:
+            import fcntl
+
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if made.exists():
+            yield None
+            return
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        yield folder
+        made.touch()
 
 
 def start_for_the_run(command: Sequence[str | Path], cwd: Path) -> None:

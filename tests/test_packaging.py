@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import isolation
 from grabbergui.cli import _parser
 from patience import PROGRAM
 
@@ -53,26 +54,26 @@ class Installation:
     installed editable there. Nothing is fetched.
     """
 
-    def __init__(self, folder):
-        self.folder = folder
-        self.home = folder / "home"
-        self.home.mkdir()
-        self.source = folder / "source"
+    def __init__(self, prefix, home):
+        self.prefix, self.home = prefix, home
+        self.bin = prefix / ("Scripts" if os.name == "nt" else "bin")
+
+    def make(self, folder):
+        """Install it; `folder` is for what is needed meanwhile."""
+        source = folder / "source"
         for path in tracked():
-            target = self.source / path
+            target = source / path
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / path, target)
-        self.prefix = folder / "environment"
         venv.create(self.prefix)
-        self.bin = self.prefix / ("Scripts" if os.name == "nt" else "bin")
         site = next(self.prefix.rglob("site-packages"))
         site.joinpath("borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n", "utf-8")
         self.python(
             "-c",
             f"from setuptools import build_meta; build_meta.build_sdist({str(folder)!r})",
-            cwd=self.source,
+            cwd=source,
         )
-        shutil.rmtree(self.source)
+        shutil.rmtree(source)
         (distribution,) = folder.glob("grabbergui-*.tar.gz")
         self.python(
             "-m", "pip", "install", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation",
@@ -107,7 +108,13 @@ class Installation:
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    return Installation(tmp_path_factory.mktemp("installed"))
+    """The one installation of this run, with a home for each worker."""
+    name = "installation"
+    installation = Installation(isolation.run_folder() / name, tmp_path_factory.mktemp("home"))
+    with isolation.made_once(name) as folder:
+        if folder:
+            installation.make(tmp_path_factory.mktemp("making"))
+    return installation
 
 
 def test_everything_is_found_in_the_installation(installed):
