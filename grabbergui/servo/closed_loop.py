@@ -17,8 +17,7 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.markers import dictionary_by_name
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
@@ -209,8 +208,8 @@ class ClosedLoop:
 
     def cycle(self) -> ControlCycle:
         """One cycle of the loop and the moment after it."""
-        if self.camera_runs and self.now >= self._next_frame - 1e-9:
-            self._expose()
+        if self.now >= self._next_frame - 1e-9:
+            self._expose(self._next_frame)
         while self._on_the_way and self._on_the_way[0][0] <= self.now + 1e-9:
             _, frame_id, captured, grey = self._on_the_way.pop(0)
             self.loop.see(self._detector.detect(grey, captured, frame_id))
@@ -232,13 +231,13 @@ class ClosedLoop:
         goal, hand = self.loop.arm.goal(in_base(self.robot, board)), self.robot.state().hand
         return geometry.distance(hand, goal), geometry.angle_between(hand, goal)
 
-    def _expose(self) -> None:
+    def _expose(self, moment: float) -> None:
         self._frames += 1
         self._next_frame += 1 / self.fps
-        if self._random.random() < self.loss:
+        if not self.camera_runs or self._random.random() < self.loss:
             return
         out = np.empty(self._settings.image_bytes, np.uint8)
         # Light and exposure time have the same effect on a sensor.
-        chosen = replace(self._settings, exposure_us=self._settings.exposure_us * self.light(self.now))
-        grey = self._sensor.render(chosen, self._frames, int(self.now * 1e9), out).copy()
-        self._on_the_way.append((self.now + self.latency, self._frames, self.now, grey))
+        chosen = replace(self._settings, exposure_us=self._settings.exposure_us * self.light(moment))
+        grey = self._sensor.render(chosen, self._frames, int(moment * 1e9), out).copy()
+        self._on_the_way.append((moment + self.latency, self._frames, moment, grey))

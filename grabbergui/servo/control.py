@@ -19,10 +19,13 @@ HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
 
 FOLLOW_GAIN = 6.5
 "1/s: twist per position error of a hand that follows, beside the target's own velocity."
-FOLLOW_ACCELERATION = 3.0
-"Times the hand's acceleration while it follows: the target's comes on top of the hand's own."
+FOLLOW_ACCELERATION = 8.0
+"""Times the hand's acceleration while it follows: the target's comes on top of the hand's own, and after a
+moment's stop for a late picture the hand shall not be left behind by more than the stop itself."""
 AHEAD_S = 0.2
 "Seconds ahead of which the hand is kept inside the workspace, as the gate demands."
+RATE_S = 0.01
+"Seconds of a target's motion from which the rate is taken at which it goes off centre."
 
 
 class HeadController:
@@ -46,17 +49,22 @@ class HeadController:
         """Only look how far off centre it is."""
         self.offset = off_centre(target, camera)
 
-    def look(self, target: Vector, camera: Pose, angles: Vector) -> Vector:
-        """Pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle.
+    def look(
+        self, target: Vector, camera: Pose, angles: Vector, target_velocity: Vector | None = None
+    ) -> Vector:
+        """Pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle and keep it there.
 
         `camera` is the camera's pose now, not when the frame was exposed, so that a late frame
-        does not make the head overshoot. Zero within the deadband and where a joint is at its limit.
+        does not make the head overshoot. `target_velocity` is that of a target that moves, m/s: the head
+        turns along with it. Zero where a joint is at its limit, and for a target at rest within the deadband.
         """
         self.see(target, camera)
-        wanted = self._wanted(angles)
-        velocity = -self._config.gain * wanted * (1, -1)
+        turn = self._config.gain * self._wanted(angles)
+        if target_velocity is not None:
+            turn = turn + (off_centre(target + target_velocity * RATE_S, camera) - self.offset) / RATE_S
+            turn[self._blocked(turn, angles)] = 0.0
         fastest = math.radians(self._config.fastest)
-        return np.clip(velocity, -fastest, fastest)
+        return np.clip(-turn * (1, -1), -fastest, fastest)
 
     def step(self, target: Vector, camera: Pose, angles: Vector, now: float) -> Vector | None:
         """A relative move of fixed size, radians, or None while none is due."""
@@ -210,12 +218,14 @@ class ArmController:
         return wanted * min(1.0, self._config.follow / max(speed, 1e-9))
 
     def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
-        """Without the part of the velocity that would lead out of the workspace."""
+        """As fast towards the workspace's edge as it would reach the edge `AHEAD_S` from now, no faster."""
         low, high = self._box()
-        ahead = hand[:3, 3] + twist[:3] * max(seconds, AHEAD_S)
-        leaving = ((ahead < low) & (twist[:3] < 0)) | ((ahead > high) & (twist[:3] > 0))
-        self.confined = bool(leaving.any())
-        return np.concatenate((np.where(leaving, 0.0, twist[:3]), twist[3:]))
+        ahead, here = max(seconds, AHEAD_S), hand[:3, 3]
+        # A hand that is outside may come back, in its own time.
+        slowest, fastest = np.minimum(low - here, 0.0) / ahead, np.maximum(high - here, 0.0) / ahead
+        velocity = np.clip(twist[:3], slowest, fastest)
+        self.confined = bool((velocity != twist[:3]).any())
+        return np.concatenate((velocity, twist[3:]))
 
     def _box(self) -> tuple[Vector, Vector]:
         c = self._config

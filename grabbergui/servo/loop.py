@@ -167,20 +167,21 @@ class ServoLoop:
     ) -> Command:
         camera = self._camera_pose(robot.head)
         head, step, hand = np.zeros(2), None, np.zeros(6)
+        moves = marker is not None and self.motion.moving
+        velocity = self.motion.velocity(now + RESPONSE_S) if moves else None
         if HEAD not in self._parts:
             pass
         elif state is State.SEARCHING:
             head = self.head.search(robot.head)
         elif target is not None and self.config.head.mode != "steps":
-            head = self.head.look(target, camera, robot.head)
+            head = self.head.look(target, camera, robot.head, velocity)
         elif target is not None:
             step = self.head.step(target, camera, robot.head, now)
         else:
             self.head.rest()
         if state.arm_moves and marker is not None and ARM in self._parts:
-            follows = self.config.arm.follow > 0 and self.motion.moving
-            velocity = self.motion.velocity(now + RESPONSE_S) if follows else None
-            hand = self.arm.approach(robot.hand, marker, seconds, velocity)
+            followed = velocity if self.config.arm.follow > 0 else None
+            hand = self.arm.approach(robot.hand, marker, seconds, followed)
         return Command(head, step, hand).slowed(self.config.loop.speed)
 
     def _update_tracks(self) -> None:

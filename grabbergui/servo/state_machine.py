@@ -7,6 +7,7 @@ SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker
                                                                      STUCK ┘ marker moved
 
 APPROACHING ◄──► FOLLOWING while the marker moves, where the hand may follow
+LOST ──► APPROACHING when the pictures were away only for a moment, and the marker is there
 anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
 """
 
@@ -90,6 +91,8 @@ class StateMachine:
         self._target_seen = -math.inf
         self._marker_seen = -math.inf
         self._arrived_since: float | None = None
+        self._interrupted = -math.inf
+        "When pictures ceased last while the arm moved."
 
     def step(self, now: float, situation: Situation) -> State:
         """The state from now on."""
@@ -103,6 +106,10 @@ class StateMachine:
             return self.state
         if not situation.pictures or not situation.robot:
             silent = "no fresh picture" if not situation.pictures else "the robot does not answer"
+            if not situation.robot:
+                self._interrupted = -math.inf
+            elif self.state.arm_moves:
+                self._interrupted = now
             self._enter(now, State.LOST, situation.problem or silent)
             self._since = now  # a search begins a while after pictures come again
             return self.state
@@ -111,6 +118,7 @@ class StateMachine:
 
     def stop(self, now: float, reason: str) -> None:
         """Emergency stop: holds until `resume`."""
+        self._interrupted = -math.inf
         self._enter(now, State.STOPPED, reason)
 
     def resume(self, now: float) -> None:
@@ -123,7 +131,9 @@ class StateMachine:
         marker_lost = now - self._marker_seen > self._grace
         state = self.state
         if state is State.LOST:
-            if situation.target:
+            if situation.marker and now - self._interrupted <= self._grace:
+                self._enter(now, State.APPROACHING, "pictures come again")
+            elif situation.target:
                 self._enter(now, State.CENTRING, "a target is seen")
             elif self._since is not None and now - self._since >= self._search_after:
                 self._enter(now, State.SEARCHING, "nothing to be seen")

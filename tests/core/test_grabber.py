@@ -2,9 +2,7 @@ import pytest
 
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureKind
-from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 
 NAMES = ("ExposureTime", "ExposureAuto", "Gain")
 

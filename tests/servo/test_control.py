@@ -59,6 +59,15 @@ def test_a_joint_at_its_limit_is_not_pushed_and_counts_as_centred():
     assert not controller.centred(np.zeros(2))
 
 
+def test_the_head_turns_along_with_a_target_that_moves():
+    velocity = np.array([0.0, -0.2, 0.1])
+    turn = head().look(point(0, 0), AHEAD, np.zeros(2), velocity)
+    assert turn == pytest.approx([-0.2, -0.1], rel=1e-3)
+    at_limit = np.array([teo.HEAD.low[0], 0.0])
+    turn = head().look(point(0, 0), AHEAD, at_limit, velocity)
+    assert turn == pytest.approx([0.0, -0.1], rel=1e-3)
+
+
 def test_steps_have_one_size_and_their_own_pace():
     controller = head(step=2.0, step_period=0.2)
     moves = [controller.step(point(0.3, -0.2), AHEAD, np.zeros(2), now) for now in np.arange(0, 1, 0.05)]

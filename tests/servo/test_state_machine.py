@@ -123,6 +123,41 @@ def test_everything_is_lost_at_once_without_images_or_robot(start, silence):
     assert run.feed(NOTHING, 1.0) is State.LOST
 
 
+@pytest.mark.parametrize("start", [State.APPROACHING, State.FOLLOWING])
+def test_the_hand_goes_on_at_once_after_a_moment_without_images(start):
+    run = in_state(start)
+    assert run.feed(BLIND, GRACE / 2) is State.LOST
+    assert run.feed(MARKER_ASIDE) is State.APPROACHING
+
+
+@pytest.mark.parametrize("start", [*PATHS])
+def test_nothing_but_a_moving_hand_goes_on_after_a_moment_without_images(start):
+    run = in_state(start)
+    run.feed(BLIND)
+    expected = State.APPROACHING if start.arm_moves else State.CENTRING
+    assert run.feed(MARKER_ASIDE) is expected
+
+
+@pytest.mark.parametrize(
+    "silence",
+    [[(BLIND, GRACE + STEP)], [(SILENT, STEP)], [(BLIND, STEP), (SILENT, STEP)], [(BLIND, STEP), (PERSON, STEP)]],
+    ids=["long", "robot", "both", "no marker"],
+)
+def test_after_any_other_silence_the_marker_is_centred_first(silence):
+    run = in_state(State.FOLLOWING)
+    for situation, seconds in silence:
+        run.feed(situation, seconds)
+    assert run.feed(MARKER_ASIDE) is State.CENTRING
+
+
+def test_a_stop_in_a_moment_without_images_ends_the_motion_too():
+    run = in_state(State.FOLLOWING)
+    run.feed(BLIND)
+    run.machine.stop(run.now, "pressed")
+    run.machine.resume(run.now)
+    assert run.feed(MARKER_ASIDE) is State.CENTRING
+
+
 @pytest.mark.parametrize("start", [*PATHS])
 def test_a_stop_holds_whatever_is_seen_until_it_is_ended(start):
     run = in_state(start)

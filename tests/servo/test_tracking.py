@@ -13,7 +13,7 @@ from grabbergui.calibration.markers import ArucoDetector, MarkerDetection
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
 from grabbergui.servo.closed_loop import ClosedLoop
-from grabbergui.servo.config import ArmConfig, Config, TrackConfig
+from grabbergui.servo.config import ArmConfig, Config, SafetyConfig, TrackConfig
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
@@ -199,6 +199,19 @@ def test_a_hand_that_follows_goes_with_the_marker_and_no_faster_than_it_may():
     assert np.linalg.norm(twist[:3]) == pytest.approx(0.3)
 
 
+def test_a_hand_that_follows_to_the_workspace_s_edge_slows_down_before_it():
+    arm, marker = ArmController(ArmConfig(follow=0.3), 0.1), board_pose()
+    marker[:3, 3] = 0.5, 0.2, 0.2
+    goal = arm.goal(marker)
+    for before, speed in ((0.1, 0.2), (0.02, 0.1), (0.0, 0.0), (-0.01, 0.0)):
+        marker[1, 3] += ArmConfig.y_high - before - goal[1, 3]
+        goal = arm.goal(marker)
+        for _ in range(20):
+            twist = arm.approach(goal, marker, 0.02, np.array([0, 0.2, 0.0]))
+        assert twist[1] == pytest.approx(speed, abs=1e-6)
+        assert arm.confined is (speed < 0.2)
+
+
 def test_the_gate_lets_a_hand_follow_as_fast_as_the_configuration_says():
     command = Command(hand=np.array([0, 0.25, 0, 0, 0, 0]))
     for follow, passes in ((0.0, False), (0.3, True)):
@@ -208,18 +221,36 @@ def test_the_gate_lets_a_hand_follow_as_fast_as_the_configuration_says():
         Config.parse("[arm]\nfollow 0.6")
 
 
-def test_the_hand_follows_a_moving_marker_within_15_mm():
-    def board(seconds):
-        pose = board_pose()
-        angle = 2.0 * max(seconds - 2.5, 0.0)
-        pose[:3, 3] += 0, 0.1 * math.sin(angle), 0.1 * (math.cos(angle) - 1)
-        return pose
+def circling(seconds):
+    pose = board_pose()
+    angle = 2.0 * max(seconds - 2.5, 0.0)
+    pose[:3, 3] += 0, 0.1 * math.sin(angle), 0.1 * (math.cos(angle) - 1)
+    return pose
 
+
+def test_the_hand_follows_a_moving_marker_within_15_mm():
     config = replace(Config(), arm=ArmConfig(follow=0.3))
-    run = ClosedLoop(config=config, things=Things(board=board), fps=30)
+    run = ClosedLoop(config=config, things=Things(board=circling), fps=30)
     run.run(5.0)
     errors = []
     while run.now < 7.0:
         assert run.cycle().state is State.FOLLOWING
         errors.append(run.true_error()[0])
     assert max(errors) < 0.015
+
+
+def test_a_moment_without_images_costs_the_hand_a_few_millimetres_and_the_head_nothing():
+    safety = SafetyConfig(picture_timeout=0.18)
+    config = replace(Config(), arm=ArmConfig(follow=0.3), safety=safety)
+    run = ClosedLoop(config=config, things=Things(board=circling), fps=30, latency=0.1)
+    run.run(5.0)
+    errors, off_centre, stops = [], [], 0
+    for cycle_number in range(150):
+        run.camera_runs = cycle_number % 50 > 3  # two images in a row are lost, once a second
+        cycle = run.cycle()
+        stops += cycle.state is State.LOST
+        errors.append(run.true_error()[0])
+        off_centre.append(cycle.off_centre[0])
+    assert stops >= 3
+    assert max(errors) < 0.018
+    assert np.nanmax(np.abs(off_centre)) < 0.06
