@@ -17,14 +17,14 @@ import numpy as np
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
-from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, random_start, spread
+from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_picture, random_start, spread
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.driver.sim.rendered.scene import Things, board_pose, swaying
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
-from grabbergui.servo.control import ArmController
-from grabbergui.servo.kinematics import STRETCHED
+from grabbergui.servo.control import AHEAD_S, ArmController, off_centre
+from grabbergui.servo.kinematics import STRETCHED, Chain
 from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import KinematicModel
@@ -32,10 +32,15 @@ from grabbergui.servo.state_machine import State
 
 FPS, DELAY, LOSS = 30.0, 0.1, 0.05
 SPEED, RADIUS = 0.2, 0.1
+RESERVE = 1.1
+"Times the marker's speed that the arm must be able to go, or it could never catch up."
+PLACES, STEP = 17, 0.01
+"Of a path that are looked at, and seconds along it that give its direction."
 FOLLOWED = 6.0
 SETTLING = 2.0
 GOAL_MM = 15.0
-CONFIG = replace(Config(), arm=ArmConfig(follow=0.3), safety=SafetyConfig(picture_timeout=0.17))
+FOLLOW = 0.3
+CONFIG = replace(Config(), arm=ArmConfig(follow=FOLLOW), safety=SafetyConfig(picture_timeout=0.18))
 METHOD = f"""Simulated robots in simulated time, through rendered pictures and their detection, from 50
 random starts each. A person shows a marker: to TIAGo anywhere as in the closed loop above, to TEO within 6 cm
 and 9° of the demonstration's place, as few circles elsewhere fit into the reach of its six joints. Images
@@ -43,10 +48,14 @@ come {1e3 * DELAY:.0f} ms after their exposure, {100 * LOSS:.0f} % of them are l
 fades between a third and one and a half of what the exposure is set for, with a lamp that is switched every
 few seconds. Once the hand has reached the resting marker, the marker moves at {SPEED} m/s for
 {SETTLING + FOLLOWED:.0f} s, in its own plane: on a circle with a radius of {1e2 * RADIUS:.0f} cm or, in every
-other start, to and fro (a sine of the same size, whose highest speed that is). The arm can take all of the
-path. Errors while following count from {SETTLING:.0f} s after the marker has begun to move, in each cycle of
-the loop, whatever state it is in. Settings: `[arm] follow 0.3`, `[safety] picture_timeout 0.17`, so that a
-single lost image does not end the motion."""
+other start, to and fro (a sine of the same size, whose highest speed that is). Only paths are shown that the
+robot can follow: at every place of them the arm is neither stretched nor near the body, its joints can move
+the hand along the path a tenth faster than the marker goes, the hand would stay inside the workspace for
+{AHEAD_S} s more at that speed, as the gate demands, and the head can turn so that it has the marker in its
+picture. Every such start counts. Errors while following count from {SETTLING:.0f} s after the marker has begun to move, in each cycle of
+the loop, whatever state it is in. Settings: `[arm] follow {FOLLOW}`, `[safety] picture_timeout
+{CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s of the last image: a single
+lost image does not end the motion, two in a row do, until the next one comes."""
 Path = Callable[[float], Vector]
 "Seconds since it began to how far the marker has gone, in its own axes, metres."
 
@@ -71,20 +80,43 @@ def moved(board: Pose, by: Vector) -> Pose:
 
 
 def can_follow(model: KinematicModel, board: Pose, path: Path) -> bool:
-    """Whether the arm can take every place of the path from its home, clear of the body and not stretched."""
+    """Whether arm and head can go along all of the path from the arm's home."""
     reach, arm = ArmController(ArmConfig(), 0.10), model.arm
+    in_base = geometry.inverse(model.stands)
     angles: Vector | None = model.home
-    for seconds in np.linspace(0, 2 * math.pi * RADIUS / SPEED, 9):
-        goal = reach.goal(geometry.inverse(model.stands) @ moved(board, path(float(seconds))))
+    for seconds in np.linspace(0, 2 * math.pi * RADIUS / SPEED, PLACES):
+        marker = in_base @ moved(board, path(seconds))
+        goal = reach.goal(marker)
         assert angles is not None
         angles = arm.inverse(goal, angles)
-        if angles is None or not reach.inside(goal[:3, 3]):
+        if angles is None or not can_show(model, marker):
             return False
-        if np.linalg.svd(arm.jacobian(angles))[1][-1] < STRETCHED:
+        velocity = (reach.goal(in_base @ moved(board, path(seconds + STEP)))[:3, 3] - goal[:3, 3]) / STEP
+        faster = velocity * RESERVE
+        if not (reach.inside(goal[:3, 3]) and reach.inside(goal[:3, 3] + faster * AHEAD_S)):
+            return False
+        if np.linalg.svd(arm.jacobian(angles))[1][-1] < STRETCHED or not can_move(arm, angles, faster):
             return False
         if model.body is not None and model.body.nearest(angles).distance < 2 * SafetyConfig.clearance:
             return False
     return True
+
+
+def can_move(arm: Chain, angles: Vector, velocity: Vector) -> bool:
+    """Whether the joints can move the tool at a velocity, m/s, without a turn."""
+    twist = np.concatenate((velocity, np.zeros(3)))
+    slow = 0.01
+    joints = arm.velocities_for(angles, twist * slow) / slow  # slowly, as it keeps to the limits
+    return bool((np.abs(joints) <= arm.fastest).all())
+
+
+def can_show(model: KinematicModel, marker: Pose) -> bool:
+    """Whether a head that turns to a marker (in the base), as far as it can, has all of it in its picture."""
+    head = np.zeros(2)
+    for _ in range(20):
+        off = off_centre(marker[:3, 3], model.camera_pose(head))
+        head = model.head.clamped(head - off * (1, -1))
+    return in_picture(marker, model.camera_pose(head))
 
 
 def start(random: np.random.Generator, model: KinematicModel, path: Path) -> tuple[Pose, Vector]:

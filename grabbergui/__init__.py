@@ -37,9 +37,7 @@ if TYPE_CHECKING:
     )
     from grabbergui.core.features import Feature
     from grabbergui.core.frame import Frame
-    from grabbergui.core.frame_queue import StreamStatistics
-    from grabbergui.core.grabber import DeviceEvent
-    from grabbergui.core.identity import DeviceInfo
+    from grabbergui.core.grabber import DeviceEvent, DeviceInfo, StreamStatistics
     from grabbergui.library.camera import Camera
     from grabbergui.library.live_view import live_view
     from grabbergui.library.opening import CameraGroup, discover, open, open_all  # noqa: A004
@@ -59,9 +57,9 @@ _HOMES = {
     "Recording": "library.streaming",
     "Frame": "core.frame",
     "Feature": "core.features",
-    "DeviceInfo": "core.identity",
+    "DeviceInfo": "core.grabber",
     "DeviceEvent": "core.grabber",
-    "StreamStatistics": "core.frame_queue",
+    "StreamStatistics": "core.grabber",
     "GrabberError": "core.errors",
     "UsageError": "core.errors",
     "SourceNotFoundError": "core.errors",

@@ -15,8 +15,7 @@ from typing import Any
 
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
-from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 
 log = logging.getLogger(__name__)
 
