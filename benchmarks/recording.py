@@ -25,7 +25,7 @@ from benchmarks._network_runs import rounds_text
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui import sources
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor

@@ -37,7 +37,9 @@ if TYPE_CHECKING:
     )
     from grabbergui.core.features import Feature
     from grabbergui.core.frame import Frame
-    from grabbergui.core.grabber import DeviceEvent, DeviceInfo, StreamStatistics
+    from grabbergui.core.frame_queue import StreamStatistics
+    from grabbergui.core.grabber import DeviceEvent
+    from grabbergui.core.identity import DeviceInfo
     from grabbergui.library.camera import Camera
     from grabbergui.library.live_view import live_view
     from grabbergui.library.opening import CameraGroup, discover, open, open_all  # noqa: A004
@@ -57,9 +59,9 @@ _HOMES = {
     "Recording": "library.streaming",
     "Frame": "core.frame",
     "Feature": "core.features",
-    "DeviceInfo": "core.grabber",
+    "DeviceInfo": "core.identity",
     "DeviceEvent": "core.grabber",
-    "StreamStatistics": "core.grabber",
+    "StreamStatistics": "core.frame_queue",
     "GrabberError": "core.errors",
     "UsageError": "core.errors",
     "SourceNotFoundError": "core.errors",

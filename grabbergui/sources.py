@@ -15,7 +15,8 @@ from types import ModuleType
 from typing import Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import (
     GigeUriOptions,
     NoOptions,

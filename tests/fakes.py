@@ -10,7 +10,9 @@ from dataclasses import replace
 from grabbergui.core.errors import FeatureAccessError, GrabberError
 from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.device import Device, StreamRequest
 from patience import PATIENCE
 

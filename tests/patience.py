@@ -26,11 +26,16 @@ TURNS, AT_REST = 400_000, 0.02
 
 
 def until(condition: Callable[[], T], what: str = "it", seconds: float = PATIENCE) -> T:
-    """Look again and again until something holds; what it was then."""
-    deadline = time.monotonic() + seconds
+    """Look again and again until something holds; what it was then.
+
+    It looks less often the longer it waits, and is late by a twentieth of that at most: to look takes time
+    from what it waits for.
+    """
+    begun = time.monotonic()
     while not (found := condition()):
-        assert time.monotonic() < deadline, f"{what} did not happen within {seconds:g} s"
-        time.sleep(0.002)
+        waited = time.monotonic() - begun
+        assert waited < seconds, f"{what} did not happen within {seconds:g} s"
+        time.sleep(min(max(0.002, waited / 20), 0.1))
     return found
 
 

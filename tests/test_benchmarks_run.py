@@ -29,8 +29,9 @@ def test_yarp_streams_and_requests_are_measured():
 
 def test_the_way_from_the_camera_to_a_reader_is_measured(monkeypatch):
     monkeypatch.setattr(end_to_end, "has_aravis_camera", lambda: False)
+    monkeypatch.setattr(end_to_end, "SETTLING", 0.2)
 
-    section = end_to_end.measure(["--seconds", "1", "--rounds", "1"])
+    section = end_to_end.measure(["--seconds", "0.5", "--rounds", "1"])
 
     server, rate, *_, per_frame = section.tables[0].rows[0]
     assert (server, section.lacking) == (end_to_end.OURS, "AravisCamera")

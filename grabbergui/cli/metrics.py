@@ -15,7 +15,8 @@ from typing import Any
 
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
-from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
 
 log = logging.getLogger(__name__)
 

@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
-from grabbergui.calibration.fitted import FittedCalibration
-from grabbergui.cli.metrics import MetricsServer, parse_address, read_token
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.cli.yarp_server import add_name_server_options, named_server
@@ -28,6 +26,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
 
 if TYPE_CHECKING:
+    from grabbergui.calibration.fitted import FittedCalibration
+    from grabbergui.cli.metrics import MetricsServer
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.net.yarp.server import YarpGrabberServer
 
@@ -119,6 +119,8 @@ def _run(arguments: argparse.Namespace) -> int:
     options = _options(arguments)
     allowed = options.allowed
     if options.metrics:
+        from grabbergui.cli.metrics import parse_address
+
         parse_address(options.metrics)
     if options.yarp:
         from grabbergui.net.yarp.os.names import check_port_name
@@ -148,9 +150,7 @@ def _run(arguments: argparse.Namespace) -> int:
             ros2 = stack.enter_context(_on_ros2(shared, options, calibration, ros_args))
             published["ros2"] = lambda: ros2.published
         if options.metrics:
-            token = read_token(options.metrics_token) if options.metrics_token else ""
-            server = MetricsServer(grabber, options.metrics, published, token=token, allowed=allowed)
-            metrics = stack.enter_context(server)
+            metrics = stack.enter_context(_metrics(grabber, options, published, allowed))
             print(f"counters are at {metrics.url}", flush=True)
         stack.enter_context(supervised(grabber.statistics))
         code = 0
@@ -227,8 +227,22 @@ def _introspected(feature: Feature) -> str:
     return f"{feature.name} = {format_value(feature.value)} {feature.unit} ({feature.range_text()})"
 
 
+def _metrics(
+    grabber: FrameGrabber,
+    options: ServeOptions,
+    published: dict[str, Callable[[], int]],
+    allowed: AllowedAddresses,
+) -> MetricsServer:
+    from grabbergui.cli.metrics import MetricsServer, read_token
+
+    token = read_token(options.metrics_token) if options.metrics_token else ""
+    return MetricsServer(grabber, options.metrics, published, token=token, allowed=allowed)
+
+
 def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
     """The one that all networks share. Raises UsageError where there is no such file and none can be made."""
+    from grabbergui.calibration.fitted import FittedCalibration
+
     file = Path(options.calibration) if options.calibration else None
     if file is not None and not file.is_file() and not options.ros2:
         raise UsageError(f"--calibration {file}: there is no such file; `grabbergui calibrate` makes one")

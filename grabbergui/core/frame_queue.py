@@ -1,7 +1,7 @@
 """Frames to many consumers, none of which can slow the camera or each other.
 
 A `FrameFanout` puts each frame into one `FrameQueue` per consumer. A `FrameSink` takes the frames of a queue
-to its consumer, on a thread of its own.
+to its consumer, on a thread of its own. `StreamStatistics` counts what arrives; a `RateMeter` measures rates.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Protocol
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
@@ -141,6 +142,47 @@ class RateMeter:
     def clear(self) -> None:
         """Forget all events."""
         self._events.clear()
+
+
+@dataclass
+class StreamStatistics:
+    """Counters since the stream was started; all only grow. Rates are of the last two seconds."""
+
+    frames: int = 0
+    "Complete frames delivered."
+    incomplete: int = 0
+    "Frames with packets missing."
+    lost: int = 0
+    "Frames of which nothing arrived: gaps between frame ids."
+    underruns: int = 0
+    "Frames dropped because consumers held every buffer."
+    bytes: int = 0
+    "Payload bytes of complete frames."
+    packets: int = 0
+    packets_missing: int = 0
+    "Packets that never came, after all requests."
+    packets_resent: int = 0
+    "Packets that came because they were asked for again."
+    packets_duplicate: int = 0
+    packets_ignored: int = 0
+    "Foreign, malformed or stale datagrams."
+    packets_clipped: int = 0
+    "Last packets of a frame that carried padding beyond the end of its payload."
+    overruns: int = 0
+    "Times that packets came faster than this computer takes them, and all that waited were discarded."
+    frame_rate: float = 0.0
+    "Frames per second."
+    bandwidth: float = 0.0
+    "Payload bytes per second."
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields, for JSON."""
+        return asdict(self)
+
+    def snapshot(self, meter: RateMeter) -> StreamStatistics:
+        """Return a copy of the counters with the current rates. Any thread."""
+        frame_rate, bandwidth = meter.rates()
+        return replace(self, frame_rate=frame_rate, bandwidth=bandwidth)
 
 
 WAIT = 0.5

@@ -8,9 +8,9 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from psygnal import Signal
 
@@ -24,7 +24,8 @@ from grabbergui.core.features import (
     FeatureValue,
     format_value,
 )
-from grabbergui.core.frame_queue import FrameFanout, FrameQueue, RateMeter
+from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistics
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, is_on
 
@@ -32,66 +33,6 @@ if TYPE_CHECKING:
     from grabbergui.core.scan3d import Scan3d
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """A source's properties that are known before it is opened."""
-
-    uri: str
-    "Opens exactly this source, e.g. `gige:GV01`."
-    vendor: str = ""
-    model: str = ""
-    serial: str = ""
-    bus: str = ""
-    "`GigE Vision`, `USB3 Vision`, `YARP`, `ROS 2`, `Simulated`."
-    address: str = ""
-    "IP address, USB path, port or topic."
-    user_name: str = ""
-    "DeviceUserID, where set."
-    version: str = ""
-    hardware_id: str = ""
-    "Unique for each device: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
-    interface: str = ""
-    "The host's network interface or bus it was seen on."
-    note: str = ""
-    "Why it cannot be opened, as display text; empty if it can."
-
-    @property
-    def title(self) -> str:
-        """The display name, unlike that of others of its model: `left eye`, `Acme One 40012345`."""
-        return " ".join(self._names(self.vendor, self.model))
-
-    @property
-    def short_title(self) -> str:
-        """The display name without the vendor, for lists and tiles: `left eye`, `One 40012345`."""
-        return " ".join(self._names(self.model))
-
-    @property
-    def mark(self) -> str:
-        """The shortest name that is its own, for narrow places: user name, serial number or address."""
-        return self.user_name or self.serial or self.address or self.uri
-
-    @property
-    def file_name(self) -> str:
-        """The short title as part of a file's name: `left-eye`, `One_40012345`."""
-        name = "_".join(self._names(self.model))
-        return "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
-
-    def _names(self, *kind: str) -> list[str]:
-        """The user name; else the kind of camera and its serial number, or its address; else the URI.
-
-        Every name of a source that a user reads follows this rule.
-        """
-        if self.user_name:
-            return [self.user_name]
-        kind = tuple(filter(None, kind))
-        mark = self.serial or self.address
-        return [*kind, *([mark] if mark and mark not in kind else [])] if kind else [self.uri]
-
-    def as_dict(self) -> dict[str, str]:
-        """All fields, for JSON."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -128,47 +69,6 @@ class ConnectionState(Enum):
     OPEN = "open"
     LOST = "lost"
     "Gone without being closed; a reconnection may be in progress."
-
-
-@dataclass
-class StreamStatistics:
-    """Counters since the stream was started; all only grow. Rates are of the last two seconds."""
-
-    frames: int = 0
-    "Complete frames delivered."
-    incomplete: int = 0
-    "Frames with packets missing."
-    lost: int = 0
-    "Frames of which nothing arrived: gaps between frame ids."
-    underruns: int = 0
-    "Frames dropped because consumers held every buffer."
-    bytes: int = 0
-    "Payload bytes of complete frames."
-    packets: int = 0
-    packets_missing: int = 0
-    "Packets that never came, after all requests."
-    packets_resent: int = 0
-    "Packets that came because they were asked for again."
-    packets_duplicate: int = 0
-    packets_ignored: int = 0
-    "Foreign, malformed or stale datagrams."
-    packets_clipped: int = 0
-    "Last packets of a frame that carried padding beyond the end of its payload."
-    overruns: int = 0
-    "Times that packets came faster than this computer takes them, and all that waited were discarded."
-    frame_rate: float = 0.0
-    "Frames per second."
-    bandwidth: float = 0.0
-    "Payload bytes per second."
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields, for JSON."""
-        return asdict(self)
-
-    def snapshot(self, meter: RateMeter) -> StreamStatistics:
-        """Return a copy of the counters with the current rates. Any thread."""
-        frame_rate, bandwidth = meter.rates()
-        return replace(self, frame_rate=frame_rate, bandwidth=bandwidth)
 
 
 def return_text(problems: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""Telling cameras apart: which camera a source is, and whether another name leads to the same one.
+"""A camera's identity: what is known of it before it is opened, and which names lead to the same one.
 
 A name (address, serial number, user name) only leads to a camera. Addresses are given to other devices,
 makers reuse serial numbers, and two cameras may be set to one user name; so a camera counts as the same only
@@ -8,9 +8,69 @@ if all that it says of itself is the same.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 from grabbergui.core.errors import OtherCameraError
-from grabbergui.core.grabber import DeviceInfo
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """A source's properties that are known before it is opened."""
+
+    uri: str
+    "Opens exactly this source, e.g. `gige:GV01`."
+    vendor: str = ""
+    model: str = ""
+    serial: str = ""
+    bus: str = ""
+    "`GigE Vision`, `USB3 Vision`, `YARP`, `ROS 2`, `Simulated`."
+    address: str = ""
+    "IP address, USB path, port or topic."
+    user_name: str = ""
+    "DeviceUserID, where set."
+    version: str = ""
+    hardware_id: str = ""
+    "Unique for each device: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
+    interface: str = ""
+    "The host's network interface or bus it was seen on."
+    note: str = ""
+    "Why it cannot be opened, as display text; empty if it can."
+
+    @property
+    def title(self) -> str:
+        """The display name, unlike that of others of its model: `left eye`, `Acme One 40012345`."""
+        return " ".join(self._names(self.vendor, self.model))
+
+    @property
+    def short_title(self) -> str:
+        """The display name without the vendor, for lists and tiles: `left eye`, `One 40012345`."""
+        return " ".join(self._names(self.model))
+
+    @property
+    def mark(self) -> str:
+        """The shortest name that is its own, for narrow places: user name, serial number or address."""
+        return self.user_name or self.serial or self.address or self.uri
+
+    @property
+    def file_name(self) -> str:
+        """The short title as part of a file's name: `left-eye`, `One_40012345`."""
+        name = "_".join(self._names(self.model))
+        return "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
+
+    def _names(self, *kind: str) -> list[str]:
+        """The user name; else the kind of camera and its serial number, or its address; else the URI.
+
+        Every name of a source that a user reads follows this rule.
+        """
+        if self.user_name:
+            return [self.user_name]
+        kind = tuple(filter(None, kind))
+        mark = self.serial or self.address
+        return [*kind, *([mark] if mark and mark not in kind else [])] if kind else [self.uri]
+
+    def as_dict(self) -> dict[str, str]:
+        """All fields, for JSON."""
+        return asdict(self)
 
 
 def unit(info: DeviceInfo) -> tuple[str, ...]:

@@ -15,8 +15,8 @@ from typing_extensions import override
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import AccessDeniedError, FeatureAccessError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue
-from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
+from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.selection import Selectors, SettingKey, WriteResult
 

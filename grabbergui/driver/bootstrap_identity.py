@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES
 from grabbergui.driver.gige.discovery.search import NO_MAC

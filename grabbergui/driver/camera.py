@@ -18,7 +18,8 @@ from grabbergui.core.errors import (
     OtherCameraError,
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics, return_text
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.driver import acquisition
 from grabbergui.driver.acquisition import Acquisition

@@ -17,7 +17,9 @@ from typing import Protocol
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access
+from grabbergui.core.identity import DeviceInfo
 
 
 class DataLayout(Enum):

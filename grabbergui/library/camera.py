@@ -17,8 +17,9 @@ from grabbergui.core.component import Component
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role

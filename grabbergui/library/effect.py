@@ -27,7 +27,8 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.selection import SettingKey, ValueChange
 from grabbergui.core.sfnc import Role
 

@@ -11,7 +11,8 @@ from grabbergui import sources
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo
+from grabbergui.core.grabber import Access
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.library.camera import Camera
 
 AccessName = Literal["control", "monitor", "take over"]

@@ -22,7 +22,8 @@ from grabbergui.calibration.collector import Collector, Coverage, Result, Verdic
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate

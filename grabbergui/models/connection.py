@@ -10,7 +10,8 @@ from psygnal import Signal
 
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate

@@ -12,7 +12,8 @@ from enum import Enum
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.text import quantity_text
 from grabbergui.models.language import counted, localized, translate

@@ -7,8 +7,8 @@ import threading
 from enum import Enum
 
 from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
-from grabbergui.core.identity import is_same
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber

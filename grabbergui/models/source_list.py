@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from psygnal import Signal
 
 from grabbergui import sources
-from grabbergui.core.grabber import DeviceInfo
-from grabbergui.core.identity import differs
+from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)

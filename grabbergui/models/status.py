@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
-from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import CameraFacts, Health, HealthMeter, StreamHealth
 from grabbergui.models.language import localized, translate

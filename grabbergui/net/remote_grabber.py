@@ -12,8 +12,9 @@ from typing_extensions import override
 
 from grabbergui.core.errors import FeatureAccessError, FeatureError, OtherCameraError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.core.identity import require_same
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.selection import SettingKey, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, regulating
 from grabbergui.net.tree import TreeFeatures

@@ -31,7 +31,8 @@ from grabbergui.core.features import (
     Visibility,
     format_value,
 )
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.selection import SettingKey, ValueChange, WriteResult
 
 SELECTING_VERSION = 2

@@ -14,7 +14,7 @@ from typing_extensions import override
 from grabbergui.core.component import Component, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import ros_image

@@ -24,8 +24,9 @@ from grabbergui.core.features import (
     FeatureValue,
     Representation,
 )
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
 from grabbergui.recording.recording import Recording, open_recording

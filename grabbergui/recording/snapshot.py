@@ -20,7 +20,7 @@ from psygnal import Signal
 from grabbergui.core.component import further_components
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import Family
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Scan3d

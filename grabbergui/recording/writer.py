@@ -17,7 +17,7 @@ from typing import Generic, TypeVar
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording.recording import RecordingError
 

@@ -17,7 +17,8 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.markers import dictionary_by_name
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice

@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from PyQt5.QtCore import QByteArray, QSettings, QStandardPaths
 
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.ui.theme import Theme
 
 MOST_RECENT = 10

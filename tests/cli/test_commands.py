@@ -12,7 +12,8 @@ from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.identity import DeviceInfo
 from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"

@@ -15,7 +15,7 @@ from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, par
 from grabbergui.cli.process import JsonFormatter
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from patience import PATIENCE
 
 

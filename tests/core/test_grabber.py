@@ -2,7 +2,9 @@ import pytest
 
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureKind
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 
 NAMES = ("ExposureTime", "ExposureAuto", "Gain")
 

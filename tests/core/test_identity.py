@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from grabbergui.core.errors import OtherCameraError
-from grabbergui.core.grabber import DeviceInfo
-from grabbergui.core.identity import describe, is_same, require_one, require_same, unit
+from grabbergui.core.identity import DeviceInfo, describe, is_same, require_one, require_same, unit
 
 CAMERA = DeviceInfo(
     "gige:7", "Acme", "One", "7", "GigE Vision", "10.0.0.7", "left", hardware_id="00:30:53:0a:0b:0c"

@@ -9,7 +9,8 @@ from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, FeatureAccessError, FeatureNotFoundError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
 from grabbergui.net.tree import TreeService

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import StreamSlot
 
 

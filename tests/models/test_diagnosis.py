@@ -7,7 +7,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import TransportError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.models.diagnosis import WINDOW, CameraFacts, Health, HealthMeter, Observation, Stage, diagnose
 
 BEFORE = {"frames": 100, "packets": 100_000}

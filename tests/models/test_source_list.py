@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from grabbergui.core.errors import UsageError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.source_list import KEEP_MISSES, SourceListModel
 from patience import PATIENCE, until
 

@@ -6,7 +6,8 @@ import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.grabber import ConnectionState, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Health, StreamHealth
 from grabbergui.models.open_source import LinkState

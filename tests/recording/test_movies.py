@@ -15,7 +15,7 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording.recording import RecordingError, open_recording
 from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer
 from patience import PATIENCE

@@ -7,7 +7,7 @@ import pytest
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording.recording import open_recording
 from grabbergui.recording.writer import OrderedWork, RecordingKind, create_writer
 from patience import PATIENCE

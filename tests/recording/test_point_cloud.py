@@ -7,7 +7,7 @@ import pytest
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Coordinate, Scan3d

@@ -11,7 +11,7 @@ from grabbergui import sources
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.core.uri import SourceUri

@@ -13,7 +13,7 @@ from grabbergui import sources
 from grabbergui.core import pfnc
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback
 from grabbergui.recording.recorder import Recorder, RecordingLimits

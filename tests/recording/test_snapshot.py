@@ -10,7 +10,7 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording.snapshot import SnapshotWriter, save
 from patience import PATIENCE
 

@@ -10,7 +10,7 @@ from robots_for_tests import RecordingRobot
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.net.yarp.os.values import Dialect

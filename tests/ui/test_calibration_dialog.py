@@ -14,7 +14,7 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.collector import Coverage, Verdict
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame, FrameStatus
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, holds, pinhole

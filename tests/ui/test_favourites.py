@@ -6,7 +6,7 @@ from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
 from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import MOST
 from grabbergui.ui.preferences import Preferences, camera_model

@@ -12,7 +12,8 @@ from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.grabber import Access, DeviceInfo
+from grabbergui.core.grabber import Access
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_list import ListedSource
 from grabbergui.ui import theme

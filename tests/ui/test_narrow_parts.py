@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import FeatureDescription, FeatureKind
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone

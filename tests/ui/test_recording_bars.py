@@ -6,7 +6,7 @@ from PyQt5.QtCore import Qt
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording.writer import RecordingKind, create_writer
 
 FRAMES, STEP_NS = 21, 50_000_000

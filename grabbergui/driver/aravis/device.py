@@ -24,8 +24,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.core.identity import differs, require_one, require_same
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,

@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
     GrabberError,
     SourceUnavailableError,
 )
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 
 NAME = "aravis-0.8"
 PACKAGE = "aravis"

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.errors import TransportError
 from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.driver.aravis.library import Failure
 from grabbergui.driver.device import StreamRequest
 

@@ -31,8 +31,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.core.identity import describe, differs, require_one, require_same
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.bootstrap_identity import with_identity
 from grabbergui.driver.camera import Camera

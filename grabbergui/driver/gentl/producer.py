@@ -23,7 +23,7 @@ from grabbergui.core.errors import (
     MissingFileError,
     SourceUnavailableError,
 )
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 
 GONE = (gentl.IoException, gentl.InvalidHandleException, gentl.ClosedException, gentl.NotInitializedException)

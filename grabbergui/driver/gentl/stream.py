@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.errors import LocalProtocolError, TransportError
 from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gentl.producer import answering, reason_of
 

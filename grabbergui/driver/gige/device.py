@@ -19,8 +19,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.core.identity import describe, require_same
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access
+from grabbergui.core.identity import DeviceInfo, describe, require_same
 from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap

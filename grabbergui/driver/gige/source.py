@@ -9,7 +9,8 @@ import ipaddress
 from dataclasses import replace
 
 from grabbergui.core.errors import UsageError
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import GigeUriOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions

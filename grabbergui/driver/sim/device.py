@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from grabbergui.core.component import Component, PayloadType
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProtocolError
 from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.grabber import Access
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.h264 import H264Stream

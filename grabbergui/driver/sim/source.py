@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import SourceNotFoundError, UsageError
-from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SimulatedOptions, SourceUri, read_options
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice

@@ -26,8 +26,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.core.identity import require_same
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.uri import SourceUri, U3vOptions, read_options
 from grabbergui.driver.bootstrap_identity import with_identity
 from grabbergui.driver.camera import Camera

@@ -17,8 +17,7 @@ import usb.core
 import usb.util
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
-from grabbergui.core.grabber import DeviceInfo
-from grabbergui.core.identity import differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
 from grabbergui.driver.u3v.usb import BINDING_ERRORS, permission_denied

@@ -14,8 +14,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import DeviceLostError, GrabberError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
 from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan

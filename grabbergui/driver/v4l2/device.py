@@ -21,9 +21,9 @@ from typing_extensions import override
 from grabbergui.core import pfnc
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, GrabberError, SourceNotFoundError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.core.identity import require_one, require_same
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import DeviceInfo, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, StreamSlot

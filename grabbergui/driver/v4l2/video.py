@@ -16,7 +16,7 @@ from linuxpy.video import device as v4l2
 from linuxpy.video import raw
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, DeviceStatusError, TransportError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 
 if sys.platform != "linux":
     raise ImportError("Video4Linux is a part of Linux")

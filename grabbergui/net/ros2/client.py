@@ -23,7 +23,8 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, return_text
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import CameraLink, not_found

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
 from grabbergui.net.ros2.pictures import IMAGE_TYPE, Publisher, publishers_of

@@ -10,8 +10,8 @@ from typing import Any
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import FollowedScan3d, in_camera_units
 from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, kind_of
 from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info

@@ -18,7 +18,8 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, return_text
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber

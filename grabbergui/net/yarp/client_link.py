@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, SourceNotFoundError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree import TreeFeatures

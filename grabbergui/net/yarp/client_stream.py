@@ -19,8 +19,8 @@ from grabbergui.core import pfnc
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError, RemoteProtocolError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import FollowedScan3d, in_camera_units
 from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, kind_of

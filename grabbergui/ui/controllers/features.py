@@ -10,7 +10,7 @@ from PyQt5.QtCore import QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QMenu, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind, format_value
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, role_of
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import shown

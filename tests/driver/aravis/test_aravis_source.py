@@ -24,7 +24,8 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import device, library
 from grabbergui.driver.aravis.library import FoundCamera

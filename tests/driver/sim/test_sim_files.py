@@ -8,7 +8,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import DeviceLostError, GrabberError, TransportError
 from grabbergui.core.file_access import list_files, read_file, write_file
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice

@@ -14,7 +14,8 @@ from fake_video import EXPOSURE, EXPOSURE_AUTO, RESET, FakeVideo
 
 from grabbergui.core.errors import FeatureAccessError, FeatureValueError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, FeatureKind
-from grabbergui.core.grabber import ConnectionState, DeviceInfo
+from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi import loading

@@ -28,7 +28,7 @@ from grabbergui.core.features import (
     Representation,
     Visibility,
 )
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.net import tree
 from grabbergui.net.tree import ChangeLog
 from grabbergui.net.yarp.dev import grabber_values

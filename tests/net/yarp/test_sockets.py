@@ -1,10 +1,22 @@
-"""Sockets of ports: what a peer did is seen without waiting."""
+"""Sockets of ports: what a peer did is seen without waiting, and long bodies are read with few wake-ups."""
 
 from __future__ import annotations
 
+import os
+import resource
 import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
 
+import pytest
+
+from grabbergui.core.errors import AckTimeoutError, TransportError
 from grabbergui.net.yarp.os import sockets
+from patience import PATIENCE
+
+MB = 1 << 20
 
 
 def test_a_peer_that_closed_is_noticed_and_one_that_waits_or_sends_is_not() -> None:
@@ -17,3 +29,105 @@ def test_a_peer_that_closed_is_noticed_and_one_that_waits_or_sends_is_not() -> N
         theirs.close()
         assert sockets.closed_by_peer(ours)
     assert sockets.closed_by_peer(ours)
+
+
+# -- bodies of messages ------------------------------------------------------------------------------
+@pytest.fixture
+def connection() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Both ends of a connection on the loopback: the reader's and the sender's."""
+    with socket.create_server(("127.27.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        ours, _ = server.accept()
+    with ours, theirs:
+        sockets.prepare(ours)
+        sockets.set_deadline(ours, PATIENCE)
+        yield ours, theirs
+
+
+def read_body(ours: socket.socket, size: int) -> bytes:
+    body = bytearray(size)
+    rest = memoryview(body)
+    while len(rest):
+        count = sockets.receive_body(ours, rest)
+        if not count:
+            break
+        rest = rest[count:]
+    return bytes(body[: size - len(rest)])
+
+
+def send_in(sock: socket.socket, data: bytes, pieces: list[int], pause: float) -> threading.Thread:
+    """Send `data`, cut at `pieces` and with pauses between them, while the caller reads."""
+
+    def send() -> None:
+        for begin, end in zip([0, *pieces], [*pieces, len(data)], strict=True):
+            sock.sendall(data[begin:end])
+            time.sleep(pause)
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    return thread
+
+
+@pytest.mark.parametrize("size", [1000, MB, 2 * MB, 3 * MB - 1, 5 * MB + 7])
+@pytest.mark.parametrize("first", [1, 900, MB - 1, MB + MB // 20])
+def test_a_body_is_complete_although_nothing_follows_it(
+    connection: tuple[socket.socket, socket.socket], size: int, first: int
+) -> None:
+    """As over tcp, where the sender waits for the acknowledgement: no wait for bytes beyond the body."""
+    ours, theirs = connection
+    body = os.urandom(size)
+    sender = send_in(theirs, body, [min(first, size - 1)], 0.02)
+    began = time.monotonic()
+    assert read_body(ours, size) == body
+    assert time.monotonic() - began < PATIENCE / 2
+    sender.join()
+    theirs.send(b"x")
+    assert ours.recv(4096) == b"x", "short messages are read at once again"
+
+
+def test_a_slow_sender_is_not_a_silent_one(connection: tuple[socket.socket, socket.socket]) -> None:
+    """The deadline is for a pause, however little a network carries until it passes."""
+    ours, theirs = connection
+    sockets.set_deadline(ours, 0.2)
+    body = os.urandom(3 * MB)
+    sender = send_in(theirs, body, list(range(MB // 8, 3 * MB, MB // 8)), 0.05)
+    assert read_body(ours, len(body)) == body
+    sender.join()
+
+
+def test_a_sender_that_falls_silent_within_a_body_is_noticed(
+    connection: tuple[socket.socket, socket.socket],
+) -> None:
+    ours, theirs = connection
+    sockets.set_deadline(ours, 0.1)
+    body = memoryview(bytearray(4 * MB))
+    theirs.sendall(b"x" * 1000)
+    assert sockets.receive_body(ours, body) == 1000
+    with pytest.raises(AckTimeoutError):
+        sockets.receive_body(ours, body[1000:])
+    theirs.close()
+    assert sockets.receive_body(ours, body[1000:]) == 0
+
+
+def test_a_connection_closed_while_a_body_is_read_is_reported(
+    connection: tuple[socket.socket, socket.socket],
+) -> None:
+    ours, _ = connection
+    ours.close()
+    with pytest.raises(TransportError):
+        sockets.receive_body(ours, memoryview(bytearray(4 * MB)))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems wake a reader for each packet")
+def test_a_long_body_wakes_its_reader_once_a_megabyte(
+    connection: tuple[socket.socket, socket.socket],
+) -> None:
+    ours, theirs = connection
+    size = 6 * MB
+    sender = send_in(theirs, bytes(size), list(range(MB // 16, size, MB // 16)), 0.002)
+    before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+    assert len(read_body(ours, size)) == size
+    waits = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw - before
+    sender.join()
+    # The last two megabytes, 32 pieces, are read as they come.
+    assert waits < 32 + 12, f"woken {waits} times for 96 pieces"

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from urllib.parse import quote
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.core.grabber import DeviceInfo
-from grabbergui.core.identity import require_one, require_same, unit
+from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block, Layout

@@ -16,7 +16,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.bootstrap import (

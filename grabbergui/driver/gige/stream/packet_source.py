@@ -7,7 +7,7 @@ import socket
 import time
 from abc import ABC, abstractmethod
 
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.discovery.interfaces import readable
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace

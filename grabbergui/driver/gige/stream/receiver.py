@@ -9,8 +9,7 @@ import time
 from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import RateMeter
-from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, RemoteProtocolError
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.tree import dumps, error_of, loads, read_info, table_of
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word

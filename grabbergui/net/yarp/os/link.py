@@ -83,7 +83,8 @@ class Link:
         connection = self.connection
         wanted = connection.wanted
         if wanted is not None:
-            connection.received(sockets.receive_some(self.sock, wanted, all_of_it=connection.in_body))
+            receive = sockets.receive_body if connection.in_body else sockets.receive_some
+            connection.received(receive(self.sock, wanted))
         else:
             size = min(max(_READ_BYTES, connection.missing), _LONG_READ_BYTES)
             connection.receive_data(sockets.receive(self.sock, size))
