@@ -30,8 +30,8 @@ class BufferPool:
     """Buffers of one size for one stream. Thread-safe.
 
     Page faults make a fresh 8 MB buffer cost more than filling it, so buffers are reused; memory stays
-    bounded because `take` gives nothing beyond `limit` buffers in use. numpy asks for huge pages where a buffer
-    has 4 MB or more, into which the kernel copies faster.
+    bounded because `take` gives nothing beyond `limit` buffers in use. For one of 4 MB or more numpy asks for
+    huge pages, into which the kernel copies faster.
     """
 
     def __init__(self, size: int, limit: int | None = None) -> None:
@@ -61,7 +61,7 @@ class BufferPool:
                 return None  # a frame is lost; the thread that receives must go on
             self._in_use += 1
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
-        lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage)
+        lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage.data)
         weakref.finalize(lease, self._give_back, storage).atexit = False
         array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
         return array

@@ -112,8 +112,8 @@ def reason(error: OSError) -> str:
 def prepare(sock: socket.socket) -> None:
     """Set the options: no delay, detection of dead peers.
 
-    The buffers are left to the kernel: it lets them grow as a connection needs, but no more once a program has
-    set them, and what a program may set (net.core.rmem_max) is often far less than they grow to.
+    The buffers are left to the kernel: it lets them grow as a connection needs, but no more once a program
+    has set them, and what a program may set (net.core.rmem_max) is often far less than they grow to.
     """
     sock.settimeout(None)
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -189,11 +189,11 @@ def receive_body(sock: socket.socket, into: memoryview) -> int:
     """
     if len(into) < 2 * _WAKE_BYTES or sys.platform != "linux":
         return receive_some(sock, into, all_of_it=True)
-    # Each wake-up costs this thread and the sender time: with one for each packet a seventh of the rate is lost.
+    # A wake-up costs this thread and the sender time: with one for each packet, a seventh of the rate.
     filled = 0
     _wake_at(sock, _WAKE_BYTES)
     try:
-        # The kernel may take some bytes and only then wait for as many as this: both must be part of the body.
+        # The kernel may take some bytes first and then wait for as many as this: the body must have both.
         while len(into) - filled >= 2 * _WAKE_BYTES and (count := receive_some(sock, into[filled:])):
             filled += count
     except AckTimeoutError:
