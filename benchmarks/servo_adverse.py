@@ -52,10 +52,10 @@ other start, to and fro (a sine of the same size, whose highest speed that is). 
 robot can follow: at every place of them the arm is neither stretched nor near the body, its joints can move
 the hand along the path a tenth faster than the marker goes, the hand would stay inside the workspace for
 {AHEAD_S} s more at that speed, as the gate demands, and the head can turn so that it has the marker in its
-picture. Every such start counts. Errors while following count from {SETTLING:.0f} s after the marker has begun to move, in each cycle of
-the loop, whatever state it is in. Settings: `[arm] follow {FOLLOW}`, `[safety] picture_timeout
-{CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s of the last image: a single
-lost image does not end the motion, two in a row do, until the next one comes."""
+picture. Every such start counts. Errors while following count from {SETTLING:.0f} s after the marker has
+begun to move, in each cycle of the loop, whatever state it is in. Settings: `[arm] follow {FOLLOW}`,
+`[safety] picture_timeout {CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s of
+the last image: a single lost image does not end the motion, two in a row do, until the next one comes."""
 Path = Callable[[float], Vector]
 "Seconds since it began to how far the marker has gone, in its own axes, metres."
 

@@ -140,7 +140,12 @@ def test_nothing_but_a_moving_hand_goes_on_after_a_moment_without_images(start):
 
 @pytest.mark.parametrize(
     "silence",
-    [[(BLIND, GRACE + STEP)], [(SILENT, STEP)], [(BLIND, STEP), (SILENT, STEP)], [(BLIND, STEP), (PERSON, STEP)]],
+    [
+        [(BLIND, GRACE + STEP)],
+        [(SILENT, STEP)],
+        [(BLIND, STEP), (SILENT, STEP)],
+        [(BLIND, STEP), (PERSON, STEP)],
+    ],
     ids=["long", "robot", "both", "no marker"],
 )
 def test_after_any_other_silence_the_marker_is_centred_first(silence):
