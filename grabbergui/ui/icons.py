@@ -1,6 +1,6 @@
 """The icons in `resources/icons`, drawn in the colour of the text they stand beside.
 
-Forms name an icon in the dynamic property `iconName`; `apply` gives it to actions and buttons.
+Forms name an icon in the dynamic property `iconName`; `load_form` has `apply` give it to actions and buttons.
 """
 
 from __future__ import annotations

@@ -14,6 +14,8 @@ from PyQt5.QtCore import QSize
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.ui import icons
+
 # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
 uic.widgetPluginPath.clear()
 
@@ -22,11 +24,12 @@ TITLE_BAR = 40
 
 
 def load_form(name: str, into: QWidget) -> None:
-    """Build the form `ui/forms/<name>.ui` in a widget of the form's own class.
+    """Build the form `ui/forms/<name>.ui` in a widget of the form's own class, with the icons that it names.
 
     The form's children become attributes of `into`, by their object names.
     """
     uic.loadUi(io.StringIO(_form(name)), into)  # type: ignore[no-untyped-call]
+    icons.apply(into)
 
 
 @cache

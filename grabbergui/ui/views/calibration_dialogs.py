@@ -29,7 +29,6 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
-from grabbergui.ui import icons
 from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
@@ -154,7 +153,6 @@ class CalibrationDialog(CalibratingDialog):
         self.views.itemChanged.connect(self._on_views_item_changed)
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(Step.BOARD)
-        icons.apply(self)
 
     # -- setters -----------------------------------------------------------------------------------
     @property
@@ -335,7 +333,6 @@ class CalibrationChoiceDialog(QDialog):
         self.titleLabel.setToolTip(title.format(camera))
         self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
         self.setProblem("")
-        icons.apply(self)
         self.calibrateButton.clicked.connect(lambda: self.calibrateRequested.emit())
         self.fileButton.clicked.connect(lambda: self.fileRequested.emit())
         self.nominalButton.clicked.connect(lambda: self.nominalRequested.emit(self.degreesBox.value()))

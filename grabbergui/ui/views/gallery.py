@@ -8,7 +8,6 @@ from PyQt5.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QScrollArea
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
-from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.picture_items import Thumbnail
@@ -45,7 +44,6 @@ class CameraTile(QFrame):
         self.closeButton.clicked.connect(self.closeRequested)
         self.recordingLabel.hide()
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        icons.apply(self)
 
     def setNames(self, title: str, *shorter: str) -> None:
         """The source's name, and shorter ones for a narrow tile."""

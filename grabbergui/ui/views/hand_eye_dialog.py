@@ -131,7 +131,6 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         self._stop_keys.pressed.connect(self.stopPressed)
         self._running = False
         self.setPage(HandEyePage.SETUP)
-        icons.apply(self)
 
     # -- setters -----------------------------------------------------------------------------------
     @property

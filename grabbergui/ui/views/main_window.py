@@ -170,7 +170,6 @@ class MainWindow(QMainWindow):
         self._keep_bare_keys_to_picture()
         self._explain_shortcuts()
         self.setWindowIcon(icons.window_icon())
-        icons.apply(self)
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
         """Stay open if `mayClose` says no; otherwise announce the end. Never waits."""

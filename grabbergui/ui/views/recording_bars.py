@@ -94,7 +94,6 @@ class RecordingBar(QWidget):
         self.recordButton.clicked.connect(self._on_record_clicked)
         self.folderButton.clicked.connect(self.folderRequested)
         self.playButton.clicked.connect(self.playRequested)
-        icons.apply(self)
 
     def minimumSizeHint(self) -> QSize:
         """That of the narrow bar, so that the window can become as narrow."""
@@ -253,7 +252,6 @@ class PlaybackBar(QWidget):
         self.slider.valueChanged.connect(self.positionChosen)
         self.speedBox.activated[int].connect(self._on_speed_chosen)
         self.loopButton.clicked[bool].connect(self.loopRequested)
-        icons.apply(self)
         self.hide()
 
     def setState(self, state: PlaybackState) -> None:

@@ -99,7 +99,6 @@ class ServoWindow(QWidget):
             box.valueChanged.connect(self._on_box_value_changed)
         # Whatever has the focus, a button or a number being typed.
         StopKeys(self, STOP_KEYS).pressed.connect(self.stopPressed)
-        icons.apply(self)
 
     # -- setters ---------------------------------------------------------------------------------
     def setPicture(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:

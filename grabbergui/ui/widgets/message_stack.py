@@ -36,7 +36,6 @@ class MessageLine(QFrame):
         self._popup: QFrame | None = None
         self.closeButton.clicked.connect(self._on_close_clicked)
         self.moreButton.clicked.connect(self.showAll)
-        icons.apply(self)
         self.setMessages(())
 
     @property
@@ -159,7 +158,6 @@ class MessageBar(QFrame):
         self.setAccessibleName(message.sentence)
         self.iconLabel.setPixmap(icons.pixmap(message_icon(message.severity), self, 18))
         fill_offers(self.offersLayout, message.offers)
-        icons.apply(self)
         self.closeButton.clicked.connect(self.dismissed)
 
 

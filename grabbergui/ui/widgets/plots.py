@@ -14,7 +14,6 @@ from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.language import localized
-from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 
 COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
@@ -166,7 +165,6 @@ class CurveRow(QWidget):
         self.plot.setDownsampling(auto=True, mode="peak")
         self.plot.setClipToView(True)
         self.removeButton.clicked.connect(lambda: self.removed.emit(self.name))
-        icons.apply(self)
 
     def setUnit(self, unit: str) -> None:
         """Say what the value is in; shown with the next samples."""
