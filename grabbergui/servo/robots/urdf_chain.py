@@ -171,11 +171,22 @@ class UrdfChain(Chain):
     @override
     def frames(self, angles: ArrayLike) -> list[Pose]:
         """The z of each but first and last is its joint's axis."""
+        data, tool = self._placed(angles)
+        links = [link.homogeneous for link in list(data.oMi)[1:]]
+        return [np.eye(4), *(self._from_world @ link for link in links), tool]
+
+    @override
+    def forward(self, angles: ArrayLike) -> Pose:
+        """The last of `frames`, in less than half of their time."""
+        return self._placed(angles)[1]
+
+    def _placed(self, angles: ArrayLike) -> tuple[Any, Pose]:
+        """Pinocchio's data with every joint in its place, not shared, as any thread may ask; and the tool."""
         data = self._model.createData()
         self._pinocchio.forwardKinematics(self._model, data, self._signs * self.checked(angles))
-        end = self._pinocchio.updateFramePlacement(self._model, data, self._end).homogeneous @ self._tool
-        links = [link.homogeneous for link in list(data.oMi)[1:]]
-        return [np.eye(4), *(self._from_world @ placed for placed in (*links, end))]
+        end = self._pinocchio.updateFramePlacement(self._model, data, self._end).homogeneous
+        tool: Pose = self._from_world @ (end @ self._tool)
+        return data, tool
 
     @override
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
