@@ -13,7 +13,8 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
 from grabbergui.servo.robots.robot import ARM, HEAD, Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
-from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack, TargetMotion
+from grabbergui.servo.target_motion import TargetMotion
+from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 from grabbergui.servo.watch import EncoderWatch, ProgressWatch
 
 RESPONSE_S = 0.04
