@@ -119,9 +119,7 @@ class SimulatedDevice(Device):
 
     def stream_statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters."""
-        snapshot = StreamStatistics(**vars(self._statistics))
-        snapshot.frame_rate, snapshot.bandwidth = self._rate.rates()
-        return snapshot
+        return self._statistics.snapshot(self._rate)
 
     def _require_open(self) -> None:
         if not self._open:

@@ -198,16 +198,9 @@ class PictureStream(ImageReader):
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters."""
-        rate, bandwidth = self._rate.rates()
-        counters = self._counters
-        return StreamStatistics(
-            frames=counters.frames,
-            lost=counters.lost,
-            bytes=counters.bytes,
-            packets_ignored=self.ignored,
-            frame_rate=rate,
-            bandwidth=bandwidth,
-        )
+        snapshot = self._counters.snapshot(self._rate)
+        snapshot.packets_ignored = self.ignored
+        return snapshot
 
     def _receive(self, frame: Frame) -> None:
         gap = frame.frame_id - self._last_id - 1
