@@ -69,8 +69,8 @@ def add_commands(commands: Any) -> None:
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.gate import CommandGate
-    from grabbergui.servo.hand_eye_frames import TargetWatch
     from grabbergui.servo.hand_eye_run import HandEyeRun, watched
+    from grabbergui.servo.hand_eye_stand import TargetWatch
 
     options.headless = not options.window
     folder = options.out.resolve().parent

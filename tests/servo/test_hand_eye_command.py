@@ -14,8 +14,8 @@ from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_frames import TargetWatch
 from grabbergui.servo.hand_eye_run import EYES
+from grabbergui.servo.hand_eye_stand import TargetWatch
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.ros2 import publish_frame
