@@ -7,7 +7,7 @@ import math
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -283,9 +283,8 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
         received, frame = receive_camera_info(source.removeprefix("ros2:"))
     urdf = options.urdf or _described_urdf(stack)
     model = tiago.model(urdf, options.hand_frame or "", options.camera_frame or "", seen_in=frame)
+    options.camera_frame = options.camera_frame or frame  # also of what is published and calibrated
     topics = tiago_topics(options)
-    if frame and not options.camera_frame:
-        topics = replace(topics, camera_frame=frame)
     robot = tiago_ros2.TiagoOverRos2(model, topics, listen_only=options.dry_run)
     robot.connect()
     stack.callback(robot.close)

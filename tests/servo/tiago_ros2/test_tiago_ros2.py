@@ -202,8 +202,10 @@ def test_a_bad_name_is_refused(runner):
 
 
 # -- the commands --------------------------------------------------------------------------------
-def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys, monkeypatch, config):
+def test_the_commands_reach_the_marker_in_two_processes(listener, tmp_path, capsys, monkeypatch, config):
     monkeypatch.setattr("grabbergui.cli.servo.configuration", lambda options: config)
+    markers = []
+    listener.node.create_subscription(PoseStamped, "/grabbergui/servo/marker", markers.append, 50)
     simulation = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "simulate-tiago"], stdout=subprocess.PIPE, text=True
     )
@@ -213,12 +215,14 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
             closed_loop.calibration().matrix
         )
         so_long = ("--seconds", str(PROGRAM), "--until-reached")
-        chosen = options("servo", "--robot", "tiago", "--headless", *so_long, "--report", str(tmp_path))
+        told = ("--report", str(tmp_path), "--publish-ros2")
+        chosen = options("servo", "--robot", "tiago", "--headless", *so_long, *told)
         assert chosen.run(chosen) == 0
         report = json.loads((tmp_path / "report.json").read_text())
         assert report["reached"]
         assert report["pictures"] > 10  # as many as a busy machine draws
         assert "approaching" in capsys.readouterr().out
+        assert {marker.header.frame_id for marker in markers} == {tiago.CAMERA}  # as camera_info has it
     finally:
         simulation.send_signal(signal.SIGINT)
         simulation.wait(PATIENCE)
