@@ -8,10 +8,12 @@ from __future__ import annotations
 import array
 import functools
 import logging
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
@@ -95,7 +97,7 @@ class PicturePublisher:
         self.published = 0
         self._node = node
         self._image_type, self._compressed_type = Image, CompressedImage
-        self._clock = node.get_clock()
+        self._stamps = _Stamps(node.get_clock())
 
         def publisher(kind: Any, topic: str) -> Any:
             """Make a publisher with a configurable quality of service: qos_overrides.<topic>.publisher…."""
@@ -147,7 +149,7 @@ class PicturePublisher:
     def _publish(self, frame: Frame) -> bool:
         """Publish a frame; return whether anybody subscribes."""
         frame_id = self._node.get_parameter("frame_id").value
-        stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
+        stamp = self._stamps.of(frame)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
         if wanted:
             message = self._image(frame)
@@ -166,8 +168,7 @@ class PicturePublisher:
         return bool(wanted) or any(one.get_subscription_count() for one in (self._compressed, self._info))
 
     def _stamp(self, header: Any, frame: Frame) -> None:
-        stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
-        _fill(header, stamp, self._node.get_parameter("frame_id").value)
+        _fill(header, self._stamps.of(frame), self._node.get_parameter("frame_id").value)
 
     def _image(self, frame: Frame) -> Any:
         return filled(self._image_type(), frame)
@@ -193,8 +194,27 @@ class PicturePublisher:
             fill_camera_info(message, calibration)
         return message
 
+
+class _Stamps:
+    """When frames were exposed, on ROS's clock, as seconds and nanoseconds. Thread-safe.
+
+    With `use_sim_time` that clock is not the host's: it may stand, jump, or run at another rate. A frame keeps
+    the stamp it was given first, since subscribers match image, components and camera_info by it.
+    """
+
+    def __init__(self, clock: Any) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._given: WeakKeyDictionary[Frame, tuple[int, int]] = WeakKeyDictionary()
+
+    def of(self, frame: Frame) -> tuple[int, int]:
+        """Return the frame's stamp."""
+        with self._lock:
+            if (stamp := self._given.get(frame)) is None:
+                stamp = self._given[frame] = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
+            return stamp
+
     def _on_ros_clock(self, host_ns: int) -> int:
-        """Return a host time on ROS's clock, which is another one only with `use_sim_time`."""
         if not self._clock.ros_time_is_active:
             return host_ns
         age = time.time_ns() - host_ns

@@ -275,6 +275,35 @@ def test_simulated_time_stamps_the_images(server, parameters):
     until(stamped)
 
 
+def test_all_messages_of_a_frame_have_one_stamp_while_a_simulated_clock_runs(server, camera, parameters):
+    """Subscribers match the image and its components by stamps; a thread each publishes them, at its own time."""
+    from rosgraph_msgs.msg import Clock
+
+    camera.write_feature("ComponentSelector", "Range")
+    camera.write_feature("ComponentEnable", True)
+    clock = parameters.node.create_publisher(Clock, "/clock", 10)
+    images = parameters.subscribe(Image, "/cam/image_raw")
+    distances = parameters.subscribe(Image, "/cam/range/image")
+    assert parameters.set(use_sim_time=True)[0].successful
+    stamps = {images: set(), distances: set()}
+    simulated = 1000.0
+
+    def matched():
+        nonlocal simulated
+        simulated += 0.01
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = int(simulated), int(simulated % 1 * 1e9)
+        clock.publish(message)
+        for topic, seen in stamps.items():
+            while not topic.empty():
+                stamp = topic.get().header.stamp
+                if stamp.sec < 10_000:  # on the simulated clock
+                    seen.add((stamp.sec, stamp.nanosec))
+        return len(stamps[images] & stamps[distances]) >= 5
+
+    until(matched)
+
+
 def test_arguments_that_ros_does_not_understand_are_refused(camera, tmp_path):
     with pytest.raises(UsageError, match="--ros-args --params-file"):
         Ros2GrabberServer(camera, "/cam", ros_args=["--params-file", str(tmp_path / "missing.yaml")])
