@@ -6,7 +6,6 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +90,7 @@ def _doctor(options: argparse.Namespace) -> int:
         return 0
     findings = []
     with dies_of_interrupt():
-        for finding in chain(checks.check(), shared_memory.check()):
+        for finding in checks.check():
             findings.append(finding)
             if not options.json:
                 print(f"{finding.level.value:8}{finding.text}", flush=True)

@@ -8,7 +8,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,8 @@ from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.config import ini
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
-from grabbergui.core.errors import GrabberError, SourceNotFoundError, UsageError
+from grabbergui.core.environment import find_file
+from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
@@ -244,8 +245,12 @@ def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibrat
     from grabbergui.calibration.fitted import FittedCalibration
 
     file = Path(options.calibration) if options.calibration else None
-    if file is not None and not file.is_file() and not options.ros2:
-        raise UsageError(f"--calibration {file}: there is no such file; `grabbergui calibrate` makes one")
+    # With ROS 2 it may be a new file, which set_camera_info writes; that must be none of the program's own.
+    if file is not None and not options.ros2:
+        with suppress(MissingFileError):
+            file = find_file(file, "calibration", "servo")
+        if not file.is_file():
+            raise UsageError(f"--calibration {file}: there is no such file; `grabbergui calibrate` makes one")
     calibration = FittedCalibration(grabber, file)
     if calibration.calibration is not None:
         try:

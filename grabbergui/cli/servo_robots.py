@@ -331,7 +331,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     from grabbergui.calibration.fitted import CalibrationChoice
 
     if options.calibration is not None:
-        return CalibrationChoice.file(find_file(options.calibration, "calibration"))
+        return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"))
     if options.field_of_view is not None:
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:

@@ -80,16 +80,18 @@ MANUAL = _PACKAGE.parent / "docs" if _CHECKOUT else _PACKAGE / "manual"
 """The folder of the manual's pages."""
 
 
-def find_file(path: Path, what: str = "file") -> Path:
+def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
     """Return the file that was named, or the shipped one of that name (`servo/servo.ini`, `servo.ini`).
 
-    The manual writes `resources/servo/servo.ini`; that is found from any folder. Raises MissingFileError.
+    The manual writes `resources/servo/servo.ini`; that is found from any folder. A name alone is looked for
+    in one `folder` of the resources, or in all. Raises MissingFileError.
     """
     if path.exists():
         return path
     parts = path.parts[1:] if path.parts[:1] == ("resources",) else path.parts
     if not path.is_absolute() and parts and ".." not in parts:
-        found = [RESOURCES.joinpath(*parts)] if len(parts) > 1 else sorted(RESOURCES.rglob(parts[0]))
+        alone = len(parts) == 1
+        found = sorted((RESOURCES / folder).rglob(parts[0])) if alone else [RESOURCES.joinpath(*parts)]
         for shipped in found:
             if shipped.is_file():
                 return shipped

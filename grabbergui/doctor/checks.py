@@ -1,7 +1,7 @@
 """Checks for GigE Vision and USB3 Vision cameras, and of the software of this machine.
 
 GigE Vision: kernel settings, interfaces, cameras that cannot be reached. USB3 Vision: permissions and memory
-of the kernel for transfers. Software: the display of the window, YARP, ROS 2.
+of the kernel for transfers. Software: the display of the window, YARP, ROS 2 and what it left in memory.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import GrabberError
-from grabbergui.doctor import Finding, good, note, problem
+from grabbergui.doctor import Finding, good, note, problem, shared_memory
 from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
 from grabbergui.driver.gige.discovery.search import FoundDevice
@@ -32,6 +32,7 @@ def check() -> Iterator[Finding]:
     yield from check_network()
     yield from check_usb()
     yield from check_software()
+    yield from shared_memory.check()
 
 
 def check_network() -> Iterator[Finding]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from grabbergui.cli import main
-from grabbergui.doctor import Level, shared_memory
+from grabbergui.doctor import Level, checks, shared_memory
 from grabbergui.doctor.shared_memory import FOLDER, clear, leftovers
 from patience import PROGRAM, until
 from ros2_domain import own_domain
@@ -84,6 +84,13 @@ def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
 
     assert [finding.level for finding in shared_memory.shared_memory(folder)] == [Level.GOOD]
     assert not list(shared_memory.shared_memory(tmp_path / "missing"))
+
+
+def test_it_is_among_all_checks_which_command_and_window_show(folder, monkeypatch):
+    for others in ("check_network", "check_usb", "check_software"):
+        monkeypatch.setattr(checks, others, lambda: iter(()))
+    monkeypatch.setattr(shared_memory, "FOLDER", folder)
+    assert [finding.level for finding in checks.check()] == [Level.NOTE]
 
 
 def test_the_command_clears(folder, monkeypatch, capsys):

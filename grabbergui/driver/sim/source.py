@@ -138,7 +138,8 @@ def _allowed(register: Register) -> str:
 
 def _info(uri: SourceUri, power_on: dict[Register, RegisterValue]) -> DeviceInfo:
     def text(register: Register) -> str:
-        return str(power_on.get(register, register.default))
+        # As the register keeps it: a string that is too long is cut.
+        return str(register.decode(register.encode(power_on.get(register, register.default))))
 
     return DeviceInfo(
         uri=str(uri),
@@ -148,4 +149,5 @@ def _info(uri: SourceUri, power_on: dict[Register, RegisterValue]) -> DeviceInfo
         bus="Simulated",
         version=str(reg.DEVICE_VERSION.default),
         interface="this process",
+        user_name=text(reg.DEVICE_USER_ID),
     )

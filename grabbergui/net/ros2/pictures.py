@@ -198,8 +198,8 @@ class PicturePublisher:
 class _Stamps:
     """When frames were exposed, on ROS's clock, as seconds and nanoseconds. Thread-safe.
 
-    With `use_sim_time` that clock is not the host's: it may stand, jump, or run at another rate. A frame keeps
-    the stamp it was given first, since subscribers match image, components and camera_info by it.
+    With `use_sim_time` that clock is not the host's: it may stand, jump, or run at another rate. A frame
+    keeps the stamp it was given first, since subscribers match image, components and camera_info by it.
     """
 
     def __init__(self, clock: Any) -> None:

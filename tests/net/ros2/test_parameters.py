@@ -276,7 +276,7 @@ def test_simulated_time_stamps_the_images(server, parameters):
 
 
 def test_all_messages_of_a_frame_have_one_stamp_while_a_simulated_clock_runs(server, camera, parameters):
-    """Subscribers match the image and its components by stamps; a thread each publishes them, at its own time."""
+    """Subscribers match image and components by stamps, and two threads publish them at different times."""
     from rosgraph_msgs.msg import Clock
 
     camera.write_feature("ComponentSelector", "Range")
