@@ -24,6 +24,8 @@ UNIT_EXPOSURE_US = 10_000.0
 
 ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
 "Response of the sensor to the scene's light in red, green and blue; white balance has to compensate it."
+LUMINANCE = np.array([[0.299, 0.587, 0.114]], np.float32)
+"What each colour counts for in a grey picture."
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,12 @@ class Scene(ABC):
     def view(self, time_ns: int) -> SceneView:
         """Return the view at a time on the device's clock; at least a sensor's size from (x, y) on."""
 
-    def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16] | None:
+    def rendered(
+        self, time_ns: int, settings: FrameSettings, *, grey: bool = False
+    ) -> NDArray[np.uint16] | None:
         """Return one frame's radiance (height, width, 3): binned, mirrored and cropped.
+
+        In `grey` it is (height, width), which takes a third of the time.
 
         For scenes that change with every frame, so that only the visible part is drawn. The default, None,
         means that `view` is used.

@@ -103,6 +103,12 @@ def test_a_camera_anywhere_in_the_room_sees_something_everywhere():
         assert (scene.rendered(0, of).max(axis=2) > 0).mean() > 0.995
 
 
+def test_a_grey_picture_is_the_brightness_of_the_coloured_one():
+    scene, of = RenderedScene(), settings()
+    colour, grey = scene.rendered(0, of), scene.rendered(0, of, grey=True)
+    assert np.abs(colour @ (0.299, 0.587, 0.114) - grey).max() < 3 < grey.std()
+
+
 def test_things_move_with_the_device_s_clock():
     scene, of = RenderedScene(), settings()
     assert not np.array_equal(scene.rendered(0, of), scene.rendered(1_000_000_000, of))

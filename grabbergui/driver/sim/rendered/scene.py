@@ -126,7 +126,7 @@ class RenderedScene(Scene):
         self._lock = threading.Lock()
         rest = np.array([[0, -0.26, 0.97, 0.1], [-1, 0, 0, 0], [0, -0.97, -0.26, 0.72], [0, 0, 0, 1.0]])
         self._camera: Callable[[int], Matrix] = lambda time_ns: rest
-        self._seen: tuple[tuple[bytes, bytes, int, int], NDArray[np.uint16]] | None = None
+        self._seen: tuple[tuple[bytes, bytes, tuple[int, ...]], NDArray[np.uint16]] | None = None
         "The empty room as it was seen last, and from where."
 
     def mount(self, camera_pose: Callable[[int], Matrix]) -> None:
@@ -136,31 +136,32 @@ class RenderedScene(Scene):
 
     def view(self, time_ns: int) -> SceneView:
         """Return the whole sensor's picture."""
-        return SceneView(self._drawn(time_ns, SENSOR_WIDTH, SENSOR_HEIGHT, sensor_pinhole()))
+        return SceneView(self._drawn(time_ns, (SENSOR_HEIGHT, SENSOR_WIDTH, 3), sensor_pinhole()))
 
-    def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16]:
+    def rendered(self, time_ns: int, settings: FrameSettings, *, grey: bool = False) -> NDArray[np.uint16]:
         """Render only the part that one frame shows."""
-        return self._drawn(time_ns, settings.width, settings.height, pinhole(settings))
+        shape = (settings.height, settings.width) if grey else (settings.height, settings.width, 3)
+        return self._drawn(time_ns, shape, pinhole(settings))
 
-    def _drawn(self, time_ns: int, width: int, height: int, matrix: Matrix) -> NDArray[np.uint16]:
+    def _drawn(self, time_ns: int, shape: tuple[int, ...], matrix: Matrix) -> NDArray[np.uint16]:
         with self._lock:
             camera = self._camera
         pose = camera(time_ns)
         view = np.eye(4)
         view[:3, :3] = pose[:3, :3].T
         view[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-        picture = self._empty_room(view, matrix, width, height)
+        picture = self._empty_room(view, matrix, shape)
         standing = self._standing(time_ns * 1e-9)
         for panel in sorted(standing, key=lambda panel: -panel.distance_from(pose[:3, 3])):
             draw(panel, picture, view, matrix)
         return picture
 
-    def _empty_room(self, view: Matrix, matrix: Matrix, width: int, height: int) -> NDArray[np.uint16]:
+    def _empty_room(self, view: Matrix, matrix: Matrix, shape: tuple[int, ...]) -> NDArray[np.uint16]:
         """Draw the room, or copy it while the camera rests."""
-        key = view.tobytes(), matrix.tobytes(), width, height
+        key = view.tobytes(), matrix.tobytes(), shape
         seen = self._seen
         if seen is None or seen[0] != key:
-            drawn = np.zeros((height, width, 3), np.uint16)
+            drawn = np.zeros(shape, np.uint16)
             for panel in self._room:
                 draw(panel, drawn, view, matrix)
             self._seen = seen = key, drawn

@@ -11,12 +11,13 @@ import math
 import weakref
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.sim.scene import ILLUMINANT, UNIT
+from grabbergui.driver.sim.scene import ILLUMINANT, LUMINANCE, UNIT
 
 Texture = NDArray[np.float32]
 Colour = tuple[float, float, float]
@@ -169,32 +170,41 @@ class Panel:
         return float((eye - self.pose[:3, 3]) @ self.pose[:3, 2])
 
 
-_pyramids: dict[int, list[NDArray[np.uint16]]] = {}
-"By the texture's id, as long as that lives."
+_pyramids: dict[int, dict[bool, list[NDArray[np.uint16]]]] = {}
+"By the texture's id, as long as that lives, and whether they are grey."
 
 
-def _pyramid(texture: Texture) -> list[NDArray[np.uint16]]:
-    """Return a texture's radiance and opacity (65535 is solid) at full size, half size and so on."""
-    levels = _pyramids.get(id(texture))
+def _pyramid(texture: Texture, grey: bool) -> list[NDArray[np.uint16]]:
+    """Return a texture's radiance and opacity (65535 is solid) at full size, half size and so on.
+
+    (rows, columns, 4), the radiance multiplied by the opacity. In `grey` it is three times the same: OpenCV
+    projects four channels of 16 bits faster than any other number.
+    """
+    kinds = _pyramids.get(id(texture))
+    if kinds is None:
+        kinds = _pyramids[id(texture)] = {}
+        weakref.finalize(texture, _pyramids.pop, id(texture), None)
+    levels = kinds.get(grey)
     if levels is None:
-        scale = np.array([UNIT * answer for answer in ILLUMINANT] + [65535.0], np.float32)
-        levels = [np.rint(texture * scale).astype(np.uint16)]
+        light: Any = texture[..., :3] * np.array([UNIT * answer for answer in ILLUMINANT], np.float32)
+        light = cv2.transform(light, np.repeat(LUMINANCE, 3, axis=0)) if grey else light
+        opacity = texture[..., 3:]
+        levels = [np.rint(np.dstack((light * opacity, 65535 * opacity))).astype(np.uint16)]
         while len(levels) < _LEVELS and min(levels[-1].shape[:2]) > 8:
             height, width = levels[-1].shape[:2]
             half = cv2.resize(levels[-1], (width // 2, height // 2), interpolation=cv2.INTER_AREA)
             levels.append(np.asarray(half, np.uint16))
-        _pyramids[id(texture)] = levels
-        weakref.finalize(texture, _pyramids.pop, id(texture), None)
+        kinds[grey] = levels
     return levels
 
 
 def draw(panel: Panel, out: NDArray[np.uint16], view: Matrix, pinhole: Matrix) -> None:
-    """Lay a panel over `out` (rows, columns, 3).
+    """Lay a panel over `out`, (rows, columns, 3), or (rows, columns) in grey.
 
     `view` takes the world to the camera (z forward, y down), `pinhole` (3, 3) directions to pixels.
     """
     seen = (view[:3, :3] @ panel.corners.T).T + view[:3, 3]
-    if float(np.dot(np.cross(seen[1] - seen[0], seen[3] - seen[0]), seen[0])) <= 0:
+    if np.linalg.det(seen[[0, 1, 3]]) <= 0:
         return  # its back
     outline = _project(_clipped(seen), pinhole)
     if outline is None:
@@ -208,24 +218,34 @@ def draw(panel: Panel, out: NDArray[np.uint16], view: Matrix, pinhole: Matrix) -
     samples = 2 if panel.fine else 1
     place = np.array([[samples, 0, (samples - 1) / 2], [0, samples, (samples - 1) / 2], [0, 0, 1.0]])
     place = place @ np.array([[1, 0, -left], [0, 1, -top], [0, 0, 1.0]])
-    texture = _level(panel, outline, samples)
+    texture = _level(panel, outline, samples, grey=out.ndim == 2)
     size = (int(right - left) * samples, int(bottom - top) * samples)
-    painted = cv2.warpPerspective(texture, place @ pinhole @ _to_camera(panel, view, texture), size)
-    colour = cv2.cvtColor(painted, cv2.COLOR_BGRA2BGR)  # a copy without gaps, which is drawn much faster
+    # Beyond the last texel's middle there is as much of it again, and the mask cuts at its end.
+    painted = cv2.warpPerspective(
+        texture,
+        place @ pinhole @ _to_camera(panel, view, texture),
+        size,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
     mask = np.zeros((size[1], size[0]), np.uint8)
     shape = np.rint(((outline - (left, top) + 0.5) * samples - 0.5) * 16).astype(np.int32)
     cv2.fillConvexPoly(mask, shape, 255, cv2.LINE_8, 4)
     region = out[top:bottom, left:right]
     if not panel.fine:
-        cv2.copyTo(colour, mask, region)
+        cv2.copyTo(_light(painted, region), mask, region)
         return
-    # Opacity in three equal channels: numpy takes three times as long to repeat one of them.
-    opacity = painted[..., 3].astype(np.float32) * (mask != 0) / 65535
-    light = cv2.multiply(colour, cv2.cvtColor(opacity, cv2.COLOR_GRAY2BGR), dtype=cv2.CV_32F)
-    shrunk = (int(right - left), int(bottom - top))
-    opacity = cv2.cvtColor(cv2.resize(opacity, shrunk, interpolation=cv2.INTER_AREA), cv2.COLOR_GRAY2BGR)
-    light = cv2.resize(light, shrunk, interpolation=cv2.INTER_AREA)
-    region[:] = np.rint(region * (1 - opacity) + light).astype(np.uint16)
+    covered = cv2.resize(
+        cv2.copyTo(painted, mask), (int(right - left), int(bottom - top)), interpolation=cv2.INTER_AREA
+    )
+    shade: Any = 1 - cv2.extractChannel(covered, 3) * np.float32(1 / 65535)
+    if region.ndim == 3:  # numpy takes three times as long to repeat a channel
+        shade = cv2.cvtColor(shade, cv2.COLOR_GRAY2BGR)
+    cv2.add(cv2.multiply(region, shade, dtype=cv2.CV_16U), _light(covered, region), dst=region)
+
+
+def _light(painted: Any, out: NDArray[np.uint16]) -> Any:
+    """Return the radiance alone, in as many channels as `out` has."""
+    return cv2.extractChannel(painted, 0) if out.ndim == 2 else cv2.cvtColor(painted, cv2.COLOR_BGRA2BGR)
 
 
 def _to_camera(panel: Panel, view: Matrix, texture: NDArray[np.uint16]) -> Matrix:
@@ -244,9 +264,9 @@ def _to_camera(panel: Panel, view: Matrix, texture: NDArray[np.uint16]) -> Matri
     return to_camera
 
 
-def _level(panel: Panel, outline: Matrix, samples: int) -> NDArray[np.uint16]:
+def _level(panel: Panel, outline: Matrix, samples: int, grey: bool) -> NDArray[np.uint16]:
     """Return the level of the texture whose texels are about as large as the sampled area."""
-    levels = _pyramid(panel.texture)
+    levels = _pyramid(panel.texture, grey)
     area = abs(float(cv2.contourArea(outline.astype(np.float32)))) * samples**2
     texels = panel.texture.shape[0] * panel.texture.shape[1]
     index = int(math.log2(max(1.0, texels / max(area, 1.0))) / 2)
