@@ -11,6 +11,7 @@ from robots_for_tests import RecordingRobot
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.selection import SettingKey
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.net.yarp.os.values import Dialect
@@ -23,6 +24,7 @@ from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from patience import PATIENCE, until
+from second_writer import selector_in_motion
 
 MOVE = Command(head=np.array([0.1, 0.0]))
 
@@ -96,6 +98,24 @@ def camera():
     camera.open()
     yield camera
     camera.close()
+
+
+def test_a_run_frees_every_trigger_though_somebody_else_moves_their_selector(camera):
+    """Servoing writes no other setting than those with which its camera starts."""
+    triggers = [
+        SettingKey("TriggerMode", (("TriggerSelector", entry),)) for entry in ("FrameStart", "FrameBurstStart")
+    ]
+    nothing = types.SimpleNamespace(detect=lambda grey: [])
+    with selector_in_motion(camera, "TriggerSelector", ("FrameStart", "FrameBurstStart")):
+        for _ in range(10):
+            for trigger in triggers:
+                camera.write_setting(trigger, "On")
+            one = Runner(camera, RecordingRobot(), lambda frame: Detector(nothing))
+            one.start()
+            until(lambda: one.pictures)  # noqa: B023 - waited for in this turn
+            one.stop()
+            assert [camera.read_setting(trigger).value for trigger in triggers] == ["Off", "Off"]
+            camera.stop()
 
 
 def test_an_unexpected_error_in_detection_is_reported_and_the_robot_rests(camera):

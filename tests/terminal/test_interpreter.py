@@ -13,6 +13,7 @@ from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageErro
 from grabbergui.terminal.console import FeatureCompleter
 from grabbergui.terminal.interpreter import Interpreter, answer
 from patience import PROGRAM
+from second_writer import others_stay, ratio
 
 
 @pytest.fixture(scope="module")
@@ -157,3 +158,18 @@ def test_over_a_network_no_file_is_touched(grabber):
         with pytest.raises(UsageError, match="there is no command"):
             remote.execute(line)
     assert remote.execute("get Width").startswith("Width")
+
+
+def test_selecting_and_setting_are_one_step():
+    """What is typed for red never lands in green, though somebody else moves the selector all the time."""
+    camera = sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")
+    camera.open()
+    try:
+        terminal = Interpreter(camera)
+        with others_stay(camera):
+            for number in range(40):
+                value = f"{2 + number / 100:.10g}"
+                assert terminal.execute(f"set {ratio('Red')} {value}").startswith(f"BalanceRatio = {value} ")
+                assert terminal.execute(f"get {ratio('Red')}").startswith(f"BalanceRatio = {value} ")
+    finally:
+        camera.close()

@@ -62,6 +62,11 @@ class GrabberServices:
             answer.mode = FeatureMode.MANUAL
 
     def _set(self, request: Any, answer: Any) -> None:
+        with self._grabber.exclusive():  # the answer is of the instance that was written
+            self._write(request)
+            self._fill_value(answer, request, self._grabber.feature(self._name(request)))
+
+    def _write(self, request: Any) -> None:
         name = self._name(request)
         if _is_white_balance(request) and not request.text:
             self._numbers.set_values(request.feature, request.value, request.second_value)
@@ -72,7 +77,6 @@ class GrabberServices:
             self._grabber.write_feature(name, value)
         else:
             self._numbers.set_value(request.feature, request.value)
-        self._fill_value(answer, request, self._grabber.feature(name))
 
     def _range(self, request: Any, answer: Any) -> None:
         feature = self._grabber.feature(self._name(request))

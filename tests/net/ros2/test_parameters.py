@@ -19,6 +19,7 @@ from grabbergui.core.errors import UsageError  # noqa: E402
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Visibility  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
+from second_writer import BALANCE, others_stay, ratio  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -311,3 +312,18 @@ def test_arguments_that_ros_does_not_understand_are_refused(camera, tmp_path):
         Ros2GrabberServer(camera, "/cam", ros_args=["-p"])
     with pytest.raises(UsageError, match="--ros-args --nonsense: unknown: "):
         Ros2GrabberServer(camera, "/cam", ros_args=["--nonsense"])
+
+
+def test_selecting_and_setting_in_one_request_are_one_step(domain):
+    """A red gain never lands in green, though somebody else moves the selector all the time."""
+    camera = sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")
+    camera.open()
+    with closing(camera), Ros2GrabberServer(camera, "/coloured"), closing(ParameterProbe("/coloured")) as probe:
+        with others_stay(camera):
+            for number in range(15):
+                value = 2 + number / 100
+                assert all(r.successful for r in probe.set(**{BALANCE: "Red", "BalanceRatio": value}))
+                assert camera.read_setting(ratio("Red")).value == pytest.approx(value)
+                value += 1
+                assert probe.set_together(**{BALANCE: "Red", "BalanceRatio": value}).successful
+                assert camera.read_setting(ratio("Red")).value == pytest.approx(value)

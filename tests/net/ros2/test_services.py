@@ -1,5 +1,8 @@
 """The services of grabber_interfaces, called by a node that knows nothing of us."""
 
+import json
+import threading
+
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
@@ -12,6 +15,7 @@ from ros2_peers import Probe  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.terminal.interpreter import remote_terminal  # noqa: E402
+from second_writer import BALANCE, OTHERS, others_stay, ratio  # noqa: E402
 
 WHITE_BALANCE, GAIN, TRIGGER, FRAME_RATE = 3, 8, 12, 15
 MANUAL, AUTO, ONCE, ON, OFF = range(1, 6)
@@ -159,3 +163,34 @@ def test_failures_are_replies(call, kind, request_, message):
 def test_what_there_is_not(call):
     assert not call(srv.HasFeature, name="Warp").has_feature
     assert not call(srv.HasFeature, feature=10).has_feature
+
+
+def test_selecting_and_writing_are_one_step(call, camera):
+    """A red gain never lands in green, though somebody else moves the selector all the time."""
+    camera.write_setting(ratio("Red"), 1.0)
+    with others_stay(camera):
+        for number in range(15):
+            red, blue = 2 + number / 100, OTHERS["Blue"]
+            answer = call(srv.SetFeature, feature=WHITE_BALANCE, value=red, second_value=blue)
+            assert (answer.success, answer.value, answer.second_value) == (True, pytest.approx(red), blue)
+            answer = call(srv.Ask, verb="set", arguments=[str(ratio("Red")), str(red + 1)])
+            assert answer.success and json.loads(answer.result)["feature"]["value"] == pytest.approx(red + 1)
+
+
+def test_the_answer_is_of_the_instance_that_was_written(call, camera, monkeypatch):
+    camera.write_setting(ratio("Blue"), OTHERS["Blue"])
+    camera.write_feature(BALANCE, "Red")
+    write = camera.write_feature
+    others = threading.Thread(target=write, args=(BALANCE, "Blue"))
+
+    def write_and_be_followed(name, value):
+        feature = write(name, value)
+        others.start()
+        others.join(0.3)
+        return feature
+
+    monkeypatch.setattr(camera, "write_feature", write_and_be_followed)
+    answer = call(srv.SetFeature, name="BalanceRatio", value=2.5)
+    others.join()
+    assert (answer.success, answer.value) == (True, 2.5)
+    assert camera.feature("BalanceRatio").value == OTHERS["Blue"]
