@@ -1,4 +1,4 @@
-"""A second writer that moves a camera's selector all the time, while a test writes under it by another way."""
+"""A second writer moves a camera's selector all the time, while a test writes under it by another way."""
 
 import itertools
 import sys

@@ -102,11 +102,10 @@ def camera():
 
 def test_a_run_frees_every_trigger_though_somebody_else_moves_their_selector(camera):
     """Servoing writes no other setting than those with which its camera starts."""
-    triggers = [
-        SettingKey("TriggerMode", (("TriggerSelector", entry),)) for entry in ("FrameStart", "FrameBurstStart")
-    ]
+    entries = ("FrameStart", "FrameBurstStart")
+    triggers = [SettingKey("TriggerMode", (("TriggerSelector", entry),)) for entry in entries]
     nothing = types.SimpleNamespace(detect=lambda grey: [])
-    with selector_in_motion(camera, "TriggerSelector", ("FrameStart", "FrameBurstStart")):
+    with selector_in_motion(camera, "TriggerSelector", entries):
         for _ in range(10):
             for trigger in triggers:
                 camera.write_setting(trigger, "On")

@@ -318,12 +318,16 @@ def test_selecting_and_setting_in_one_request_are_one_step(domain):
     """A red gain never lands in green, though somebody else moves the selector all the time."""
     camera = sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")
     camera.open()
-    with closing(camera), Ros2GrabberServer(camera, "/coloured"), closing(ParameterProbe("/coloured")) as probe:
-        with others_stay(camera):
-            for number in range(15):
-                value = 2 + number / 100
-                assert all(r.successful for r in probe.set(**{BALANCE: "Red", "BalanceRatio": value}))
-                assert camera.read_setting(ratio("Red")).value == pytest.approx(value)
-                value += 1
-                assert probe.set_together(**{BALANCE: "Red", "BalanceRatio": value}).successful
-                assert camera.read_setting(ratio("Red")).value == pytest.approx(value)
+    with (
+        closing(camera),
+        Ros2GrabberServer(camera, "/coloured"),
+        closing(ParameterProbe("/coloured")) as parameters,
+        others_stay(camera),
+    ):
+        for number in range(15):
+            value = 2 + number / 100
+            assert all(r.successful for r in parameters.set(**{BALANCE: "Red", "BalanceRatio": value}))
+            assert camera.read_setting(ratio("Red")).value == pytest.approx(value)
+            value += 1
+            assert parameters.set_together(**{BALANCE: "Red", "BalanceRatio": value}).successful
+            assert camera.read_setting(ratio("Red")).value == pytest.approx(value)

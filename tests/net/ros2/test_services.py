@@ -167,7 +167,7 @@ def test_what_there_is_not(call):
 
 def test_selecting_and_writing_are_one_step(call, camera):
     """A red gain never lands in green, though somebody else moves the selector all the time."""
-    camera.write_setting(ratio("Red"), 1.0)
+    camera.write_feature("PixelFormat", "BayerRG8")
     with others_stay(camera):
         for number in range(15):
             red, blue = 2 + number / 100, OTHERS["Blue"]
@@ -178,6 +178,7 @@ def test_selecting_and_writing_are_one_step(call, camera):
 
 
 def test_the_answer_is_of_the_instance_that_was_written(call, camera, monkeypatch):
+    camera.write_feature("PixelFormat", "BayerRG8")
     camera.write_setting(ratio("Blue"), OTHERS["Blue"])
     camera.write_feature(BALANCE, "Red")
     write = camera.write_feature
