@@ -164,6 +164,8 @@ class Camera(FrameGrabber):
     @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Consequences are found by the description's invalidation rules."""
+        if not key.selected:
+            return self._write(key.name, value)
         with self._selecting(key.selected):
             return self._write(key.name, value)
 
@@ -182,27 +184,26 @@ class Camera(FrameGrabber):
 
     def _write(self, name: str, value: FeatureValue) -> WriteResult:
         with self._lock:
-            self._require(name)
+            nodes = self._opened()
+            if not nodes.has(name):
+                raise self._not_found(name)
             if self._access is Access.MONITOR:
                 raise FeatureAccessError(
                     f"{name}: this camera is open for reading only, another application controls it", name
                 )
             if name == acquisition.TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
-            nodes = self._opened()
-            restart = self.streaming and self.pauses_for(name)
-            feature = nodes.feature(name) if restart else nodes.feature_taking(name, value)
-            # Refuse a wrong value before anything is switched or stopped for its sake.
-            if feature.value is not None:
-                ready = feature.access.writable
-                (feature if ready else replace(feature, access=AccessMode.READ_WRITE)).validated(value)
+            restart = self._acquisition.running and self._acquisition.pauses_for(name)
+            taking = None if restart else nodes.taking(name, value)
+            feature, value = taking or _validated(nodes.feature(name), value)
             if name.startswith(_EVENT_SWITCH):
                 self._hear_events()
-            with self._acquisition.paused() if restart else nullcontext():
-                result = self._writes().write(feature, value)
-            # A stream that runs again locks features.
+            assert self._writer is not None
             if not restart:
-                return result
+                return self._writer.write(feature, value)
+            with self._acquisition.paused():
+                result = self._writer.write(feature, value)
+            # A stream that runs again locks features.
             others = tuple(self.feature(other.name) for other in result.also_changed)
             return replace(result, feature=self.feature(name), also_changed=others)
 
@@ -398,3 +399,14 @@ class Camera(FrameGrabber):
         if nodes is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return nodes
+
+
+def _validated(feature: Feature, value: FeatureValue) -> tuple[Feature, FeatureValue]:
+    """Refuse a wrong value before anything is switched or stopped for its sake; raises FeatureError.
+
+    A lock may be opened with the write. A feature without a value is judged once it is.
+    """
+    if feature.value is None:
+        return feature, value
+    ready = feature if feature.access.writable else replace(feature, access=AccessMode.READ_WRITE)
+    return feature, ready.validated(value)

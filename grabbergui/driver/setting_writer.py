@@ -6,6 +6,7 @@ The memory holds what was set since the camera was opened, so that it can be set
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
@@ -102,6 +103,16 @@ class SettingsMemory:
         return [*problems, *settle(grabber, visible).values()]
 
 
+class _Target(NamedTuple):
+    """A feature to be written, as far as the description fixes it."""
+
+    companions: Companions
+    beforehand: tuple[str, ...]
+    "The feature and its companions, whose values are read before the write."
+    key: SettingKey | None
+    "None where selectors decide which setting it is."
+
+
 class SettingWriter:
     """Writes features of one open camera, and keeps its memory true. The caller holds the camera's lock."""
 
@@ -112,7 +123,7 @@ class SettingWriter:
         names = (description.name for description in nodes.root.descriptions())
         self._regulated_by = regulated_by_mode(names, nodes.has)
         "Each automatic mode, and the features it regulates."
-        self._companions_of: dict[str, Companions] = {}
+        self._targets: dict[str, _Target] = {}
         self._followers_of: dict[tuple[str, ...], tuple[str, ...]] = {}
         "Both are fixed by the description; kept because a slider asks for them sixty times a second."
 
@@ -120,37 +131,41 @@ class SettingWriter:
         """Write a feature, and before it what makes it writable.
 
         All that was written and what followed is remembered. A refusal leaves the companions as they were,
-        and raises what the node map raises. `feature` is what `CameraNodeMap.feature_taking` returned.
+        and raises what the node map raises. Where `feature` is writable and has a value, `value` was
+        validated by it.
         """
         nodes, name = self._nodes, feature.name
-        companions = self._companions(name)
-        stood = nodes.values((name, *companions.names))
-        switched = list(self._to_switch(companions, stood))
-        candidates = self._may_follow(*(change.key.name for change in switched), name)
+        target = self._target(name)
+        stood = nodes.values(target.beforehand)
+        switched = list(self._to_switch(target.companions, stood))
+        names = (*(change.key.name for change in switched), name) if switched else (name,)
+        candidates = self._may_follow(names)
         before = nodes.values(candidates)
         try:
             for change in switched:
                 assert change.after is not None
                 nodes.write(change.key.name, change.after)
-            if switched or not feature.access.writable:  # by a switch or a stream that were on until now
-                feature = nodes.feature(name)
-            accepted = feature.validated(value)
-            nodes.write(name, accepted)
+            if switched or feature.value is None or not feature.access.writable:
+                value = nodes.feature(name).validated(value)  # a switch or a stream was on until now
+            written = nodes.write_and_read(name, value)
         except FeatureError:
             for change in switched:
                 if change.before is not None:
                     nodes.write(change.key.name, change.before)
             raise
-        written = nodes.feature(name)
-        became = accepted if written.value is None else written.value
+        became = value if written.value is None else written.value
         changes = (*switched, ValueChange(self._key(name), stood.get(name), became))
-        after = nodes.values(candidates)
-        moved = tuple(self._moved(before, after))
+        moved: tuple[ValueChange, ...] = ()
+        if candidates:
+            after = nodes.values(candidates)
+            moved = tuple(self._moved(before, after))
+            self._note_visibility(before, after, changes[-1])
         self.memory.note_changes((*moved, *changes))
-        self._note_visibility(before, after, changes[-1])
         for change in changes:
             if change.key.name in self._regulated_by and is_on(change.before) and not is_on(change.after):
                 self._note_regulated(change.key.name)
+        if not (switched or moved):
+            return WriteResult(written, changes)
         consequences = tuple(change for change in moved if change.before is not None)
         others = tuple(nodes.feature(change.key.name) for change in (*switched, *consequences))
         return WriteResult(written, changes, consequences, others)
@@ -171,7 +186,7 @@ class SettingWriter:
                 self._note_regulated(mode)
 
     def _key(self, name: str) -> SettingKey:
-        return self._grabber.setting(name)
+        return self._target(name).key or self._grabber.setting(name)
 
     def _to_switch(self, companions: Companions, stood: Mapping[str, FeatureValue]) -> Iterator[ValueChange]:
         """Give what must be written so that a feature can be written and has an effect."""
@@ -186,12 +201,15 @@ class SettingWriter:
             name, wanted = write
             yield ValueChange(self._key(name), self._nodes.value(name), wanted)
 
-    def _companions(self, name: str) -> Companions:
-        if name not in self._companions_of:
-            self._companions_of[name] = Companions.of(name, self._nodes.has)
-        return self._companions_of[name]
+    def _target(self, name: str) -> _Target:
+        target = self._targets.get(name)
+        if target is None:
+            companions = Companions.of(name, self._nodes.has)
+            key = None if self._grabber.selectors.of(name) else SettingKey(name)
+            target = self._targets[name] = _Target(companions, (name, *companions.names), key)
+        return target
 
-    def _may_follow(self, *names: str) -> tuple[str, ...]:
+    def _may_follow(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the features that the camera may change when these are written."""
         if names not in self._followers_of:
             selectors = self._grabber.selectors
@@ -216,7 +234,7 @@ class SettingWriter:
                 yield ValueChange(key, before.get(name), value)
 
     def _is_regulated(self, name: str) -> bool:
-        mode = self._companions(name).mode
+        mode = self._target(name).companions.mode
         return mode is not None and is_on(self._nodes.value(mode))
 
     def _note_visibility(self, before: Iterable[str], after: Iterable[str], by: ValueChange) -> None:

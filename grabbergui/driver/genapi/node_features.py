@@ -41,6 +41,7 @@ _ACCESS = {
     genapi.EAccessMode.RO: AccessMode.READ_ONLY,
     genapi.EAccessMode.RW: AccessMode.READ_WRITE,
 }
+_READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
 
 _REPRESENTATIONS = {
     genapi.ERepresentation.Linear: Representation.LINEAR,
@@ -107,6 +108,8 @@ class NodeFeature:
         self._value = value
         self._kind = description.kind
         self._known = {**vars(description), "auto": auto, "access": AccessMode.NOT_AVAILABLE}
+        self._read = READERS.get(description.kind)
+        "None for a command."
         self._read_limits = _LIMIT_READERS[description.kind]
         self._fixed: dict[str, Any] | None = None
         self._entries: list[tuple[Any, EnumEntry]] | None = None
@@ -129,8 +132,8 @@ class NodeFeature:
             else:
                 known.update(self._read_limits(self._value))
                 known.update(self._fixed_parts())
-            if access.readable and self._kind is not FeatureKind.COMMAND:
-                known["value"] = _standing(self._value, self._kind, access)
+            if access.readable and self._read is not None:
+                known["value"] = self._standing(self._read, access)
             return Feature(**known)
         # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
         except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
@@ -139,11 +142,24 @@ class NodeFeature:
     def value(self) -> FeatureValue | None:
         """The node's value if it can be read; None otherwise. Never raises GenApi's errors."""
         try:
-            if self._kind is FeatureKind.COMMAND or not access_of(self._value).readable:
+            if self._read is None or self._value.get_access_mode() not in _READABLE:
                 return None
-            return read_value(self._value, self._kind)
+            return self._read(self._value)
         except (genapi.GenericException, RuntimeError, ValueError, OverflowError):
             return None
+
+    def _standing(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:
+        """Return the value if it is readable; None if it is meaningless and another can be written.
+
+        The same holds for a number without an entry, or text that is no UTF-8. Errors of our port are no
+        GenericException.
+        """
+        try:
+            return read(self._value)
+        except (genapi.GenericException, UnicodeDecodeError):
+            if access.writable:
+                return None
+            raise
 
     def assign(self, new: FeatureValue) -> None:
         """Write a validated value. Raises GenApi's exceptions."""
@@ -178,37 +194,28 @@ def reason_of(error: BaseException) -> str:
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
 
-def read_value(value: Any, kind: FeatureKind) -> FeatureValue:
-    """A readable node's value. Raises GenApi's exceptions."""
-    if kind is FeatureKind.INTEGER:
-        return int(value.value)
-    if kind is FeatureKind.FLOAT:
-        return float(value.value)
-    if kind is FeatureKind.BOOLEAN:
-        return bool(value.value)
-    return str(value.to_string()) if kind is FeatureKind.ENUMERATION else str(value.value)
+READERS: dict[FeatureKind, Callable[[Any], FeatureValue]] = {
+    FeatureKind.INTEGER: lambda value: int(value()),
+    FeatureKind.FLOAT: lambda value: float(value()),
+    FeatureKind.BOOLEAN: lambda value: bool(value()),
+    FeatureKind.ENUMERATION: lambda value: str(value.to_string()),
+    FeatureKind.STRING: lambda value: str(value.value),
+}
+"""The value of a readable node, by its kind; a command has none. They raise GenApi's exceptions.
 
-
-def _standing(value: Any, kind: FeatureKind, access: AccessMode) -> FeatureValue | None:
-    """Return the value of a readable node; None if the value is meaningless and another can be written.
-
-    The same holds for a number without an entry, or text that is no UTF-8. Errors of our port are no
-    GenericException.
-    """
-    try:
-        return read_value(value, kind)
-    except (genapi.GenericException, UnicodeDecodeError):
-        if access.writable:
-            return None
-        raise
+A call of a number's node is its `value` by the shortest way.
+"""
 
 
 def _limits(low: int | float, high: int | float) -> dict[str, Any]:
     """Return the limits that say something: neither if they exclude everything, none that is no number."""
-    if low > high:
-        return {}
-    limits = {"minimum": low, "maximum": high}
-    return {name: limit for name, limit in limits.items() if abs(limit) < _LARGEST_FLOAT}
+    limits: dict[str, Any] = {}
+    if low <= high:
+        if abs(low) < _LARGEST_FLOAT:
+            limits["minimum"] = low
+        if abs(high) < _LARGEST_FLOAT:
+            limits["maximum"] = high
+    return limits
 
 
 def _increment(increment: int | float) -> int | float | None:

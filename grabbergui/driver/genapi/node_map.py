@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -102,18 +102,19 @@ class CameraNodeMap:
             self._raise_loss()
         return feature
 
-    def feature_taking(self, name: str, value: FeatureValue) -> Feature:
-        """Return the feature for validating a value that is to be written next.
+    def taking(self, name: str, value: FeatureValue) -> tuple[Feature, FeatureValue] | None:
+        """Return the last snapshot of a number that takes this value, and the value as its own type.
 
-        A number that the last snapshot takes needs no new one: GenApi checks access and range again, and its
-        refusal is described by the state at that moment. This saves a dragged slider half of its time.
+        None where a new one is needed. Before a write it is not: GenApi checks access and range again, and
+        its refusal is described by the state at that moment. This saves a dragged slider half of its time.
         """
         last = self._nodes[name].last if name in self._nodes else None
         if last is not None and last.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
-            with suppress(FeatureError):
-                last.validated(value)
-                return last
-        return self.feature(name)
+            try:
+                return last, last.validated(value)
+            except FeatureError:
+                return None
+        return None
 
     def value(self, name: str) -> FeatureValue | None:
         """Return the value alone, for a fraction of what `feature` costs; None where it cannot be read."""
@@ -125,11 +126,14 @@ class CameraNodeMap:
     def write(self, name: str, value: FeatureValue) -> None:
         """Write a validated value. Raises FeatureError and what the device raised."""
         with self._lock:
-            self._port.take_failure()
-            try:
-                self._node(name).assign(value)
-            except _GENAPI_ERRORS as error:
-                raise self._answer(error, name, value) from error
+            self._assign(name, value)
+
+    def write_and_read(self, name: str, value: FeatureValue) -> Feature:
+        """Write as `write`, and return the feature as it is then, in one step."""
+        with self._lock:
+            feature = self._assign(name, value).snapshot()
+            self._raise_loss()
+        return feature
 
     def dependents(self, name: str) -> frozenset[str]:
         """Return the features that a write of `name` may change, by the description's invalidation rules.
@@ -280,8 +284,17 @@ class CameraNodeMap:
             raise FeatureAccessError(f"the camera's description has no register {name}", name)
         return register
 
+    def _assign(self, name: str, value: FeatureValue) -> NodeFeature:
+        node = self._node(name)
+        self._port.failure = None
+        try:
+            node.assign(value)
+        except _GENAPI_ERRORS as error:
+            raise self._answer(error, name, value) from error
+        return node
+
     def _raise_loss(self) -> None:
-        failure = self._port.take_failure()
+        failure, self._port.failure = self._port.failure, None
         if isinstance(failure, DeviceLostError):
             raise failure
 

@@ -52,7 +52,8 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def read(self, address: int, length: int) -> bytes:
         """Called by GenApi."""
         try:
-            _require_bearable(address, length)
+            if length > LONGEST:
+                raise _unbearable(address, length)
             return self._device.read(address, length)
         except Exception as error:
             raise self._kept(error) from error
@@ -60,7 +61,8 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def write(self, address: int, value: bytes) -> None:
         """Called by GenApi."""
         try:
-            _require_bearable(address, len(value))
+            if len(value) > LONGEST:
+                raise _unbearable(address, len(value))
             self._device.write(address, bytes(value))
         except Exception as error:
             raise self._kept(error) from error
@@ -90,11 +92,10 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         return failure
 
 
-def _require_bearable(address: int, length: int) -> None:
-    if length > LONGEST:
-        raise RemoteProtocolError(
-            f"the description has a register of {length} bytes at 0x{address:X}; at most {LONGEST} make sense"
-        )
+def _unbearable(address: int, length: int) -> RemoteProtocolError:
+    return RemoteProtocolError(
+        f"the description has a register of {length} bytes at 0x{address:X}; at most {LONGEST} make sense"
+    )
 
 
 _PROBE = """<?xml version="1.0" encoding="utf-8"?>
@@ -224,7 +225,7 @@ class ChunkReader:
         for name, kind, node in self._nodes:
             try:
                 if node_features.access_of(node) in (AccessMode.READ_ONLY, AccessMode.READ_WRITE):
-                    values.append((name, node_features.read_value(node, kind)))
+                    values.append((name, node_features.READERS[kind](node)))
             except (genapi.GenericException, RuntimeError):
                 continue  # one that leans on the camera's registers
         return values

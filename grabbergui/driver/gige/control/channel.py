@@ -14,7 +14,6 @@ or whose control went elsewhere, is noticed within two seconds.
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, GrabberError, RemoteProtocolError
@@ -160,16 +159,17 @@ class ControlChannel:
             return
         self.last_heard = now
         exchange.receive(ack, now)
-        self._forget(exchange)
+        if exchange.done:
+            self.cancel(exchange)
 
     def cancel(self, exchange: Exchange) -> None:
         """Give up waiting; a late answer is ignored."""
         self._exchanges.pop(exchange.req_id, None)
 
-    def datagrams(self) -> Iterator[bytes]:
-        """Yield the datagrams to send, each once."""
-        while self._outgoing:
-            yield self._outgoing.pop(0)
+    def datagrams(self) -> list[bytes]:
+        """Return the datagrams to send, each once."""
+        outgoing, self._outgoing = self._outgoing, []
+        return outgoing
 
     def timer(self) -> float | None:
         """Return when `handle_timer` wants to be called next, perhaps in the past; or None."""
@@ -177,12 +177,13 @@ class ControlChannel:
 
     def handle_timer(self, now: float) -> None:
         """Send commands whose turn has come; repeat or give up those not acknowledged in time."""
-        for exchange in list(self._in_flight()):
+        for exchange in self._in_flight():
             if exchange.deadline <= now:
                 datagram = exchange.next_try(now)
                 if datagram is not None:
                     self._outgoing.append(datagram)
-                self._forget(exchange)
+                else:
+                    self.cancel(exchange)
 
     @property
     def patient(self) -> bool:
@@ -193,20 +194,17 @@ class ControlChannel:
         """Whether a write begun before `moment` still waits for its acknowledge."""
         return any(exchange.is_write and exchange.started <= moment for exchange in self._in_flight())
 
-    def _in_flight(self) -> Iterator[Exchange]:
-        """Yield the urgent exchanges and the oldest of the others: those that are sent or to be sent."""
-        turn_taken = False
+    def _in_flight(self) -> list[Exchange]:
+        """Return the urgent exchanges and the oldest of the others: those that are sent or to be sent."""
+        found, turn_taken = [], False
         for exchange in self._exchanges.values():
             if exchange.urgent or not turn_taken:
-                yield exchange
+                found.append(exchange)
             turn_taken = turn_taken or not exchange.urgent
+        return found
 
     def _advance_id(self) -> None:
         self._next_id = self._next_id % 0xFFFF + 1
-
-    def _forget(self, exchange: Exchange) -> None:
-        if exchange.done:
-            self._exchanges.pop(exchange.req_id, None)
 
 
 # -- heartbeat -----------------------------------------------------------------------------------

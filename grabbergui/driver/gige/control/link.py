@@ -52,8 +52,12 @@ class ControlLink:
         "Called once, on the heartbeat's thread, when the camera is lost."
         self._channel = ControlChannel(timing)
         self._heartbeat: Heartbeat | None = None
-        self._received = threading.Condition(threading.Lock())
-        "Guards the channel, the heartbeat and the socket; notified when any of them has changed."
+        self._lock = threading.Lock()
+        "Guards the channel, the heartbeat and the socket."
+        self._changed = threading.Condition(self._lock)
+        "Notified when any of them has changed."
+        self._waiting = 0
+        "Threads that wait for that."
         self._receiving = False
         "Whether one of the waiting threads receives for all."
         self._closed = False
@@ -82,7 +86,7 @@ class ControlLink:
 
         Raises AckTimeoutError, DeviceStatusError, DeviceLostError.
         """
-        with self._received:
+        with self._lock:
             self._require_open()
             exchange = self._channel.start(request, time.monotonic(), timing)
             try:
@@ -101,7 +105,7 @@ class ControlLink:
 
     def send_last(self, request: Request) -> None:
         """Send a command to a camera that counts as lost, without waiting: it may only have been slow."""
-        with self._received:
+        with self._lock:
             if not self._closed:
                 self._channel.start(request, time.monotonic(), urgent=True)
                 self._send_due()
@@ -134,10 +138,11 @@ class ControlLink:
     def close(self) -> None:
         """Stop the heartbeat and close the socket. Commands of other threads fail. May be called twice."""
         self.stop_heartbeat()
-        with self._received:
+        with self._lock:
             self._closed = True
-            self._received.notify_all()
-            self._received.wait_for(lambda: not self._receiving)
+            self._changed.notify_all()
+            while self._receiving:
+                self._wait_for_change(LONGEST_RECEIVE)
             self._socket.close()
 
     def _run(self) -> None:
@@ -156,7 +161,7 @@ class ControlLink:
         return 0.0 if due is None else max(0.0, due - time.monotonic())
 
     def _beat(self, heartbeat: Heartbeat) -> None:
-        with self._received:
+        with self._lock:
             heartbeat.handle_timer(time.monotonic())
             self._send_due()
             while heartbeat.beating and not self._resting.is_set():
@@ -164,7 +169,7 @@ class ControlLink:
                 self._send_due()
             heartbeat.handle_timer(time.monotonic())
             if heartbeat.lost:
-                self._received.notify_all()
+                self._changed.notify_all()
 
     def _send_due(self) -> None:
         """Send commands whose turn or retry has come."""
@@ -179,19 +184,27 @@ class ControlLink:
         """Wait, without the lock, until something was received, a deadline has come, or LONGEST_RECEIVE."""
         if self._receiving:
             due = self._channel.timer()
-            self._received.wait(LONGEST_RECEIVE if due is None else max(0.0, due - time.monotonic()))
+            self._wait_for_change(LONGEST_RECEIVE if due is None else max(0.0, due - time.monotonic()))
             return
         self._receiving = True
-        self._received.release()
+        self._lock.release()
         datagram = b""
         try:
             datagram = self._receive()
         finally:
-            self._received.acquire()
+            self._lock.acquire()
             self._receiving = False
-            self._received.notify_all()  # an answer may be theirs; one of them receives from now on
+            if self._waiting:
+                self._changed.notify_all()  # an answer may be theirs; one of them receives from now on
         if datagram:
             self._channel.receive(datagram, time.monotonic())
+
+    def _wait_for_change(self, seconds: float) -> None:
+        self._waiting += 1
+        try:
+            self._changed.wait(seconds)
+        finally:
+            self._waiting -= 1
 
     def _receive(self) -> bytes:
         """Return one datagram, or nothing after LONGEST_RECEIVE.
@@ -215,8 +228,8 @@ class ControlLink:
             log.debug("control channel: %s", error)
 
     def _require_open(self) -> None:
-        if self.lost:
-            raise DeviceLostError(f"the camera is lost: {self.lost}")
+        if self._heartbeat is not None and self._heartbeat.lost:
+            raise DeviceLostError(f"the camera is lost: {self._heartbeat.lost}")
         if self._closed:
             raise DeviceLostError("the camera is closed")
 
@@ -243,7 +256,10 @@ class DeviceMemory:
         "The device's capabilities; set while it is opened."
         self.writable = False
         "Whether we have control."
-        self._pending_acks_enabled = False
+        self._ready_to_write = False
+        "Whether PENDING_ACK is enabled where the device has it."
+        self._writes_memory = False
+        "Whether the device knows WRITEMEM."
 
     def read(self, address: int, length: int) -> bytes:
         """Read exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
@@ -261,7 +277,8 @@ class DeviceMemory:
         if (first, end) != (address, address + len(data)):
             around = self.read(first, end - first)
             data = around[: address - first] + data + around[address - first + len(data) :]
-        self._enable_pending_acks()
+        if not self._ready_to_write:
+            self._prepare_writing()
         for at in range(0, len(data), MEMORY_CHUNK):
             self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
 
@@ -286,7 +303,7 @@ class DeviceMemory:
         return first, end
 
     def _write_aligned(self, address: int, data: bytes) -> None:
-        if Capability.WRITEMEM in self.capability:
+        if self._writes_memory:
             self._execute_write(WriteMem(address, data))
             return
         for offset in range(0, len(data), WORD):
@@ -320,11 +337,12 @@ class DeviceMemory:
             return False
         return self.writable
 
-    def _enable_pending_acks(self) -> None:
+    def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
-        if self._pending_acks_enabled or not self.capability & Capability.PENDING_ACK:
+        self._ready_to_write = True
+        self._writes_memory = Capability.WRITEMEM in self.capability
+        if not self.capability & Capability.PENDING_ACK:
             return
-        self._pending_acks_enabled = True
         configuration = self._link.read_register(Register.GVCP_CONFIGURATION)
         if not configuration & GvcpConfiguration.PENDING_ACK:
             self.write_register(Register.GVCP_CONFIGURATION, configuration | GvcpConfiguration.PENDING_ACK)
