@@ -24,6 +24,9 @@ from grabbergui.ui.editors.value_slider import ValueSlider
 LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown however little room there is."""
 
+FOLLOWING_MS = 25
+"""How far the field is behind its slider: laying out text would keep the write from leaving."""
+
 LINE_EDIT_PADDING = 6
 """Pixels that a line edit keeps free beside its text."""
 
@@ -219,6 +222,7 @@ class RangeEditor(NumberEditor):
         self._following = QTimer(self)
         "Fires when the field is to follow the slider: after the write has left, not between the two."
         self._following.setSingleShot(True)
+        self._following.setInterval(FOLLOWING_MS)
         self._following.timeout.connect(self._follow_slider)
         self._slider = ValueSlider(self)
         self._slider.sliderPressed.connect(self.editingStarted)
@@ -245,11 +249,12 @@ class RangeEditor(NumberEditor):
     def _on_slider_value_edited(self, number: int | float) -> None:
         assert self._feature is not None
         self._number = number
-        self._following.start()
         if self._feature.pauses_stream and self._slider.isSliderDown():
             self._waiting = number
         else:
             self.valueEdited.emit(number)
+        if not self._following.isActive():
+            self._following.start()
 
     def _follow_slider(self) -> None:
         assert self._feature is not None

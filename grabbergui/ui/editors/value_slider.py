@@ -204,8 +204,8 @@ class ValueSlider(QSlider):
 
     def _take(self, number: int | float) -> None:
         if self._feature is not None and number != self._feature.value:
+            self.valueEdited.emit(number)  # before anything else: a camera waits for it
             self._feature = replace(self._feature, value=number)
-            self.valueEdited.emit(number)
 
     def _on_value_changed(self, position: int) -> None:
         if self._scale is not None:
