@@ -1,6 +1,6 @@
 """Aravis doing what an operator does: open, start, stop, change what a frame looks like, write the gain.
 
-Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_operator.py ADDRESS WRITES
+Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_operator.py ADDRESS WRITES PAUSE
 Prints seconds as JSON: one number an action, a list for the writes.
 """
 
@@ -60,12 +60,12 @@ class Operator:
         self.timed(name, self.stop, write, self.start, self.frame)
 
 
-def main(address: str, writes: int) -> None:
+def main(address: str, writes: int, pause: float) -> None:
     operator = Operator(address)
     operator.timed("start", operator.start, operator.frame)
     gains = []
     for number in range(writes):
-        end = time.monotonic() + 0.05
+        end = time.monotonic() + pause
         while time.monotonic() < end:
             operator.frame()
         began = time.monotonic()
@@ -79,4 +79,4 @@ def main(address: str, writes: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(sys.argv[1], int(sys.argv[2]), float(sys.argv[3]))

@@ -37,6 +37,8 @@ GIGABIT = 125e6
 LEAST_LEVEL, LEVELS = 20, 199
 BYTES_OF_WIDE_REGISTERS = 16 << 10
 PATIENCE = 60.0
+WRITE_PAUSE = 0.18
+"Seconds between two writes that a slider's are compared with: as long as between its own."
 
 Writes = list[float]
 """When a register took each value written to it: `time.monotonic`, which all processes share."""
@@ -51,8 +53,8 @@ class Tuned:
     "Of the tuned feature, from the beginning."
     create: Callable[[SourceUri], FrameGrabber]
     feature: str = "Gain"
-    own_write: float = 0.0
-    "Seconds that the served camera itself takes to be written to; 0 where it is not served."
+    own_write: Callable[[], float] = lambda: 0.0
+    "Seconds that the served camera itself takes to be written to while it is; 0 where it is not served."
     shown: bool = True
     "Whether a picture's grey value says which value it was exposed with."
 
@@ -177,8 +179,13 @@ def yarp() -> Iterator[Tuned]:
     from grabbergui.net.yarp.client import create
 
     with _process(be_served, False) as ask:
-        own_write, names = ask("own write"), ask("names")
-        yield Tuned(f"yarp:{NAME}?nameserver={names}", lambda: ask("writes"), create, own_write=own_write)
+        names = ask("names")
+        yield Tuned(
+            f"yarp:{NAME}?nameserver={names}",
+            lambda: ask("writes"),
+            create,
+            own_write=lambda: ask("own write"),
+        )
 
 
 @contextmanager
@@ -187,8 +194,7 @@ def ros2() -> Iterator[Tuned]:
     from grabbergui.net.ros2.client import create
 
     with _process(be_served, True) as ask:
-        own_write = ask("own write")
-        yield Tuned(f"ros2:{NAME}", lambda: ask("writes"), create, own_write=own_write)
+        yield Tuned(f"ros2:{NAME}", lambda: ask("writes"), create, own_write=lambda: ask("own write"))
 
 
 @contextmanager
@@ -235,7 +241,7 @@ def be_served(pipe: Connection, on_ros2: bool) -> None:
         camera.open()
         stack.callback(camera.close)
         camera.start()
-        answers: dict[str, object] = {"own write": _own_write(camera)}
+        answers: dict[str, Callable[[], object]] = {"own write": lambda: _own_write(camera)}
         if on_ros2:
             from grabbergui.net.ros2.server import Ros2GrabberServer
 
@@ -248,26 +254,28 @@ def be_served(pipe: Connection, on_ros2: bool) -> None:
             names = NameServer("127.0.0.1", 0)
             names.open()
             stack.callback(names.close)
-            answers["names"] = f"127.0.0.1:{names.port_number}"
-            client = NameClient.find(str(answers["names"]))
+            place = f"127.0.0.1:{names.port_number}"
+            answers["names"] = lambda: place
+            client = NameClient.find(place)
             stack.enter_context(YarpGrabberServer(camera, NAME, names=client))
         _answer(pipe, noted, answers)
 
 
 def _own_write(camera: Camera) -> float:
-    """Median seconds of a write to the camera itself."""
+    """Median seconds of a write to the camera itself, after pauses as the operator makes them."""
     took = []
     for number in range(40):
+        time.sleep(WRITE_PAUSE)
         began = time.monotonic()
         camera.write_feature("Gain", float(number % 2))
         took.append(time.monotonic() - began)
-        time.sleep(0.02)
     return statistics.median(took)
 
 
-def _answer(pipe: Connection, noted: _Noted, answers: dict[str, object]) -> None:
+def _answer(pipe: Connection, noted: _Noted, answers: dict[str, Callable[[], object]]) -> None:
+    known = {"ready": lambda: None, "writes": lambda: list(noted.writes), **answers}
     while (question := pipe.recv()) is not None:
-        pipe.send(list(noted.writes) if question == "writes" else answers.get(question))
+        pipe.send(known[question]())
 
 
 SOURCES = {"sim": simulated, "GigE": gige, "U3V": u3v, "GenTL": gentl, "YARP": yarp, "ROS 2": ros2}

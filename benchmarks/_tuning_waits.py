@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import NamedTemporaryFile, TemporaryDirectory
 
-from benchmarks._tuning_cameras import ADDRESS, WIDTH, Tuned, gige
+from benchmarks._tuning_cameras import ADDRESS, WIDTH, WRITE_PAUSE, Tuned, gige
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
@@ -39,7 +39,7 @@ def ours(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
 
 def aravis(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
     """The same through Aravis, and the seconds of all its writes of the gain while it streams."""
-    command = [str(SYSTEM_PYTHON), str(PEER), ADDRESS, str(writes)]
+    command = [str(SYSTEM_PYTHON), str(PEER), ADDRESS, str(writes), str(WRITE_PAUSE)]
     runs = []
     with gige():
         for _ in range(rounds):
@@ -69,7 +69,7 @@ def _driven(tuned: Tuned, writes: int, gains: list[float]) -> dict[str, float]:
         queue = camera.open_queue(2)
         timed("start", camera.start, lambda: queue.get(PATIENCE))
         for number in range(writes):
-            end = time.monotonic() + 0.05
+            end = time.monotonic() + WRITE_PAUSE
             while time.monotonic() < end:
                 queue.get(PATIENCE)  # as Aravis's side does
             began = time.monotonic()

@@ -8,6 +8,7 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from multiprocessing.connection import Connection
 
 from PyQt5.QtCore import QEvent, QEventLoop, QPoint, QPointF, Qt, QTimer
@@ -27,6 +28,10 @@ from grabbergui.ui.run.program import Program
 PATIENCE = 30.0
 PAUSE = 0.12
 "Seconds between two adjustments, and up to as much again: their place within a frame is random."
+AFTERWARDS = 0.05
+"Seconds of it behind an adjustment, for which the event loop goes on."
+YARDSTICKS = 40
+"Writes and requests of each kind to compare with, with the same pauses."
 DRAG_SECONDS, DRAG_RATE = 5.0, 60.0
 HANDS = ("slider", "key", "wheel", "typed")
 
@@ -114,7 +119,7 @@ class _Session:
         self.window.activateWindow()
 
     def measure(self, repeats: int) -> Seen:
-        seen = Seen(own_write=self.tuned.own_write)
+        seen = Seen()
         try:
             self.program.begin(self.tuned.uri)
             self._until(lambda: self.program.connection.state is LinkState.STREAMING, "the stream")
@@ -126,6 +131,7 @@ class _Session:
             seen.dragged = self._drag()
             seen.round_trip = self._round_trip()
             seen.driver_write = self._driver_writes()
+            seen.own_write = self.tuned.own_write()
         finally:
             self.window.close()
             self.program.shut_down(10)
@@ -164,11 +170,20 @@ class _Session:
         moments: list[float] = []
         for number in range(repeats):
             up = number % 2 == 0
-            self._wait(PAUSE + random.uniform(0, PAUSE))
-            moments.append(time.monotonic())
-            act(up)
+            self._in_the_loop(partial(self._note_and, act, up, moments))
         self._wait(0.5)
         return self._results(moments)
+
+    def _in_the_loop(self, move: Callable[[], None]) -> None:
+        """Move a control after a while, as Qt does: its event loop goes on at once, and needs no Python."""
+        pause = _pause()
+        QTimer.singleShot(round((pause - AFTERWARDS) * 1000), Qt.TimerType.PreciseTimer, move)
+        self._wait(pause)
+
+    @staticmethod
+    def _note_and(act: Callable[[bool], None], up: bool, moments: list[float]) -> None:
+        moments.append(time.monotonic())
+        act(up)
 
     def _by_slider(self, up: bool | int) -> None:
         slider = self._editor().slider()
@@ -263,8 +278,8 @@ class _Session:
         if not isinstance(features, TreeFeatures):
             return 0.0
         took = []
-        for _ in range(60):
-            self._wait(0.02)
+        for _ in range(YARDSTICKS):
+            self._wait(_pause())
             began = time.monotonic()
             features._ask("hello")
             took.append(time.monotonic() - began)
@@ -280,8 +295,8 @@ class _Session:
         grabber, name = self._grabber(), self.tuned.feature
         low = grabber.feature(name).minimum or 0
         took = []
-        for number in range(60):
-            self._wait(0.05)
+        for number in range(YARDSTICKS):
+            self._wait(_pause())
             began = time.monotonic()
             grabber.write_feature(name, low + number % 2)
             took.append(time.monotonic() - began)
@@ -301,6 +316,10 @@ class _Session:
                 said = self.window.messages.messages
                 raise SystemExit(f"{self.tuned.uri}: {what} did not come within {PATIENCE:g} s: {said}")
             self._wait(0.01)
+
+
+def _pause() -> float:
+    return PAUSE + random.uniform(0, PAUSE)
 
 
 def _press(widget: QWidget, key: Qt.Key, text: str = "") -> None:
