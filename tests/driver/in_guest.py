@@ -219,7 +219,8 @@ def other_hosts(result: dict[str, Any]) -> None:
     """Aravis and viva-genicam, where they are installed."""
     viva = shutil.which("viva-camctl", path=str(Path(sys.executable).parent))
     if viva:
-        result["viva"] = run(viva, "list-usb") + run(viva, "get", "--usb", "0", "--name", "PayloadSize")
+        camctl = (sys.executable, "-S", viva)  # as this program was started
+        result["viva"] = run(*camctl, "list-usb") + run(*camctl, "get", "--usb", "0", "--name", "PayloadSize")
     if shutil.which("arv-tool-0.8"):
         result["aravis_list"] = aravis("arv-tool-0.8")
         result["aravis_set"] = aravis("arv-tool-0.8", "control", "ExposureTime=3000", "Width")
