@@ -68,9 +68,7 @@ Receiver = Callable[[int, float], Run]
 def receive_ours(packet_size: int, seconds: float, options: str = "") -> Run:
     """This driver, counted from the first frame on."""
     from grabbergui import sources
-    from grabbergui.driver.gige.stream.fast_path import LOOPS
 
-    LOOPS.wait()  # half a second of CPU time, once in a process
     camera = sources.create(f"gige:{ADDRESS}?packet_size={packet_size}{options}")
     camera.open()
     queue = camera.open_queue(4)

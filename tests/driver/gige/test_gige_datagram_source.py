@@ -11,7 +11,6 @@ import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.stream import packet_source, recvmmsg
-from grabbergui.driver.gige.stream.fast_path import LOOPS
 from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
 from patience import attempts
 
@@ -154,7 +153,6 @@ def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
 def test_behind_packets_that_never_end_what_waits_is_skipped(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(LOOPS, "disabled", True)
     monkeypatch.setattr(recvmmsg, "SLOTS", 4)
     monkeypatch.setattr(recvmmsg, "BATCHES", 1)
     monkeypatch.setattr(packet_source, "OVERRUN", 0.0)

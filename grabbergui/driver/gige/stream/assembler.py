@@ -21,7 +21,6 @@ from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block, Layout
 from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning, distance
-from grabbergui.driver.gige.stream.fast_path import FastPath
 from grabbergui.driver.gige.stream.packet_runs import Ids, PacketRun, in_order, packet_runs
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
@@ -60,7 +59,6 @@ class BlockAssembler:
         self._previous_packets = 0
         "Payload packets of the last image."
         self._finished: deque[Block] = deque()
-        self._fast_path = FastPath()
 
     @property
     def stride(self) -> int:
@@ -207,45 +205,6 @@ class BlockAssembler:
         if block.all_received():
             self._finish_ready()
 
-    # -- packets that compiled loops store -------------------------------------------------------
-    def open_fast_path(self) -> FastPath:
-        """Return which packets the compiled loops may store now. `take_stored` must follow."""
-        if self._open:
-            patience = self.policy.look_again if self.policy.enabled else NEVER
-            self._fast_path.open(self._open[-1], self._layout.payload_size, self.expected(), patience)
-        else:
-            self._fast_path.close()
-        return self._fast_path
-
-    def take_stored(self) -> None:
-        """Take account of the packets that the loops stored."""
-        path = self._fast_path
-        if not path.stored:
-            return
-        block, now = self._open[-1], path.last_read_at
-        self.statistics.packets += path.stored
-        expected = block.highest + 1
-        block.note_stored(path.stored, path.top, now)
-        if path.disorder or len(block.requests.tries):
-            self._account_for_disorder(block, expected, now)
-        if block.all_received():
-            self._finish_ready()
-
-    def _account_for_disorder(self, block: Block, expected: int, now: float) -> None:
-        """Note gaps, late packets and answers among those that the loops stored from the `expected` id on."""
-        path = self._fast_path
-        late, times, resent = path.noted()
-        here = np.zeros(max(path.highest + 1 - expected, 0), np.bool_)
-        here[late[late >= expected] - expected] = True
-        in_order = (block.received[expected : expected + len(here)] != 0) & ~here
-        if self.policy.enabled and path.gaps and not block.refused:
-            # Also those that came a moment later, to learn how long a packet can be overtaken.
-            missed = expected + (~in_order[:-1]).nonzero()[0]
-            self._resender.note_missing(block, missed, now)
-        for ids, at, flags in ((expected + in_order.nonzero()[0], now, False), (late, times, resent)):
-            if len(ids):
-                self.statistics.packets_resent += self._resender.note_received(block, ids, at, flags)
-
     # -- blocks ----------------------------------------------------------------------------------
     def _open_block(self, block_id: int) -> Block | None:
         for block in reversed(self._open):
@@ -321,11 +280,6 @@ class BlockAssembler:
         """Finish every open block as it is."""
         while self._open:
             self._finish(self._open[0])
-
-    @property
-    def has_finished(self) -> bool:
-        """Whether there are blocks to deliver."""
-        return bool(self._finished)
 
     def finished(self) -> Iterator[Block]:
         """Yield the blocks to deliver, in order, each once; they are counted as they leave."""

@@ -281,13 +281,6 @@ class Block:
         self.highest = max(self.highest, highest)
         self.last_packet_at = now
 
-    def note_stored(self, count: int, highest: int, now: float) -> None:
-        """Record `count` new full payload packets that are in `buffer` and `received` already."""
-        self.received_count += count
-        self.highest = max(self.highest, highest)
-        self.extent = max(self.extent, highest * self.layout.stride)
-        self.last_packet_at = now
-
     def missing(self, end: int) -> NDArray[np.intp]:
         """Return the ids of missing packets up to and including `end`."""
         self.make_room(end + 1)

@@ -80,7 +80,7 @@ class Pace:
                 self._rate = _followed(self._rate, self._packets / span, STEADY_FALL)
                 self._since = None
         self._since_end += packets
-        if packets and not more and now > self._ended:  # one read may end several blocks
+        if packets and not more:
             self._mean = self._since_end / (now - self._ended) if self._ended else 0.0
             self._ended, self._since_end = now, 0
         if self._since is None or not more:
@@ -88,41 +88,29 @@ class Pace:
         self._late *= 0.5 ** ((now - self._looked_at) / HALF_LIFE)
         self._looked_at = now
 
-    @property
-    def period(self) -> float:
-        """Seconds between two packets; 0 while unknown."""
-        return 1 / self._rate if self._rate else 0.0
+    def pause(self, expected: int, packet_bytes: int, now: float) -> float:
+        """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
 
-    def longest(self, packet_bytes: int) -> float:
-        """Return how many seconds packets of so many bytes may gather; 0 if not, or while it is unknown."""
-        if not self._rate or not self._peak:
+        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
+        """
+        if not expected or not self._rate or not self._peak:
             return 0.0
         in_kernel = kernel_bytes(packet_bytes)
         if (self._mean or self._peak) * in_kernel > FASTEST:
             return 0.0
-        buffer = self._buffer_bytes / (self._peak * in_kernel)
-        return min(
-            max(BUFFER_SHARE * buffer - self._late, PAUSE_SHARE * buffer),
-            0.9 * self._most_packets / self._peak,
-        )
-
-    def pause(self, expected: int, packet_bytes: int, now: float, *, to_the_end: bool = True) -> float:
-        """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
-
-        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
-        There is none unless `to_the_end`: where a packet costs little, each is awaited.
-        """
+        filling = self._peak * in_kernel
         since = now - self._looked_at
-        longest = min(self.longest(packet_bytes) - since, LONGEST_PAUSE)
-        if not expected or longest <= 0:
-            return 0.0
+        buffer = self._buffer_bytes / filling
+        longest = min(
+            LONGEST_PAUSE,
+            max(BUFFER_SHARE * buffer - self._late, PAUSE_SHARE * buffer) - since,
+            0.9 * self._most_packets / self._peak - since,
+        )
         pause = expected / self._rate - since - self._usually_late
         before_last = pause - LAST_PAUSE
         if before_last > SHORTEST_PAUSE:
             # Equal pauses rather than long ones and a tiny one.
             pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
-        elif not to_the_end:
-            return 0.0
         pause = min(pause, longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
 

@@ -26,8 +26,6 @@ import sys
 import time
 from collections.abc import Callable
 from enum import Enum
-from types import ModuleType
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +33,6 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.fast_path import EMPTY, SOURCES, TAKEN, Lane, polls
 from grabbergui.driver.gige.stream.pace import Pace
 from grabbergui.driver.gige.stream.packet_filters import TRAILERS, attach, detach, stream_filter
 from grabbergui.driver.gige.stream.packet_source import DatagramSource, PacedSource
@@ -94,21 +91,9 @@ _HEADER = np.dtype(
 )
 "The beginning of `struct tpacket2_hdr`."
 _IP_LENGTH_SHIFT, _IP_LENGTH_MASK = np.uint64(32), np.uint64(0xFFFF)
-IP_KIND = np.uint64(0xFF00_0000_0000_3FFF)
+_IP_KIND = np.uint64(0xFF00_0000_0000_3FFF)
 "Version, header length, fragmentation in an IP header's first eight bytes."
-IP_PLAIN = np.uint64(0x4500_0000_0000_0000)
-
-AT, SLOT_BYTES = range(2)
-"Places in `RingView.cursor`: the next slot, and how many bytes one has."
-
-
-class RingView(NamedTuple):
-    """A ring as the compiled loops see it."""
-
-    data: NDArray[np.uint8]
-    words: NDArray[np.uint32]
-    "(slots, words) of the same memory."
-    cursor: NDArray[np.int64]
+_IP_PLAIN = np.uint64(0x4500_0000_0000_0000)
 
 
 def usable(interface: Interface, packet_size: int) -> bool:
@@ -170,12 +155,11 @@ class PacketRing(PacedSource):
         self._headers = self._slots[:, : _HEADER.itemsize].view(_HEADER)[:, 0]
         self._statuses = self._headers["status"]
         self._ip_headers = self._slots[:, IP_AT : IP_AT + 8].view(">u8")[:, 0]
-        words = self._slots.view(np.uint32)
-        self._view = RingView(self._slots.reshape(-1), words, np.array([0, size.slot], np.int64))
+        self._at = 0
+        "Index of the next slot."
         self._proved: int | None = 0
         "Packets through the ring since the UDP socket receives all, too; None while it does not."
         self._last_packet = time.monotonic()
-        self._polls = polls([self._socket, receiver])
         self._wait = waiter([self._socket])
         self._wait_for_trailer = waiter([receiver])
         self._wait_for_both = waiter([self._socket, receiver])
@@ -201,17 +185,6 @@ class PacketRing(PacedSource):
         return self._reserve is not None
 
     @property
-    def _at(self) -> int:
-        """Index of the next slot."""
-        return int(self._view.cursor[AT])
-
-    def _advance(self, count: int) -> None:
-        """Return slots to the kernel."""
-        at = self._at
-        self._statuses[at : at + count] = 0
-        self._view.cursor[AT] = (at + count) % len(self._slots)
-
-    @property
     def _trailers_only(self) -> bool:
         return self._proved is None and not self.failed
 
@@ -226,7 +199,8 @@ class PacketRing(PacedSource):
                 return now
             if not self._take(assembler, count, now):
                 return now
-            self._advance(count)
+            self._statuses[self._at : self._at + count] = 0
+            self._at = (self._at + count) % len(self._slots)
             self._note_packets(count, now)
             if count < AT_ONCE and self._at:
                 return now
@@ -271,7 +245,7 @@ class PacketRing(PacedSource):
         captured = headers["captured"]
         # Not the captured length: Ethernet pads short packets.
         ends = (words >> _IP_LENGTH_SHIFT & _IP_LENGTH_MASK).astype(np.intp)
-        odd = (words & IP_KIND) != IP_PLAIN
+        odd = (words & _IP_KIND) != _IP_PLAIN
         odd |= captured < headers["length"]
         odd |= headers["network"] != IP_AT
         odd |= (ends < IP_UDP_BYTES) | (ends > captured)
@@ -282,30 +256,7 @@ class PacketRing(PacedSource):
         waiting = (self._statuses & OURS).astype(bool)
         taken = int(waiting.sum())
         self._statuses[waiting] = 0
-        self._view.cursor[AT] = (self._at + taken) % len(self._slots)
-
-    # -- compiled loops ----------------------------------------------------------------------------
-    def _usable_loops(self) -> ModuleType | None:
-        return super()._usable_loops() if self._trailers_only else None
-
-    def _run_loop(self, loops: ModuleType, lane: Lane, until: float, patient: bool) -> int:
-        lane.state[SOURCES] = 1
-        outcome: int = loops.take_ring(lane, self._view, self._polls, until, patient)
-        now = time.monotonic()
-        if outcome != EMPTY or lane.state[TAKEN]:
-            self._last_packet = now
-        elif patient and now - self._last_packet > SILENCE:
-            self._listen_again()
-        return outcome
-
-    def _take_other(self, assembler: BlockAssembler, now: float) -> None:
-        if self._take(assembler, 1, now):
-            self._advance(1)
-
-    def _take_rest(self, assembler: BlockAssembler, now: float) -> None:
-        count = self._full_slots()
-        if self._take(assembler, count, now):
-            self._advance(count)
+        self._at = (self._at + taken) % len(self._slots)
 
     # -- the UDP socket --------------------------------------------------------------------------
     def _rest(self, seconds: float) -> bool:
@@ -371,7 +322,7 @@ class PacketRing(PacedSource):
             return
         self._socket.close()
         # The memory is unmapped with the last array that is a view of it.
-        del self._view, self._statuses, self._headers, self._ip_headers, self._slots, self._memory
+        del self._statuses, self._headers, self._ip_headers, self._slots, self._memory
 
 
 def _hand_over(packets: NDArray[np.uint8], assembler: BlockAssembler, now: float) -> None:

@@ -6,13 +6,11 @@ import logging
 import socket
 import time
 from abc import ABC, abstractmethod
-from types import ModuleType
 
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.discovery.interfaces import readable
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.fast_path import EMPTY, ENDED, LATE, LONGEST, LOOPS, OTHER, PERIOD, Lane
-from grabbergui.driver.gige.stream.pace import LONGEST_PAUSE, Pace
+from grabbergui.driver.gige.stream.pace import Pace
 
 MAX_DATAGRAM = 65536
 BURST = 64
@@ -60,8 +58,6 @@ log = logging.getLogger(__name__)
 
 ANSWER_PAUSE = 0.001
 "Seconds that packets may gather while a block waits for lost ones."
-MOST_OTHERS = 8
-"Packets in a row that no compiled loop stores before others that were read go the other way, too."
 OVERRUN = 0.03
 """Seconds of work without once emptying the buffer, with more incomplete frames than complete ones, after
 which all waiting packets are discarded: a full buffer makes holes in every frame, and holes cost time."""
@@ -81,8 +77,6 @@ class PacedSource(DatagramSource):
         self._overrun_logged = False
         self._flowing = False
         "Whether the last read found packets."
-        self._loops: ModuleType | None = None
-        "Compiled, once they are."
 
     @abstractmethod
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
@@ -90,22 +84,6 @@ class PacedSource(DatagramSource):
 
         Clears `_drained` if more may be left. Raises OSError.
         """
-
-    def _usable_loops(self) -> ModuleType | None:
-        """Return the compiled loops if packets can be taken by them now."""
-        return LOOPS.module
-
-    @abstractmethod
-    def _run_loop(self, loops: ModuleType, lane: Lane, until: float, patient: bool) -> int:
-        """Run the compiled loop; return why it ended. Raises OSError."""
-
-    @abstractmethod
-    def _take_other(self, assembler: BlockAssembler, now: float) -> None:
-        """Take the packet that the compiled loop left."""
-
-    @abstractmethod
-    def _take_rest(self, assembler: BlockAssembler, now: float) -> None:
-        """Take what the compiled loop left of the packets that were read."""
 
     @abstractmethod
     def _discard(self) -> None:
@@ -117,48 +95,13 @@ class PacedSource(DatagramSource):
         if self._overrun(assembler.statistics):
             assembler.note_overrun()
             self._skip()
-        # Within a block the compiled loops pause themselves.
-        pausing = self._flowing and not (self._loops and assembler.block_in_progress)
-        paused = self._drained and pausing and self._gather(assembler, timeout)
+        paused = self._drained and self._flowing and self._gather(assembler, timeout)
         wait = timeout if self._drained and not paused else 0.0
         self._drained = True
-        loops = self._loops = self._usable_loops()
-        if loops is not None:
-            now = self._take_by_loops(loops, assembler, timeout, patient=wait > 0)
-        else:
-            now = self._take_all(assembler, wait)
+        now = self._take_all(assembler, wait)
         packets = assembler.statistics.packets - before
         self._flowing = packets > 0
         self._pace.took(packets, now, more=assembler.block_in_progress)
-
-    def _take_by_loops(
-        self, loops: ModuleType, assembler: BlockAssembler, timeout: float, *, patient: bool
-    ) -> float:
-        """Take all packets, the usual ones by a compiled loop; return the time of the last read.
-
-        It waits at most `timeout` seconds in all: within a block, and if `patient` for a first packet.
-        """
-        deadline = time.monotonic() + timeout
-        others, outcome = 0, OTHER
-        while outcome in (OTHER, ENDED) and not assembler.has_finished and self._usable_loops():
-            path = assembler.open_fast_path()
-            longest = min(self._pace.longest(assembler.stride), LONGEST_PAUSE)
-            if assembler.block_waits:
-                longest = min(longest, ANSWER_PAUSE)
-            path.lane.times[[PERIOD, LONGEST, LATE]] = self._pace.period, longest, 0.0
-            outcome = self._run_loop(loops, path.lane, min(deadline, assembler.timer()), patient)
-            if path.lane.times[LATE]:
-                self._pace.slept(0.0, float(path.lane.times[LATE]))
-            others = 0 if path.stored else others + 1
-            assembler.take_stored()
-            if outcome == OTHER:
-                patient = False
-                if others < MOST_OTHERS:
-                    self._take_other(assembler, path.last_read_at)
-                else:
-                    self._take_rest(assembler, path.last_read_at)
-        self._drained = outcome == EMPTY
-        return path.looked_at
 
     def _overrun(self, statistics: StreamStatistics) -> bool:
         """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
@@ -183,10 +126,8 @@ class PacedSource(DatagramSource):
 
     def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
         """Let packets gather if that delays no frame; return whether there was time."""
-        begun, expected = time.monotonic(), assembler.expected()
-        pause = min(
-            self._pace.pause(expected, assembler.stride, begun, to_the_end=self._loops is None), timeout
-        )
+        begun = time.monotonic()
+        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
         if assembler.block_waits:
             pause = min(pause, ANSWER_PAUSE)
         if not pause:

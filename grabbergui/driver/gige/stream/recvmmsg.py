@@ -14,7 +14,6 @@ import socket
 import sys
 import time
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +21,6 @@ from numpy.typing import NDArray
 
 from grabbergui.driver.gige.discovery.interfaces import waiter
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.fast_path import FAILED, SOURCES, Lane, polls
 from grabbergui.driver.gige.stream.pace import Pace
 from grabbergui.driver.gige.stream.packet_source import MAX_DATAGRAM, PacedSource
 from grabbergui.driver.gige.stream.sockets import buffer_bytes
@@ -72,27 +70,6 @@ CONTROL = np.dtype(
     }
 )
 "`struct cmsghdr` with the number that UDP_GRO adds."
-
-LENGTH, CONTROL_LENGTH = 7, 5
-"Columns of `SlotsView.messages`: bytes of the datagram, and of its control message."
-JOINED, SOURCE = 2, 1
-"Columns of `SlotsView.control`, the length of joined packets, and of `SlotsView.sources`, the address."
-SLOT, OFFSET = 0, 1
-"Places in `SlotsView.cursor`: where the next packet is."
-RECEIVED, MOST, PITCH = 2, 3, 4
-"Slots that hold datagrams, slots in use, bytes of one."
-SOCKET, DEVICE = 5, 6
-"Index of the socket that is read next, and the device's address."
-
-
-class SlotsView(NamedTuple):
-    """Slots as the compiled loops see them, as words of their structures."""
-
-    data: NDArray[np.uint8]
-    messages: NDArray[np.uint64]
-    control: NDArray[np.uint64]
-    sources: NDArray[np.uint32]
-    cursor: NDArray[np.int64]
 
 
 def available() -> bool:
@@ -153,16 +130,6 @@ class MessageSlots:
         self._messages["control"] = _addresses(self._control)
         self._lengths = self._messages["received"]
         self._control_lengths = self._messages["control_length"]
-        self.cursor = np.zeros(7, np.int64)
-        self.view = SlotsView(
-            self._data,
-            self._messages.view(np.uint64).reshape(SLOTS, -1),
-            self._control.view(np.uint64).reshape(SLOTS, -1),
-            self._names.view(np.uint32),
-            self.cursor,
-        )
-        "For the compiled loops."
-        self.cursor[DEVICE] = int.from_bytes(socket.inet_aton(device_ip), sys.byteorder)
         self._divide(USUAL_DATAGRAM)
 
     def receive(self, descriptor: int) -> int:
@@ -185,22 +152,21 @@ class MessageSlots:
         finally:
             self._messages["iov_length"] = 2
 
-    def stretches(self, first: int, received: int) -> list[Stretch]:
-        """Divide the slots from the `first` on of `received` ones into stretches."""
-        taken = slice(first, received)
-        kinds = self._lengths[taken].astype(np.int64)
-        joined = self._control_lengths[taken] != 0
+    def stretches(self, received: int) -> list[Stretch]:
+        """Divide the first `received` slots into stretches."""
+        kinds = self._lengths[:received].astype(np.int64)
+        joined = self._control_lengths[:received] != 0
         if joined.any():
-            kinds |= self._packet_lengths[taken].astype(np.int64) * joined << LENGTH_BITS
-        foreign = self._sources[taken] != self._device_ip
+            kinds |= self._packet_lengths[:received].astype(np.int64) * joined << LENGTH_BITS
+        foreign = self._sources[:received] != self._device_ip
         if foreign.any():
             kinds[foreign] = FOREIGN
         breaks = ((kinds[1:] != kinds[:-1]).nonzero()[0] + 1).tolist()
         found: list[Stretch] = []
-        for begin, end in zip([0, *breaks], [*breaks, len(kinds)], strict=True):
-            stretch = self._stretch(first + begin, first + end, int(kinds[begin]))
+        for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
+            stretch = self._stretch(begin, end, int(kinds[begin]))
             if found and stretch.length == WHOLE and found[-1][2:] == stretch[2:]:
-                found[-1] = found[-1]._replace(end=stretch.end)
+                found[-1] = found[-1]._replace(end=end)
             else:
                 found.append(stretch)
         return found
@@ -226,17 +192,6 @@ class MessageSlots:
         if length == packet_length <= self._pitch:
             return Rows(slots.reshape(-1, self._pitch)[:, :length], None)
         return None
-
-    def packet(self) -> memoryview | None:
-        """Take the packet that the cursor points to; None if it cannot be had without its datagram."""
-        slot, offset = self.cursor[[SLOT, OFFSET]].tolist()
-        length = int(self._lengths[slot])
-        if length > self._pitch or self._sources[slot] != self._device_ip:
-            return None
-        joined = int(self._packet_lengths[slot]) if self._control_lengths[slot] else 0
-        end = min(offset + (joined or length), length)
-        self.cursor[[SLOT, OFFSET]] = (slot + 1, 0) if end == length else (slot, end)
-        return self._data[slot * self._pitch :][offset:end].data
 
     def datagram(self, slot: int, length: int) -> NDArray[np.uint8]:
         """Return a slot's datagram in one piece."""
@@ -271,8 +226,6 @@ class MessageSlots:
         begins = np.arange(SLOTS, dtype=np.uint64) * np.uint64(pitch)
         self._iov["base"][:, 0] = self._data.ctypes.data + begins
         self._iov["length"][:, 0] = pitch
-        self.cursor[[SLOT, RECEIVED]] = 0
-        self.cursor[[MOST, PITCH]] = self.count, pitch
 
 
 def _addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
@@ -290,7 +243,6 @@ class BatchSource(PacedSource):
         self._more = more
         sockets = [receiver, *more]
         self._descriptors = [each.fileno() for each in sockets]
-        self._polls = polls(sockets)
         self._wait = waiter(sockets)
         for each in sockets:
             join_packets(each)
@@ -311,42 +263,7 @@ class BatchSource(PacedSource):
         for each in self._more:
             each.close()
 
-    # -- compiled loops ----------------------------------------------------------------------------
-    def _run_loop(self, loops: ModuleType, lane: Lane, until: float, patient: bool) -> int:
-        slots, cursor = self._slots, self._slots.cursor
-        received = int(cursor[RECEIVED])
-        if received and cursor[SLOT] >= received:
-            slots.fit(received)
-            cursor[RECEIVED] = 0
-        lane.state[SOURCES] = len(self._descriptors)
-        outcome: int = loops.take_datagrams(lane, slots.view, self._polls, until, patient)
-        if outcome == FAILED:
-            for descriptor in self._descriptors:
-                cursor[[SLOT, OFFSET]] = 0
-                cursor[RECEIVED] = slots.receive(descriptor)
-                if cursor[RECEIVED]:
-                    break
-        return outcome
-
-    def _take_other(self, assembler: BlockAssembler, now: float) -> None:
-        packet = self._slots.packet()
-        if packet is not None:
-            assembler.receive(packet, now)
-        else:
-            slot = int(self._slots.cursor[SLOT])
-            self._take(assembler, slot, slot + 1, now)
-            self._slots.cursor[SLOT] += 1
-
-    def _take_rest(self, assembler: BlockAssembler, now: float) -> None:
-        cursor = self._slots.cursor
-        while cursor[OFFSET]:
-            self._take_other(assembler, now)
-        if cursor[SLOT] < cursor[RECEIVED]:
-            self._take(assembler, int(cursor[SLOT]), int(cursor[RECEIVED]), now)
-        cursor[SLOT] = cursor[RECEIVED]
-
     def _discard(self) -> None:
-        self._slots.cursor[RECEIVED] = 0
         for descriptor in self._descriptors:
             for _ in range(SKIPS):
                 if self._slots.skip(descriptor) < self._slots.count:
@@ -368,16 +285,15 @@ class BatchSource(PacedSource):
             now = time.monotonic()
             if received:
                 self._newest = index
-                self._take(assembler, 0, received, now)
-                self._slots.fit(received)
+                self._take(assembler, received, now)
             if received < slots:
                 return now
         self._drained = False
         return now
 
-    def _take(self, assembler: BlockAssembler, first: int, received: int, now: float) -> None:
+    def _take(self, assembler: BlockAssembler, received: int, now: float) -> None:
         """Give a batch to the assembler, stretches of datagrams of equal length at once."""
-        for stretch in self._slots.stretches(first, received):
+        for stretch in self._slots.stretches(received):
             if stretch.length == FOREIGN:
                 assembler.ignore(stretch.end - stretch.begin)
                 continue
@@ -386,6 +302,7 @@ class BatchSource(PacedSource):
                 assembler.receive_rows(rows.array, now, rows.at)
             else:
                 self._take_apart(assembler, stretch, now)
+        self._slots.fit(received)
 
     def _take_apart(self, assembler: BlockAssembler, stretch: Stretch, now: float) -> None:
         """Take joined packets of which the last is shorter, or that are longer than a slot."""

@@ -188,14 +188,8 @@ class Resender:
         log.again_at[ids] = since + self.initial_wait
         log.next_check = min(log.next_check, float(since[0]) + self.initial_wait)
 
-    def note_received(
-        self,
-        block: Block,
-        ids: Ids,
-        now: float | NDArray[np.float64],
-        flagged: NDArray[np.bool_] | bool,
-    ) -> int:
-        """Record packets received at `now`, each or all; return how many were requested or are flagged.
+    def note_received(self, block: Block, ids: Ids, now: float, flagged: NDArray[np.bool_] | bool) -> int:
+        """Record received packets; return how many of them were requested or are flagged.
 
         `flagged` is true for each packet that the device marks as resent.
         """
@@ -214,12 +208,12 @@ class Resender:
             # An answer does not identify its request. The first request is assumed, so that the wait adapts
             # to a device that is slower than expected.
             certain = answers & flagged if self._flags else answers
-            for took in (now - log.first_at[ids])[certain].tolist():
-                self._answer.learn(took)
+            for requested_at in log.first_at[ids][certain].tolist():
+                self._answer.learn(now - requested_at)
                 self._overtaken.learn(0.0)
             overtaken &= ~certain
-        for late in (now - missed_at)[overtaken].tolist():
-            self._overtaken.learn(max(late, 0.0))
+        for missed in missed_at[overtaken].tolist():
+            self._overtaken.learn(now - missed)
         return count
 
     def note_duplicate(self, block: Block, packet_id: int) -> None:
