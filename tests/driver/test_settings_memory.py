@@ -190,14 +190,14 @@ def test_a_value_restored_differently_is_reported(sim):
 def test_a_refused_write_leaves_the_automatic_mode_as_it_was(sim, monkeypatch):
     sim.camera.write_feature("ExposureAuto", "Continuous")
     nodes = sim.camera._opened()
-    really = nodes.write
+    really = nodes.write_and_read
 
     def refuse(name, value):
         if name == "ExposureTime":
             raise FeatureError("ExposureTime: the camera answered: busy", name)
-        really(name, value)
+        return really(name, value)
 
-    monkeypatch.setattr(nodes, "write", refuse)
+    monkeypatch.setattr(nodes, "write_and_read", refuse)
     with pytest.raises(FeatureError, match="busy"):
         sim.camera.write_feature("ExposureTime", 5000.0)
     assert sim.camera.feature("ExposureAuto").value == "Continuous"

@@ -264,6 +264,9 @@ class RangeEditor(NumberEditor):
         if (number := self._waiting) is not None:
             self._waiting = None
             self.valueEdited.emit(number)
+        if self._following.isActive():
+            self._following.stop()
+            self._follow_slider()
         self.editingFinished.emit()
 
     def _on_field_value_edited(self, number: int | float) -> None:
