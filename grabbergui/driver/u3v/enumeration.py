@@ -16,11 +16,11 @@ import usb.backend.libusb1
 import usb.core
 import usb.util
 
-from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
+from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
-from grabbergui.driver.u3v.usb import BINDING_ERRORS, permission_denied
+from grabbergui.driver.u3v.usb import translated
 
 log = logging.getLogger(__name__)
 
@@ -132,7 +132,7 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
     found = []
     for device_id in device_ids:
         # Another device's broken descriptors must not hide this one's; nor one that libusb cannot open here.
-        with contextlib.suppress(*BINDING_ERRORS, IndexError, ValueError):
+        with contextlib.suppress(GrabberError, IndexError, ValueError), translated("a USB device"):
             camera = _examine(backend, device_id)
             if camera is not None:
                 found.append(camera)
@@ -229,13 +229,11 @@ def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[Devi
         "guid": d.guid_index,
     }
     try:
-        texts.update(_strings(device, indices))
-    except usb.core.USBError as error:
+        with translated(f"USB device {place}"):
+            texts.update(_strings(device, indices))
+    except GrabberError as error:
         texts.update(_system_strings(place))
-        refused = error.errno == errno.EACCES
-        note = (
-            str(permission_denied(f"USB device {place}")) if refused else f"does not answer: {error.strerror}"
-        )
+        note = str(error)
     finally:
         usb.util.dispose_resources(device)
     guid = texts.pop("guid")

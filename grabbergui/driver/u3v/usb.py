@@ -18,13 +18,10 @@ import usb.core
 from numpy.typing import NDArray
 
 from grabbergui.core.environment import sudo_command
-from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
+from grabbergui.core.errors import AccessDeniedError, DeviceLostError, GrabberError, TransportError
 
 log = logging.getLogger(__name__)
 
-BINDING_ERRORS = (usb.core.USBError, NotImplementedError)
-"""What pyusb raises. NotImplementedError is its LIBUSB_ERROR_NOT_SUPPORTED: a call that this system lacks, as
-those about kernel drivers."""
 _ENDPOINT_RECIPIENT = 0x02
 _DEVICE_TO_HOST = 0x80
 _GET_STATUS = 0
@@ -66,6 +63,8 @@ def translated(name: str) -> Iterator[None]:
         if error.errno == errno.EPIPE:
             raise EndpointHaltedError(f"{name} halted a USB endpoint") from error
         raise TransportError(f"{name}: USB error: {error.strerror or error}") from error
+    except NotImplementedError as error:  # so pyusb raises LIBUSB_ERROR_NOT_SUPPORTED
+        raise TransportError(f"{name}: this system's USB driver for it does not support that") from error
 
 
 class _Window:
@@ -112,7 +111,7 @@ class UsbHandle:
         if interface not in self._claimed:
             return
         detached = self._claimed.pop(interface)
-        with contextlib.suppress(usb.core.USBError):
+        with contextlib.suppress(GrabberError), translated(self.name):
             self._backend.release_interface(self._handle, interface)
         self._attach(interface, detached)
 
@@ -122,7 +121,7 @@ class UsbHandle:
             self.release(interface)
         handle, self._handle = self._handle, None
         if handle is not None:
-            with contextlib.suppress(usb.core.USBError):
+            with contextlib.suppress(GrabberError), translated(self.name):
                 self._backend.close_device(handle)
 
     def write(self, endpoint: int, interface: int, data: bytes, timeout: float) -> None:
@@ -183,16 +182,17 @@ class UsbHandle:
 
     def _detach(self, interface: int) -> bool:
         try:
-            if self._backend.is_kernel_driver_active(self._handle, interface):
-                self._backend.detach_kernel_driver(self._handle, interface)
-                return True
-        except BINDING_ERRORS as error:
-            log.debug("%s: kernel driver of interface %d: %s", self.name, interface, error)
+            with translated(self.name):
+                if self._backend.is_kernel_driver_active(self._handle, interface):
+                    self._backend.detach_kernel_driver(self._handle, interface)
+                    return True
+        except GrabberError as error:
+            log.debug("kernel driver of interface %d: %s", interface, error)
         return False
 
     def _attach(self, interface: int, detached: bool) -> None:
         if detached:
-            with contextlib.suppress(*BINDING_ERRORS):
+            with contextlib.suppress(GrabberError), translated(self.name):
                 self._backend.attach_kernel_driver(self._handle, interface)
 
 

@@ -10,6 +10,7 @@ from grabbergui.core.errors import (
     AccessDeniedError,
     OtherCameraError,
     SourceNotFoundError,
+    TransportError,
     UsageError,
 )
 from grabbergui.core.grabber import Access
@@ -84,6 +85,21 @@ def test_without_permission_the_camera_is_listed_with_the_cure() -> None:
     (found,) = find_cameras(bus)
     assert "setup udev" in found.info.note
     with pytest.raises(AccessDeniedError, match=r"sudo /.* setup udev"):
+        U3vDevice(backend=bus).open(Access.CONTROL)
+
+
+class WithoutDriver(SimulatedBus):
+    """libusb has no driver through which it can open the camera, as on Windows until WinUSB is chosen."""
+
+    def open_device(self, dev: SimulatedU3vDevice) -> object:
+        raise NotImplementedError("Operation not supported or unimplemented on this platform")
+
+
+def test_a_camera_without_a_usable_driver_is_listed_and_refused_in_plain_words() -> None:
+    bus = WithoutDriver(SimulatedU3vDevice())
+    (found,) = find_cameras(bus)
+    assert "driver" in found.info.note
+    with pytest.raises(TransportError, match="USB driver for it does not support that"):
         U3vDevice(backend=bus).open(Access.CONTROL)
 
 
