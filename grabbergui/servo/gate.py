@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import GrabberError, SourceUnavailableError
 from grabbergui.servo.collision import Body, Contact, nearest_box, parse_boxes
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
@@ -120,7 +120,11 @@ class CommandGate:
         self._last_word = -math.inf
         self._until = math.inf
         self._moving = False
+        self._halt_lock = threading.RLock()
+        "Guards the two below; held only while they are read or set, so that no stop waits."
         self._halted = ""
+        self._halts = 0
+        "Emergency stops so far."
 
     @property
     def halted(self) -> str:
@@ -213,8 +217,10 @@ class CommandGate:
 
     def halt(self, reason: str) -> None:
         """Emergency stop: the robot is stopped even if it rests already, and no command follows."""
-        # Not behind the lock: a command that hangs in the network must not hold up a stop.
-        self._halted = reason or "emergency stop"
+        # Not behind the commands' lock: one that hangs in the network must not hold up a stop.
+        with self._halt_lock:
+            self._halted = reason or "emergency stop"
+            self._halts += 1
         self._guard.stop()
         self._robot.stop()
         with self._lock:
@@ -222,9 +228,16 @@ class CommandGate:
             self._moving = False
 
     def release(self) -> None:
-        """End the emergency stop. Raises SourceUnavailableError, and it stays on, without a guardian."""
+        """End the emergency stop.
+
+        Raises SourceUnavailableError, and it stays on, if there is no guardian, or if there was another stop
+        while the guardian was being started.
+        """
+        halts = self._halts
         self._guard.renew()
-        with self._lock:
+        with self._lock, self._halt_lock:
+            if self._halts != halts:
+                raise SourceUnavailableError(f"the robot was stopped again: {self._halted}")
             self._halted = ""
 
     def beat(self) -> None:

@@ -116,7 +116,7 @@ class Runner:
     def resume(self) -> str:
         """End an emergency stop, and start the guardian again if it has ended. Any thread.
 
-        Returns why the robot is still stopped: empty unless there is no guardian that could stop it.
+        Returns why the robot is still stopped (no guardian could stop it, or it was stopped again), else "".
         """
         try:
             self.gate.release()

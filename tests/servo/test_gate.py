@@ -25,6 +25,8 @@ class Guardian(Guard):
         self.moving = []
         self.stops = self.renewals = 0
         self.gone = False
+        self.meanwhile = lambda: None
+        "Called while it is renewed."
 
     def beat(self, moving):
         self.moving.append(moving())
@@ -35,6 +37,7 @@ class Guardian(Guard):
 
     def renew(self):
         self.renewals += 1
+        self.meanwhile()
         if self.gone:
             raise SourceUnavailableError("no guardian")
 
@@ -174,6 +177,16 @@ def test_the_emergency_stop_ends_only_with_a_guardian(bench):
     bench.gate.release()
     assert bench.gate.halted == ""
     assert bench.guardian.renewals == 2
+
+
+def test_a_stop_while_the_emergency_stop_is_being_ended_holds(bench):
+    bench.gate.halt("the button")
+    bench.guardian.meanwhile = lambda: bench.gate.halt("the button, again")
+    with pytest.raises(SourceUnavailableError, match="the button, again"):
+        bench.gate.release()
+    assert bench.gate.halted == "the button, again"
+    assert not bench.send(head=[0.1, 0])
+    assert bench.robot.moves == []
 
 
 def test_silence_of_just_the_timeout_is_allowed(bench):
