@@ -93,8 +93,9 @@ def _run(options: argparse.Namespace) -> int:
         )  # fmt: skip
         result = run.run(options.views)
         placement = servo_robots.placement(options)
+        _print(result, placement)  # first: the file may be refused, by a full disk for instance
         hand_eye_file.save(result, options.out, placement)
-        _print(result, placement, options)
+        print(f"saved as {options.out}", flush=True)
         if options.publish_ros2:
             _publish(result, placement, stop)
     return 0
@@ -138,7 +139,7 @@ class _Report:
             print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
 
 
-def _print(result: HandEyeResult, placement: Placement, options: argparse.Namespace) -> None:
+def _print(result: HandEyeResult, placement: Placement) -> None:
     from grabbergui.calibration import hand_eye_file
 
     used = sum(not math.isnan(error) for error in result.errors)
@@ -151,8 +152,7 @@ def _print(result: HandEyeResult, placement: Placement, options: argparse.Namesp
         if offsets.any():
             degrees = " ".join(f"{math.degrees(offset):+.2f}" for offset in offsets)
             print(f"offsets of the joints that carry the {name}: {degrees}°")
-    print(f"saved as {options.out}")
-    print(hand_eye_file.static_transform_command(result, placement))
+    print(hand_eye_file.static_transform_command(result, placement), flush=True)
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:

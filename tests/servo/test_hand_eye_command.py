@@ -1,5 +1,7 @@
 """What `grabbergui hand-eye` is made of: looking, the result's file and its frames, and servoing by it."""
 
+import errno
+import os
 import sys
 from argparse import Namespace
 from types import ModuleType, SimpleNamespace
@@ -14,7 +16,7 @@ from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_run import EYES
+from grabbergui.servo.hand_eye_run import EYES, HandEyeRun
 from grabbergui.servo.hand_eye_stand import TargetWatch
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
@@ -141,6 +143,20 @@ def test_without_tf_s_messages_it_says_what_to_do(monkeypatch):
 def test_a_result_that_could_not_be_written_is_refused_before_anything_moves(tmp_path, capsys):
     assert main(["hand-eye", "--out", str(tmp_path / "missing" / "robot.yaml")]) == 2
     assert "choose another --out" in capsys.readouterr().err
+
+
+def test_a_result_that_cannot_be_saved_has_been_printed(tmp_path, monkeypatch, capsys):
+    def refused(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(HandEyeRun, "run", lambda run, views: FOUND)
+    monkeypatch.setattr(hand_eye_file, "save", refused)
+    assert main(["hand-eye", "--robot", "sim-teo", "--out", str(tmp_path / "robot.yaml")]) == 1
+    shown = capsys.readouterr()
+    assert "camera on head: 70.0 10.0 60.0 mm" in shown.out
+    assert "--x 0.070000 --y 0.010000 --z 0.060000" in shown.out
+    assert "saved" not in shown.out
+    assert "No space left" in shown.err
 
 
 def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
