@@ -81,6 +81,7 @@ docs: setup
 	$(BIN)/mkdocs build --quiet
 
 bench: setup
+	scripts/system-packages tests benchmarks
 	$(BIN)/python -m benchmarks
 
 # Coverage-guided fuzzing of every parser, so long for each: make fuzz SECONDS=600

@@ -182,7 +182,10 @@ def run_aravis(packet_size: int, seconds: float) -> Run:
 
 
 def time_aravis(packet_size: int, seconds: float) -> Run:
-    """Aravis from Python, which alone can tell when each frame came."""
+    """Aravis from Python, where the time of each frame is known. Raises ReceiverError without its binding."""
+    check = [SYSTEM_PYTHON, "-c", "import gi; gi.require_version('Aravis', '0.8')"]
+    if not Path(SYSTEM_PYTHON).exists() or subprocess.run(check, capture_output=True).returncode:
+        raise ReceiverError("python3-gi and gir1.2-aravis-0.8 are not installed")
     script = str(Path(__file__).with_name("_aravis_receiver.py"))
     text, cpu, memory = _measured([SYSTEM_PYTHON, script, ADDRESS, str(packet_size), str(seconds)])
     arrivals = json.loads(text.splitlines()[-1])
@@ -216,14 +219,10 @@ def receivers() -> dict[str, Receiver]:
 
 
 def timed_receivers() -> dict[str, Receiver]:
-    """Those that tell when each frame came."""
+    """For latencies: with the time of each frame."""
     found = receivers()
     if "Aravis" in found:
-        check = [SYSTEM_PYTHON, "-c", "import gi; gi.require_version('Aravis', '0.8')"]
-        if Path(SYSTEM_PYTHON).exists() and not subprocess.run(check, capture_output=True).returncode:
-            found["Aravis"] = time_aravis
-        else:
-            del found["Aravis"]
+        found["Aravis"] = time_aravis
     return found
 
 

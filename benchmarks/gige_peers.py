@@ -178,13 +178,13 @@ def latency_table(seconds: float) -> tuple[Table, list[Goal]]:
             try:
                 run, delays = observe(Case(size, Conditions()), seconds, receive)
             except ReceiverError as error:
-                print(error, flush=True)
+                rows.append([str(size), name, f"not measured: {error}", "–", "–"])
                 continue
             if len(delays) > 1:
                 middle, late = 1e3 * statistics.median(delays), 1e3 * statistics.quantiles(delays, n=100)[98]
                 rows.append([str(size), name, f"{middle:.2f} ms", f"{late:.2f} ms", _megabytes(run)])
                 figures[name] = middle, late
-        if REFERENCE in figures:
+        if {"ours", REFERENCE} <= figures.keys():
             ours, theirs = figures["ours"], figures[REFERENCE]
             for what, mine, reference in zip(("median", "99 of 100"), ours, theirs, strict=True):
                 asked = f"latency, {what}, no more than Aravis's: {size} bytes"
@@ -312,6 +312,8 @@ def measure(arguments: list[str] | None = None) -> Section:
         table, more = long_runs(options.long)
         tables.append(table)
         asked += more
+    # Latencies are judged beside Aravis's alone: without a goal its Python binding was not there.
+    compared = latency_goals and all(REFERENCE in results for results in found.values())
     return Section(
         "GigE Vision",
         "python -m benchmarks gige_peers          # ten minutes",
@@ -327,7 +329,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         asked,
         READING,
         before,
-        lacking="" if all(REFERENCE in results for results in found.values()) else REFERENCE,
+        lacking="" if compared else REFERENCE,
     )
 
 

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("benchmarks", reason="benchmarks/ is found from the checkout: python -m pytest")
 
-from benchmarks import end_to_end, sim_render, yarp_ports
+from benchmarks import _gige_receivers, end_to_end, gige_peers, sim_render, yarp_ports
 
 
 def test_the_sensor_is_measured():
@@ -36,3 +36,18 @@ def test_the_way_from_the_camera_to_a_reader_is_measured(monkeypatch):
     server, rate, *_, per_frame = section.tables[0].rows[0]
     assert (server, section.lacking) == (end_to_end.OURS, "AravisCamera")
     assert float(rate) > 0 and float(per_frame.removesuffix(" ms")) > 0
+
+
+def test_a_latency_that_cannot_be_measured_says_why(monkeypatch):
+    run = _gige_receivers.Run(3, 0, 0.1, 0.01)
+    receivers = {"ours": lambda *_: run, "Aravis": _gige_receivers.time_aravis}
+    monkeypatch.setattr(gige_peers, "timed_receivers", lambda: receivers)
+    monkeypatch.setattr(gige_peers, "observe", lambda case, seconds, receive: (receive(1, 1), [0.001, 0.002]))
+    monkeypatch.setattr(_gige_receivers, "SYSTEM_PYTHON", "/missing/python3")
+
+    table, goals = gige_peers.latency_table(0.1)
+
+    ours, aravis = table.rows[:2]
+    assert ours[1:3] == ["ours", "1.50 ms"]
+    assert aravis[1:3] == ["Aravis", "not measured: python3-gi and gir1.2-aravis-0.8 are not installed"]
+    assert goals == []
