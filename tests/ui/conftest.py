@@ -28,8 +28,8 @@ def qtbot(qapp, request):
     return PatientBot(request)
 
 
-class Desk:
-    """A window, the program behind it, and what a person would do there."""
+class App:
+    """A window and the program behind it, with the steps that tests repeat."""
 
     def __init__(self, qtbot, snapshots):
         self.qtbot = qtbot
@@ -69,19 +69,19 @@ class Desk:
 
 
 @pytest.fixture
-def desks(qtbot, tmp_path):
-    """Makes desks, each with a window of its own."""
+def make_app(qtbot, tmp_path):
+    """Makes applications, each with a window of its own."""
     before = set(threading.enumerate())
     made = []
 
     def make():
-        made.append(Desk(qtbot, tmp_path / "snapshots"))
+        made.append(App(qtbot, tmp_path / "snapshots"))
         return made[-1]
 
     yield make
-    for desk in made:
-        desk.window.close()
-        assert not desk.program.shut_down(PATIENCE)
+    for app in made:
+        app.window.close()
+        assert not app.program.shut_down(PATIENCE)
     # A measurement that is under way on a busy machine may end a little later; a leak never does.
     for thread in set(threading.enumerate()) - before:
         thread.join(PATIENCE)
@@ -90,5 +90,5 @@ def desks(qtbot, tmp_path):
 
 
 @pytest.fixture
-def window_desk(desks):
-    return desks()
+def app(make_app):
+    return make_app()

@@ -50,21 +50,21 @@ QTS_OWN = ("qt_", "ScrollLeftButton", "ScrollRightButton")
 "Beginnings of the names of parts that Qt makes and names itself."
 
 
-def full_of_panels(desk):
+def full_of_panels(app):
     """The window with everything on show that it has."""
-    window = desk.window
-    desk.connect("sim:colour")
-    desk.watch()
-    desk.until(lambda: window.features.watched)
+    window = app.window
+    app.connect("sim:colour")
+    app.watch()
+    app.until(lambda: window.features.watched)
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    desk.program.connection.open_additional("sim:")
-    desk.until(lambda: len(window.gallery.tiles) == 2)
+    app.program.connection.open_additional("sim:")
+    app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.limitBox.setCurrentIndex(1)
     window.actionPause.trigger()
-    desk.until(window.picture.pauseBar.isVisible)
+    app.until(window.picture.pauseBar.isVisible)
     window.features.levelBox.setCurrentIndex(2)
-    desk.until(lambda: settled(window))
+    app.until(lambda: settled(window))
     return window
 
 
@@ -98,8 +98,8 @@ def spoken_name(control, window):
     return control.accessibleName() or text or (label.text() if label is not None else "")
 
 
-def test_every_control_has_a_name_to_be_read_aloud(window_desk):
-    window = full_of_panels(window_desk)
+def test_every_control_has_a_name_to_be_read_aloud(app):
+    window = full_of_panels(app)
     nameless = set()
     for control in controls(window):
         if not spoken_name(control, window):
@@ -108,14 +108,14 @@ def test_every_control_has_a_name_to_be_read_aloud(window_desk):
     assert not nameless
 
 
-def test_the_tab_key_visits_every_control_once_and_comes_round(window_desk):
-    window = full_of_panels(window_desk)
+def test_the_tab_key_visits_every_control_once_and_comes_round(app):
+    window = full_of_panels(app)
     window.activateWindow()
     first = window.sources.addressEdit
     first.setFocus()
     visited = [first]
     for _ in range(500):
-        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+        app.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
         now = QApplication.focusWidget()
         if now is first:
             break
@@ -133,8 +133,8 @@ def test_the_tab_key_visits_every_control_once_and_comes_round(window_desk):
     assert len(seen) == 3, "sources, features, and the one of the tools that lies on top"
 
 
-def test_the_tab_key_goes_as_one_reads(window_desk):
-    window = full_of_panels(window_desk)
+def test_the_tab_key_goes_as_one_reads(app):
+    window = full_of_panels(app)
     for panel in (window.sources, window.recordingBar, window.features, *window.favourites.rows.rows("Gain")):
         order = reading_order([panel])
         places = [widget.mapTo(panel, QPoint(0, widget.height() // 2)) for widget in order]
@@ -144,16 +144,16 @@ def test_the_tab_key_goes_as_one_reads(window_desk):
             assert lower and (after.x() > before.x() or after.y() >= before.y() + LINE - 1)
 
 
-def test_back_tab_goes_the_same_way_back(window_desk):
-    window = full_of_panels(window_desk)
+def test_back_tab_goes_the_same_way_back(app):
+    window = full_of_panels(app)
     window.activateWindow()
     window.sources.addressEdit.setFocus()
     way = []
     for _ in range(12):
         way.append(QApplication.focusWidget())
-        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+        app.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
     for expected in reversed(way):
-        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Backtab)
+        app.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Backtab)
         assert QApplication.focusWidget() is expected
 
 
@@ -179,24 +179,24 @@ def cut_off(window):
 def test_no_text_is_cut_off(qapp, request, language):
     speak(qapp, language)
     request.addfinalizer(lambda: speak(qapp, "en"))
-    desk = request.getfixturevalue("window_desk")
-    window, cut = full_of_panels(desk), set()
+    app = request.getfixturevalue("app")
+    window, cut = full_of_panels(app), set()
     for size in ((1280, 800), (1366, 768)):
         window.resize(*size)
         assert (window.width(), window.height()) == size, "the window needs more room than it has"
         for dock in window.findChildren(QDockWidget):  # those that lie over each other, one by one
             dock.raise_()
-            desk.qtbot.wait(30)
+            app.qtbot.wait(30)
             once = set(cut_off(window))
-            desk.qtbot.wait(50)  # a figure that has just grown gets its room in the next turn
+            app.qtbot.wait(50)  # a figure that has just grown gets its room in the next turn
             twice = {where for where, _ in cut_off(window)}
             cut |= {(where, text) for where, text in once if where in twice}
     assert not cut
 
 
-def test_the_tool_bar_has_room_for_all_of_its_buttons(window_desk):
-    bar = window_desk.window.findChild(QToolBar, "toolBar")
-    window_desk.qtbot.wait(50)
+def test_the_tool_bar_has_room_for_all_of_its_buttons(app):
+    bar = app.window.findChild(QToolBar, "toolBar")
+    app.qtbot.wait(50)
     for action in bar.actions():
         button = bar.widgetForAction(action)
         assert button.isVisible(), action.text()
@@ -259,8 +259,8 @@ ROLES_OF = (
 "What each kind of control must be to a screen reader."
 
 
-def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(window_desk):
-    window = full_of_panels(window_desk)
+def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(app):
+    window = full_of_panels(app)
     wrong, heard = set(), 0
     for control in controls(window):
         said, name = hear(control), f"{type(control).__name__} {control.objectName()}"
@@ -272,10 +272,10 @@ def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(window_desk):
     assert not wrong
 
 
-def test_a_screen_reader_hears_what_a_control_of_the_camera_is_called(window_desk):
-    window_desk.connect("sim:colour")
-    row = window_desk.window.favourites.rows.rows("ExposureTime")[0]
-    window_desk.until(lambda: row.editor is not None and row.auto is not None)
+def test_a_screen_reader_hears_what_a_control_of_the_camera_is_called(app):
+    app.connect("sim:colour")
+    row = app.window.favourites.rows.rows("ExposureTime")[0]
+    app.until(lambda: row.editor is not None and row.auto is not None)
     assert hear(row.editor.field) == Heard("Exposure Time", "spin box")
     assert hear(row.editor.slider()) == Heard("Exposure Time", "slider")
     assert hear(row.auto).name == "Exposure Auto"

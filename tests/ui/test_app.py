@@ -210,23 +210,23 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
     assert not early
 
 
-def test_others_are_looked_for_once_the_named_source_shows_an_image(window_desk, monkeypatch):
+def test_others_are_looked_for_once_the_named_source_shows_an_image(app, monkeypatch):
     order = []
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 1000 * 3600)
-    monkeypatch.setattr(window_desk.program.source_list, "start", lambda: order.append("search"))
-    window_desk.window.picture.painted.connect(lambda: order.append("picture"))
-    window_desk.program.begin("sim:")
-    window_desk.watch(3)
+    monkeypatch.setattr(app.program.source_list, "start", lambda: order.append("search"))
+    app.window.picture.painted.connect(lambda: order.append("picture"))
+    app.program.begin("sim:")
+    app.watch(3)
     assert order.index("picture") < order.index("search")
     assert order.count("search") == 1
 
 
-def test_others_are_looked_for_although_the_named_source_shows_nothing(window_desk, monkeypatch):
+def test_others_are_looked_for_although_the_named_source_shows_nothing(app, monkeypatch):
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 10)
     searches = []
-    monkeypatch.setattr(window_desk.program.source_list, "start", lambda: searches.append(1))
-    window_desk.program.begin("nonsense:")
-    window_desk.until(lambda: searches)
+    monkeypatch.setattr(app.program.source_list, "start", lambda: searches.append(1))
+    app.program.begin("nonsense:")
+    app.until(lambda: searches)
 
 
 def test_the_window_loads_nothing_that_only_other_windows_need():

@@ -380,19 +380,19 @@ def test_it_may_be_calibrated_at_once(chooser, tmp_path, qtbot):
 
 
 # -- from the main window --------------------------------------------------------------------------
-def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(window_desk):
-    window, opener = window_desk.window, window_desk.program.calibrating
+def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(app):
+    window, opener = app.window, app.program.calibrating
     assert not window.actionCalibrate.isEnabled()
-    window_desk.connect("sim:board")
-    window_desk.until(window.actionCalibrate.isEnabled)
+    app.connect("sim:board")
+    app.until(window.actionCalibrate.isEnabled)
     window.actionCalibrate.trigger()
     first = opener.dialog
-    window_desk.until(lambda: first.verdictLabel.text() == "● the board is seen")
+    app.until(lambda: first.verdictLabel.text() == "● the board is seen")
     window.actionCalibrate.trigger()
     assert opener.dialog is first
     first.closeButton.click()
     assert opener.dialog is None
     window.actionCalibrate.trigger()
-    window_desk.program.connection.disconnect()
-    window_desk.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())
-    window_desk.until(lambda: "calibrating" not in {thread.name for thread in threading.enumerate()})
+    app.program.connection.disconnect()
+    app.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())
+    app.until(lambda: "calibrating" not in {thread.name for thread in threading.enumerate()})

@@ -48,29 +48,29 @@ def turns_of_the_event_loop():
         timer.stop()
 
 
-def disconnected(desk):
-    desk.program.connection.disconnect()
-    desk.until(lambda: desk.program.connection.state is LinkState.CLOSED)
+def disconnected(app):
+    app.program.connection.disconnect()
+    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
 
 
 @pytest.fixture
-def warm_desk(window_desk):
+def warm_desk(app):
     """The first time, Python loads modules and Qt its fonts: that is the start, not the camera's."""
-    window_desk.connect()
-    window_desk.watch()
-    disconnected(window_desk)
+    app.connect()
+    app.watch()
+    disconnected(app)
     with little_garbage():
-        yield window_desk
+        yield app
 
 
-def open_sections(desk, count):
+def open_sections(app, count):
     """Open so many sections, for gurus, and wait until every row of theirs has its editor."""
-    panel = desk.window.features
+    panel = app.window.features
     panel.levelBox.setCurrentText("Guru")
     closed = [s for s in panel.findChildren(Section) if not (s.open or s.isHidden())]
     for section in closed[:count]:
         section.header.click()
-        desk.qtbot.wait(1)
+        app.qtbot.wait(1)
 
     def built():
         rows = panel.rows
@@ -79,7 +79,7 @@ def open_sections(desk, count):
             for name in panel.watched
         )
 
-    desk.until(built, 30)
+    app.until(built, 30)
 
 
 def longest_turns(attempt):
@@ -99,20 +99,20 @@ def test_the_wide_camera_is_as_large_as_the_largest():
 
 
 def test_no_turn_takes_100_ms_while_a_camera_of_3500_nodes_opens_is_shown_and_streams(warm_desk):
-    desk = warm_desk
-    desk.program.connection._create = create_wide
+    app = warm_desk
+    app.program.connection._create = create_wide
 
     def attempt():
         with turns_of_the_event_loop() as turns:
-            desk.connect("sim:")
-            desk.watch(10)
+            app.connect("sim:")
+            app.watch(10)
             opened = len(turns)
-            open_sections(desk, 30)
+            open_sections(app, 30)
             built = len(turns)
-            desk.watch(10)
-        assert len(desk.window.features.watched) > 400
-        assert not desk.errors
-        disconnected(desk)
+            app.watch(10)
+        assert len(app.window.features.watched) > 400
+        assert not app.errors
+        disconnected(app)
         return {
             "opening": max(turns[:opened]),
             "building": max(turns[opened:built]),
@@ -124,18 +124,18 @@ def test_no_turn_takes_100_ms_while_a_camera_of_3500_nodes_opens_is_shown_and_st
 
 @pytest.mark.skipif(not VENDORS.is_dir(), reason="no folder of vendors' XML; set GRABBERGUI_GENICAM_XML")
 def test_no_turn_takes_100_ms_while_real_cameras_descriptions_open(warm_desk):
-    desk = warm_desk
+    app = warm_desk
 
     def attempt():
         phases = {}
         for path in sorted(VENDORS.glob("*.xml")):
-            desk.program.connection._create = lambda _, path=path: Camera(XmlDevice(path.read_bytes()))
+            app.program.connection._create = lambda _, path=path: Camera(XmlDevice(path.read_bytes()))
             with turns_of_the_event_loop() as turns:
-                desk.program.sources.connect_to("sim:")
-                desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
-                desk.until(lambda: any(s.isVisible() for s in desk.window.features.findChildren(Section)))
-                desk.qtbot.wait(200)
-            disconnected(desk)
+                app.program.sources.connect_to("sim:")
+                app.until(lambda: app.program.connection.state is LinkState.OPEN)
+                app.until(lambda: any(s.isVisible() for s in app.window.features.findChildren(Section)))
+                app.qtbot.wait(200)
+            disconnected(app)
             phases[path.stem] = max(turns)
         return phases
 

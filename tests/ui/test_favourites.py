@@ -36,28 +36,29 @@ def test_names_are_moved_and_removed():
 
 # -- in the window -----------------------------------------------------------------------------------
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect("sim:?width=320&height=240&fps=60")
-    window_desk.until(lambda: window_desk.window.favourites._shown[-1].x() > 100)  # they have their places
-    return window_desk
+def app(make_app):
+    app = make_app()
+    app.connect("sim:?width=320&height=240&fps=60")
+    app.until(lambda: app.window.favourites._shown[-1].x() > 100)  # they have their places
+    return app
 
 
-def at_hand(desk):
+def pinned(app):
     """Names of the cards as they stand, line by line."""
-    strip = desk.window.favourites
+    strip = app.window.favourites
     cards = sorted(strip._shown, key=lambda card: (card.y(), card.x()))
     return tuple(card.name for card in cards)
 
 
-def row(desk, name):
-    rows = desk.window.features.rows
-    desk.until(lambda: rows.rows(name) and rows.rows(name)[0].isVisible())
+def row(app, name):
+    rows = app.window.features.rows
+    app.until(lambda: rows.rows(name) and rows.rows(name)[0].isVisible())
     return rows.rows(name)[0]
 
 
-def drag(desk, monkeypatch, source, where):
+def drag(app, monkeypatch, source, where):
     """Press the mouse on a row's name, move it, and let go over the strip."""
-    strip = desk.window.favourites
+    strip = app.window.favourites
 
     def fly(flying, *_):
         data, button = flying.mimeData(), Qt.LeftButton
@@ -73,81 +74,81 @@ def drag(desk, monkeypatch, source, where):
     monkeypatch.setattr(QDrag, "exec_", fly)
     label = source._label
     start = label.rect().center()
-    before = desk.program.favourites.names
-    desk.qtbot.mousePress(label, Qt.LeftButton, pos=start)
+    before = app.program.favourites.names
+    app.qtbot.mousePress(label, Qt.LeftButton, pos=start)
     for way in (QPoint(3, 0), QPoint(QApplication.startDragDistance(), 0)):
-        assert desk.program.favourites.names == before
+        assert app.program.favourites.names == before
         # Not over qtbot, whose moves have no button down.
         event = QMouseEvent(QEvent.MouseMove, start + way, Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
         QApplication.sendEvent(label, event)
 
 
-def test_a_control_is_dragged_among_the_favourites_and_works_there(desk, monkeypatch):
-    assert at_hand(desk) == USUAL
-    second = desk.window.favourites._shown[1].geometry()
-    drag(desk, monkeypatch, row(desk, "AcquisitionBurstFrameCount"), second.center() - QPoint(40, 0))
-    desk.until(lambda: at_hand(desk) == ("ExposureTime", "AcquisitionBurstFrameCount", *USUAL[1:]))
-    rows = desk.window.favourites.rows
-    desk.until(lambda: all(rows.rows(name)[0].editor is not None for name in at_hand(desk)))
+def test_a_control_is_dragged_among_the_favourites_and_works_there(app, monkeypatch):
+    assert pinned(app) == USUAL
+    second = app.window.favourites._shown[1].geometry()
+    drag(app, monkeypatch, row(app, "AcquisitionBurstFrameCount"), second.center() - QPoint(40, 0))
+    app.until(lambda: pinned(app) == ("ExposureTime", "AcquisitionBurstFrameCount", *USUAL[1:]))
+    rows = app.window.favourites.rows
+    app.until(lambda: all(rows.rows(name)[0].editor is not None for name in pinned(app)))
     field = rows.rows("AcquisitionBurstFrameCount")[0].editor.field
-    desk.until(field.isEnabled)
+    app.until(field.isEnabled)
     field.setFocus()
     field.selectAll()
-    desk.qtbot.keyClicks(field, "3")
-    desk.qtbot.keyClick(field, Qt.Key_Return)
-    desk.until(lambda: desk.grabber.feature("AcquisitionBurstFrameCount").value == 3)
-    desk.grabber.write_feature("AcquisitionBurstFrameCount", 5)
-    desk.until(lambda: field.text() == "5")
+    app.qtbot.keyClicks(field, "3")
+    app.qtbot.keyClick(field, Qt.Key_Return)
+    app.until(lambda: app.grabber.feature("AcquisitionBurstFrameCount").value == 3)
+    app.grabber.write_feature("AcquisitionBurstFrameCount", 5)
+    app.until(lambda: field.text() == "5")
 
 
-def test_favourites_are_put_in_another_order_by_dragging(desk, monkeypatch):
-    first, _, last = desk.window.favourites._shown
-    drag(desk, monkeypatch, first, last.geometry().center() + QPoint(40, 0))
-    desk.until(lambda: at_hand(desk) == ("Gain", "AcquisitionFrameRate", "ExposureTime"))
+def test_favourites_are_put_in_another_order_by_dragging(app, monkeypatch):
+    first, _, last = app.window.favourites._shown
+    drag(app, monkeypatch, first, last.geometry().center() + QPoint(40, 0))
+    app.until(lambda: pinned(app) == ("Gain", "AcquisitionFrameRate", "ExposureTime"))
 
 
-def test_a_click_on_a_name_drags_nothing(desk):
-    label = desk.window.favourites._shown[0]._label
-    desk.qtbot.mouseClick(label, Qt.LeftButton)
-    assert at_hand(desk) == USUAL
+def test_a_click_on_a_name_drags_nothing(app):
+    label = app.window.favourites._shown[0]._label
+    app.qtbot.mouseClick(label, Qt.LeftButton)
+    assert pinned(app) == USUAL
 
 
-def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(desk):
-    choose_from_menu(desk, row(desk, "TriggerMode"), "Pin")
-    desk.until(lambda: at_hand(desk) == (*USUAL, "TriggerMode"))
-    choose_from_menu(desk, desk.window.favourites._shown[3], "Move to the left")
-    desk.until(lambda: at_hand(desk) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(desk, desk.window.favourites._shown[0], "Unpin")
-    desk.until(lambda: at_hand(desk) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(desk, desk.window.favourites._shown[0], "Pin the usual controls")
-    desk.until(lambda: at_hand(desk) == USUAL)
+def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(app):
+    choose_from_menu(app, row(app, "TriggerMode"), "Pin")
+    app.until(lambda: pinned(app) == (*USUAL, "TriggerMode"))
+    choose_from_menu(app, app.window.favourites._shown[3], "Move to the left")
+    app.until(lambda: pinned(app) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
+    choose_from_menu(app, app.window.favourites._shown[0], "Unpin")
+    app.until(lambda: pinned(app) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
+    choose_from_menu(app, app.window.favourites._shown[0], "Pin the usual controls")
+    app.until(lambda: pinned(app) == USUAL)
 
 
-def test_many_favourites_take_several_lines_and_too_many_are_refused(desk):
-    source = desk.program.connection.source
+def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
+    source = app.program.connection.source
     names = [d.name for d in source.features.root.descriptions() if d.name not in USUAL]
     for name in names[: MOST - 3]:
-        desk.program.favourites.add(name)
-    desk.until(lambda: len(at_hand(desk)) == MOST)
-    strip = desk.window.favourites
-    desk.until(lambda: len({card.y() for card in strip._shown}) > 1)
+        app.program.favourites.add(name)
+    app.until(lambda: len(pinned(app)) == MOST)
+    strip = app.window.favourites
+    app.until(lambda: len({card.y() for card in strip._shown}) > 1)
     assert all(card.geometry().right() <= strip.width() for card in strip._shown)
     assert strip.place_at(strip._shown[3].geometry().center() + QPoint(-60, 0)) == 3
-    desk.program.favourites.add(names[MOST])
-    assert "no more than 12" in desk.errors[0]
+    app.program.favourites.add(names[MOST])
+    assert "no more than 12" in app.errors[0]
 
 
-def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(desk):
-    desk.program.favourites.add("TriggerMode")
-    desk.program.favourites.remove("Gain")
+def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(app):
+    app.program.favourites.add("TriggerMode")
+    app.program.favourites.remove("Gain")
     chosen = ("ExposureTime", "AcquisitionFrameRate", "TriggerMode")
-    desk.window.histogramDock.show()
-    desk.program.connection.disconnect()
-    desk.until(lambda: at_hand(desk) == ())
-    desk.window.histogramDock.hide()
-    desk.connect("sim:?width=64&height=64")
-    desk.until(lambda: at_hand(desk) == chosen)
-    assert desk.window.histogramDock.isVisible()
+    app.window.histogramDock.show()
+    app.program.connection.disconnect()
+    app.until(lambda: pinned(app) == ())
+    app.window.histogramDock.hide()
+    app.connect("sim:?width=64&height=64")
+    app.until(lambda: pinned(app) == chosen)
+    assert app.window.histogramDock.isVisible()
 
 
 def test_another_model_keeps_its_own(tmp_path):
@@ -166,7 +167,8 @@ def test_another_model_keeps_its_own(tmp_path):
     assert camera_model(DeviceInfo("ros2:/camera")) == "ros2:/camera"
 
 
-def test_what_this_camera_does_not_have_is_left_out(window_desk):
-    window_desk.preferences.keep_favourites("grabbergui Simulated camera", ["Nothing", "Gain"])
-    window_desk.connect("sim:?width=64&height=64")
-    window_desk.until(lambda: at_hand(window_desk) == ("Gain",))
+def test_what_this_camera_does_not_have_is_left_out(make_app):
+    app = make_app()
+    app.preferences.keep_favourites("grabbergui Simulated camera", ["Nothing", "Gain"])
+    app.connect("sim:?width=64&height=64")
+    app.until(lambda: pinned(app) == ("Gain",))

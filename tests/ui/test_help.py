@@ -11,9 +11,9 @@ from grabbergui.doctor import checks, good, problem
 from grabbergui.ui.controllers.help import HelpController
 
 
-def test_the_manual_opens_and_its_links_lead_to_other_pages(window_desk):
-    window_desk.window.actionManual.trigger()
-    manual = window_desk.program.help.manual
+def test_the_manual_opens_and_its_links_lead_to_other_pages(app):
+    app.window.actionManual.trigger()
+    manual = app.program.help.manual
     assert "Find a camera" in manual.text.toPlainText()
     manual.text.anchorClicked.emit(manual.text.source().resolved(type(manual.text.source())("tuning.md")))
     assert (MANUAL / "tuning.md").read_text("utf-8").splitlines()[0].lstrip("# ") in (
@@ -22,7 +22,7 @@ def test_the_manual_opens_and_its_links_lead_to_other_pages(window_desk):
     manual.close()
 
 
-def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(window_desk, monkeypatch):
+def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(app, monkeypatch):
     threads = []
 
     def look():
@@ -31,27 +31,27 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(window_
         yield problem("no rule", "grabbergui doctor --fix-udev")
 
     monkeypatch.setattr(checks, "check", look)
-    window_desk.window.actionDoctor.trigger()
-    doctor = window_desk.program.help.doctor
-    window_desk.until(lambda: doctor.stateLabel.text() == "1 problem found")
+    app.window.actionDoctor.trigger()
+    doctor = app.program.help.doctor
+    app.until(lambda: doctor.stateLabel.text() == "1 problem found")
     assert threads == ["doctor"]
     text = doctor.text.toPlainText()
     assert "good: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text
     doctor.close()
-    window_desk.until(lambda: window_desk.program.help.doctor is None)
+    app.until(lambda: app.program.help.doctor is None)
 
 
-def test_whats_this_explains_a_control_by_its_tooltip(window_desk, monkeypatch):
-    window_desk.connect()
-    window_desk.until(lambda: window_desk.window.features.watched)
+def test_whats_this_explains_a_control_by_its_tooltip(app, monkeypatch):
+    app.connect()
+    app.until(lambda: app.window.features.watched)
     said = []
     monkeypatch.setattr(QWhatsThis, "showText", lambda _, text, widget: said.append(text))
-    row = window_desk.window.favourites.rows.rows("Gain")[0]
-    window_desk.until(lambda: row.editor is not None)
-    window_desk.window.actionWhatsThis.trigger()
+    row = app.window.favourites.rows.rows("Gain")[0]
+    app.until(lambda: row.editor is not None)
+    app.window.actionWhatsThis.trigger()
     for widget in (
         row.editor.field,
-        window_desk.window.toolBar.widgetForAction(window_desk.window.actionStop),
+        app.window.toolBar.widgetForAction(app.window.actionStop),
     ):
         asked = QHelpEvent(QEvent.QueryWhatsThis, QPoint(3, 3), QPoint(300, 300))
         assert QApplication.sendEvent(widget, asked) and asked.isAccepted()
@@ -61,9 +61,9 @@ def test_whats_this_explains_a_control_by_its_tooltip(window_desk, monkeypatch):
     QWhatsThis.leaveWhatsThisMode()
 
 
-def test_other_events_do_not_come_by_but_while_something_is_asked(window_desk, monkeypatch):
+def test_other_events_do_not_come_by_but_while_something_is_asked(app, monkeypatch):
     """A filter in Python on all events took a seventh of the GUI thread."""
-    window, seen = window_desk.window, []
+    window, seen = app.window, []
     look = HelpController.eventFilter
     monkeypatch.setattr(
         HelpController, "eventFilter", lambda self, of, event: seen.append(of) or look(self, of, event)

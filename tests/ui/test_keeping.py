@@ -18,9 +18,10 @@ from patience import PATIENCE
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect("sim:?width=320&height=240&fps=60")
-    return window_desk
+def app(make_app):
+    app = make_app()
+    app.connect("sim:?width=320&height=240&fps=60")
+    return app
 
 
 def rows(report):
@@ -29,128 +30,129 @@ def rows(report):
     return {item.text(0): item.text(3) for item in items if not item.isHidden()}
 
 
-def test_settings_are_saved_changed_loaded_and_rolled_back(desk, tmp_path):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
+def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     keeping.save(path)
-    desk.until(path.exists)
-    desk.grabber.write_feature("Gain", 6)
+    app.until(path.exists)
+    app.grabber.write_feature("Gain", 6)
     keeping.load(path)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "written"}
-    assert desk.grabber.feature("Gain").value == 0
+    assert app.grabber.feature("Gain").value == 0
     keeping.report.equalBox.click()
     assert "equal" in rows(keeping.report).values()
-    desk.qtbot.mouseClick(keeping.report.rollBackButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 6)
-    desk.until(lambda: keeping.report is None)
+    app.qtbot.mouseClick(keeping.report.rollBackButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("Gain").value == 6)
+    app.until(lambda: keeping.report is None)
 
 
-def test_loading_waits_for_the_last_write_of_a_slider(desk, tmp_path):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
+def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
-    features = desk.program.connection.source.features
+    features = app.program.connection.source.features
     features._throttle.interval = 0.5  # so that loading would have all the time to come first
     features.write("Gain", 6.0)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 6)
+    app.until(lambda: app.grabber.feature("Gain").value == 6)
     features.write("Gain", 12.0)
     keeping.load(path)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "written"}
     assert keeping.report.table.topLevelItem(0).text(1) == "12"
     assert not features._throttle.waiting()
-    assert desk.grabber.feature("Gain").value == 3
+    assert app.grabber.feature("Gain").value == 3
 
 
-def test_comparing_changes_nothing_until_applied(desk, tmp_path):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.pfs"
+def test_comparing_changes_nothing_until_applied(app, tmp_path):
+    keeping, path = app.program.settings_files, tmp_path / "settings.pfs"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping.compare(path)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "would be written"}
-    assert desk.grabber.feature("Gain").value == 0
-    desk.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 3)
-    desk.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
+    assert app.grabber.feature("Gain").value == 0
+    app.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("Gain").value == 3)
+    app.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
 
 
-def test_settings_that_the_program_was_started_with_are_compared_once(window_desk, tmp_path):
+def test_settings_that_the_program_was_started_with_are_compared_once(make_app, tmp_path):
+    app = make_app()
     path = tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
-    keeping = window_desk.program.settings_files
-    window_desk.program.compare_once_open(path)
-    window_desk.connect("sim:?width=320&height=240&fps=60")
-    window_desk.until(lambda: keeping.report)
+    keeping = app.program.settings_files
+    app.program.compare_once_open(path)
+    app.connect("sim:?width=320&height=240&fps=60")
+    app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "would be written"}
-    assert window_desk.grabber.feature("Gain").value == 0
+    assert app.grabber.feature("Gain").value == 0
     keeping.report.close()
-    window_desk.connect("sim:colour?width=320&height=240&fps=60")
+    app.connect("sim:colour?width=320&height=240&fps=60")
     assert keeping.report is None
 
 
-def test_a_file_of_settings_is_dropped_onto_the_window(desk, tmp_path):
+def test_a_file_of_settings_is_dropped_onto_the_window(app, tmp_path):
     path = tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("ExposureTime"): 1234.0}), path)
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
     where = (QPoint(5, 5), Qt.CopyAction, data, Qt.LeftButton, Qt.NoModifier)
     entering = QDragEnterEvent(*where)
-    QApplication.sendEvent(desk.window, entering)
+    QApplication.sendEvent(app.window, entering)
     assert entering.isAccepted()
-    QApplication.sendEvent(desk.window, QDropEvent(*where))
-    desk.until(lambda: desk.grabber.feature("ExposureTime").value == pytest.approx(1234, rel=1e-2))
+    QApplication.sendEvent(app.window, QDropEvent(*where))
+    app.until(lambda: app.grabber.feature("ExposureTime").value == pytest.approx(1234, rel=1e-2))
 
 
-def test_a_file_without_settings_is_reported(desk, tmp_path):
+def test_a_file_without_settings_is_reported(app, tmp_path):
     (tmp_path / "diary.txt").write_text("dear diary\n")
-    desk.program.settings_files.load(tmp_path / "diary.txt")
-    desk.until(lambda: any("diary.txt" in text for text in desk.errors))
-    assert desk.program.settings_files.report is None
-    assert not desk.window.actionUndo.isEnabled()
+    app.program.settings_files.load(tmp_path / "diary.txt")
+    app.until(lambda: any("diary.txt" in text for text in app.errors))
+    assert app.program.settings_files.report is None
+    assert not app.window.actionUndo.isEnabled()
 
 
-def test_a_recording_is_made_and_played_back(desk, monkeypatch):
+def test_a_recording_is_made_and_played_back(app, monkeypatch):
     monkeypatch.setitem(sources._MODULES, "file", "grabbergui.recording.playback")
-    bar = desk.window.recordingBar
+    bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MCAP))
-    desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    desk.until(lambda: "frames" in bar.progressLabel.text() and bar.recordButton.isChecked())
-    desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    desk.until(bar.playButton.isVisible)
+    app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    app.until(lambda: "frames" in bar.progressLabel.text() and bar.recordButton.isChecked())
+    app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    app.until(bar.playButton.isVisible)
     assert not bar.recordButton.isChecked()
-    desk.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
-    desk.until(lambda: str(desk.program.connection.source.uri).startswith("file:"))
-    desk.watch()
-    assert desk.grabber.feature("PlaybackFrameCount").value >= 1
+    app.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
+    app.until(lambda: str(app.program.connection.source.uri).startswith("file:"))
+    app.watch()
+    assert app.grabber.feature("PlaybackFrameCount").value >= 1
 
 
-def test_a_recording_ends_with_its_camera(desk):
-    bar = desk.window.recordingBar
+def test_a_recording_ends_with_its_camera(app):
+    bar = app.window.recordingBar
     bar.recordButton.click()
-    desk.until(bar.recordButton.isChecked)
-    desk.program.connection.disconnect()
-    desk.until(lambda: not bar.recordButton.isChecked())
+    app.until(bar.recordButton.isChecked)
+    app.program.connection.disconnect()
+    app.until(lambda: not bar.recordButton.isChecked())
     assert not bar.recordButton.isEnabled()
 
 
-def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
+def test_closing_the_window_does_not_cut_a_recording_off(app, monkeypatch):
     finish = threading.Event()
     from grabbergui.recording.movie_writer import MovieWriter
 
     close = MovieWriter.close
     monkeypatch.setattr(MovieWriter, "close", lambda writer: finish.wait(PATIENCE) and close(writer))
-    bar = desk.window.recordingBar
+    bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.H264))
     bar.recordButton.click()
-    desk.until(lambda: "frames" in bar.progressLabel.text())
-    folder = desk.program.preferences.snapshot_folder
-    desk.until(lambda: list(folder.glob("*.mp4")))  # the encoder makes it on a thread of its own
+    app.until(lambda: "frames" in bar.progressLabel.text())
+    folder = app.program.preferences.snapshot_folder
+    app.until(lambda: list(folder.glob("*.mp4")))  # the encoder makes it on a thread of its own
     (movie,) = folder.glob("*.mp4")
 
-    desk.window.close()  # waits a moment, not for ever
-    assert "a recording" in desk.program.shut_down(0)
+    app.window.close()  # waits a moment, not for ever
+    assert "a recording" in app.program.shut_down(0)
     finish.set()
 
-    assert desk.program.shut_down(PATIENCE) == []
+    assert app.program.shut_down(PATIENCE) == []
     assert cv2.VideoCapture(str(movie)).read()[0]
 
 
@@ -159,87 +161,87 @@ def tick(table, name, ticked):
     item.setCheckState(0, Qt.Checked if ticked else Qt.Unchecked)
 
 
-def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
+def test_of_a_comparison_only_what_is_ticked_is_applied(app, tmp_path):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.compare(path)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: keeping.report)
     tick(keeping.report.table, "Gamma", False)
-    desk.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 3)
-    desk.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
-    assert desk.grabber.feature("Gamma").value == 1
+    app.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("Gain").value == 3)
+    app.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
+    assert app.grabber.feature("Gamma").value == 1
     assert rows(keeping.report) == {"Gain": "written"}
 
 
-def test_loading_is_one_step_to_undo(desk, tmp_path):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
+def test_loading_is_one_step_to_undo(app, tmp_path):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.load(path)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: keeping.report)
     keeping.report.close()
-    desk.until(lambda: desk.window.actionUndo.text() == "&Undo Loaded settings.yaml")
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: desk.grabber.feature("Gain").value == 0 and desk.grabber.feature("Gamma").value == 1)
+    app.until(lambda: app.window.actionUndo.text() == "&Undo Loaded settings.yaml")
+    app.window.actionUndo.trigger()
+    app.until(lambda: app.grabber.feature("Gain").value == 0 and app.grabber.feature("Gamma").value == 1)
 
 
-def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkeypatch):
-    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
+def test_loading_shows_how_far_it_is_and_can_be_cancelled(app, tmp_path, monkeypatch):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
-    read, slow = desk.grabber.feature, threading.Event()
+    read, slow = app.grabber.feature, threading.Event()
 
     def slowly(name):
         if not slow.is_set():
             slow.wait(0.01)
         return read(name)
 
-    monkeypatch.setattr(desk.grabber, "feature", slowly)
+    monkeypatch.setattr(app.grabber, "feature", slowly)
     keeping.load(path)
-    desk.until(lambda: desk.window.picture.tasks.rows)
-    row = desk.window.picture.tasks.rows[0]
+    app.until(lambda: app.window.picture.tasks.rows)
+    row = app.window.picture.tasks.rows[0]
     assert (row.titleLabel.text(), row.textLabel.text()) == ("Loading settings", "settings.yaml")
-    desk.until(lambda: row.bar.value() > 0)
-    desk.qtbot.mouseClick(row.cancelButton, Qt.LeftButton)
-    desk.until(lambda: keeping.report)
+    app.until(lambda: row.bar.value() > 0)
+    app.qtbot.mouseClick(row.cancelButton, Qt.LeftButton)
+    app.until(lambda: keeping.report)
     slow.set()
     assert rows(keeping.report) == {"Gain": "cancelled"}
     assert read("Gain").value == 0
-    assert not desk.window.picture.tasks.isVisible()
+    assert not app.window.picture.tasks.isVisible()
 
 
-def test_closing_the_camera_ends_work_in_progress(desk, tmp_path, monkeypatch):
-    read = desk.grabber.feature
+def test_closing_the_camera_ends_work_in_progress(app, tmp_path, monkeypatch):
+    read = app.grabber.feature
 
     def slowly(name):
         time.sleep(0.01)
         return read(name)
 
-    monkeypatch.setattr(desk.grabber, "feature", slowly)
-    desk.program.settings_files.save(tmp_path / "settings.yaml")
-    desk.until(lambda: desk.window.picture.tasks.rows and desk.window.picture.tasks.rows[0].bar.value() > 0)
-    desk.program.connection.disconnect()
-    desk.until(lambda: not desk.window.picture.tasks.rows)
+    monkeypatch.setattr(app.grabber, "feature", slowly)
+    app.program.settings_files.save(tmp_path / "settings.yaml")
+    app.until(lambda: app.window.picture.tasks.rows and app.window.picture.tasks.rows[0].bar.value() > 0)
+    app.program.connection.disconnect()
+    app.until(lambda: not app.window.picture.tasks.rows)
     assert not (tmp_path / "settings.yaml").exists()
 
 
-def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
+def test_saving_that_is_cancelled_leaves_no_file(app, tmp_path, monkeypatch):
     path = tmp_path / "settings.yaml"
-    read = desk.grabber.feature
+    read = app.grabber.feature
 
     def slowly(name):
         time.sleep(0.005)
         return read(name)
 
-    monkeypatch.setattr(desk.grabber, "feature", slowly)
-    desk.program.settings_files.save(path)
-    desk.until(lambda: desk.window.picture.tasks.rows)
-    desk.window.picture.tasks.rows[0].cancelButton.click()
-    desk.until(lambda: not desk.window.picture.tasks.rows)
+    monkeypatch.setattr(app.grabber, "feature", slowly)
+    app.program.settings_files.save(path)
+    app.until(lambda: app.window.picture.tasks.rows)
+    app.window.picture.tasks.rows[0].cancelButton.click()
+    app.until(lambda: not app.window.picture.tasks.rows)
     assert not path.exists()
 
 
-def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
-    keeping = desk.program.settings_files
+def test_two_files_are_compared_and_the_difference_is_applied(app, tmp_path):
+    keeping = app.program.settings_files
     first, second = tmp_path / "day.yaml", tmp_path / "night.pfs"
     for path, gain, gamma in ((first, 3.0, 2.0), (second, 9.0, 1.5)):
         values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
@@ -253,76 +255,77 @@ def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
     ]  # fmt: skip
     assert dialog.secondButton.text() == "Set as in night.pfs"
     tick(table, "Gamma", False)
-    desk.qtbot.mouseClick(dialog.secondButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 9)
-    desk.until(lambda: keeping.report)
-    assert desk.grabber.feature("Gamma").value == 1
+    app.qtbot.mouseClick(dialog.secondButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("Gain").value == 9)
+    app.until(lambda: keeping.report)
+    assert app.grabber.feature("Gamma").value == 1
     assert keeping.difference is None
     keeping.compare_files(first, tmp_path / "nothing.yaml")
-    desk.until(lambda: any("nothing.yaml" in text for text in desk.errors))
+    app.until(lambda: any("nothing.yaml" in text for text in app.errors))
 
 
-def test_without_a_camera_files_are_compared_all_the_same(window_desk, tmp_path):
+def test_without_a_camera_files_are_compared_all_the_same(make_app, tmp_path):
+    app = make_app()
     paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for path in paths:
         files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
-    window_desk.program.settings_files.compare_files(*paths)
-    dialog = window_desk.program.settings_files.difference
+    app.program.settings_files.compare_files(*paths)
+    dialog = app.program.settings_files.difference
     assert "no difference" in dialog.headline.text()
     assert not dialog.firstButton.isVisible()
     dialog.close()
-    window_desk.program.settings_files.load(paths[0])
-    assert any("connect to one first" in text for text in window_desk.errors)
+    app.program.settings_files.load(paths[0])
+    assert any("connect to one first" in text for text in app.errors)
 
 
 # -- the camera's own sets ---------------------------------------------------------------------------
-def sets_dialog(desk):
-    desk.until(desk.window.actionUserSets.isEnabled)
-    desk.window.actionUserSets.trigger()
-    desk.until(lambda: desk.program.user_sets.dialog)
-    return desk.program.user_sets.dialog
+def sets_dialog(app):
+    app.until(app.window.actionUserSets.isEnabled)
+    app.window.actionUserSets.trigger()
+    app.until(lambda: app.program.user_sets.dialog)
+    return app.program.user_sets.dialog
 
 
-def choose(desk, dialog, name):
+def choose(app, dialog, name):
     (item,) = dialog.setList.findItems(name, Qt.MatchStartsWith)
     where = dialog.setList.visualItemRect(item).center()
-    desk.qtbot.mouseClick(dialog.setList.viewport(), Qt.LeftButton, pos=where)
+    app.qtbot.mouseClick(dialog.setList.viewport(), Qt.LeftButton, pos=where)
     assert dialog.chosen.name == name
 
 
-def test_settings_are_kept_in_the_camera_and_come_back(desk):
-    desk.grabber.write_feature("Gain", 6.0)
-    dialog = sets_dialog(desk)
+def test_settings_are_kept_in_the_camera_and_come_back(app):
+    app.grabber.write_feature("Gain", 6.0)
+    dialog = sets_dialog(app)
     assert not dialog.saveButton.isEnabled(), "the factory's set is selected at first"
-    choose(desk, dialog, "UserSet1")
-    desk.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
-    desk.until(lambda: dialog.question is not None and dialog.question.isVisible())
+    choose(app, dialog, "UserSet1")
+    app.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
+    app.until(lambda: dialog.question is not None and dialog.question.isVisible())
     assert dialog.question.defaultButton() is dialog.question.button(QMessageBox.Cancel)
-    desk.qtbot.mouseClick(dialog.question.button(QMessageBox.Cancel), Qt.LeftButton)
-    desk.until(lambda: dialog.question is None)
-    assert not any("in the camera as" in text for text in desk.errors), "nothing was saved"
-    desk.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
+    app.qtbot.mouseClick(dialog.question.button(QMessageBox.Cancel), Qt.LeftButton)
+    app.until(lambda: dialog.question is None)
+    assert not any("in the camera as" in text for text in app.errors), "nothing was saved"
+    app.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
     (overwrite,) = [b for b in dialog.question.buttons() if b.text() == "Overwrite"]
-    desk.qtbot.mouseClick(overwrite, Qt.LeftButton)
-    desk.until(lambda: any("in the camera as UserSet1" in text for text in desk.errors))
-    desk.qtbot.mouseClick(dialog.startButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("UserSetDefault").value == "UserSet1")
-    desk.until(lambda: "starts with it" in dialog.setList.item(1).text())
-    desk.grabber.write_feature("Gain", 12.0)
-    choose(desk, dialog, "UserSet1")
-    desk.qtbot.mouseClick(dialog.loadButton, Qt.LeftButton)
-    desk.until(lambda: desk.grabber.feature("Gain").value == 6)
-    desk.until(lambda: any("changed 1 setting" in text for text in desk.errors))
-    assert desk.grabber.streaming
-    desk.until(lambda: desk.window.actionUndo.text() == "&Undo UserSetLoad UserSet1")
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: desk.grabber.feature("Gain").value == 12)
-    assert desk.program.user_sets.dialog is None
+    app.qtbot.mouseClick(overwrite, Qt.LeftButton)
+    app.until(lambda: any("in the camera as UserSet1" in text for text in app.errors))
+    app.qtbot.mouseClick(dialog.startButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("UserSetDefault").value == "UserSet1")
+    app.until(lambda: "starts with it" in dialog.setList.item(1).text())
+    app.grabber.write_feature("Gain", 12.0)
+    choose(app, dialog, "UserSet1")
+    app.qtbot.mouseClick(dialog.loadButton, Qt.LeftButton)
+    app.until(lambda: app.grabber.feature("Gain").value == 6)
+    app.until(lambda: any("changed 1 setting" in text for text in app.errors))
+    assert app.grabber.streaming
+    app.until(lambda: app.window.actionUndo.text() == "&Undo UserSetLoad UserSet1")
+    app.window.actionUndo.trigger()
+    app.until(lambda: app.grabber.feature("Gain").value == 12)
+    assert app.program.user_sets.dialog is None
 
 
-def test_the_dialog_goes_with_its_camera(desk):
-    dialog = sets_dialog(desk)
+def test_the_dialog_goes_with_its_camera(app):
+    dialog = sets_dialog(app)
     assert dialog.isVisible()
-    desk.program.connection.disconnect()
-    desk.until(lambda: desk.program.user_sets.dialog is None)
-    assert not desk.window.actionUserSets.isEnabled()
+    app.program.connection.disconnect()
+    app.until(lambda: app.program.user_sets.dialog is None)
+    assert not app.window.actionUserSets.isEnabled()

@@ -116,24 +116,24 @@ def shown(window):
             yield action.objectName(), action.toolTip()
 
 
-def test_nothing_of_the_window_stays_in_english(spanish, window_desk):
+def test_nothing_of_the_window_stays_in_english(spanish, app):
     known = texts_of(TRANSLATIONS / "grabbergui_es.ts")
     english = {source for (_, source), text in known.items() if text != source}
     also_spanish = {text for text in known.values() if text}
-    window = window_desk.window
-    window_desk.connect("sim:")
-    window_desk.watch()
+    window = app.window
+    app.connect("sim:")
+    app.watch()
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    window_desk.program.connection.open_additional("sim:colour")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+    app.program.connection.open_additional("sim:colour")
+    app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.recordButton.click()
-    window_desk.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())
-    window_desk.until(lambda: "En directo" in window.status.stateLabel.text())
+    app.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())
+    app.until(lambda: "En directo" in window.status.stateLabel.text())
     window.actionPause.trigger()
-    window_desk.until(lambda: "En pausa" in window.status.stateLabel.text())
+    app.until(lambda: "En pausa" in window.status.stateLabel.text())
     window.recordingBar.recordButton.click()
-    window_desk.until(window.recordingBar.playButton.isVisible)
+    app.until(window.recordingBar.playButton.isVisible)
     dialog = ShortcutsDialog(window.menuBar(), window)
     wrong = {
         (where, text)
@@ -144,12 +144,12 @@ def test_nothing_of_the_window_stays_in_english(spanish, window_desk):
     assert not {(where, text) for where, text in wrong if not re.search("Simulated.camera", text)}
 
 
-def test_what_the_models_say_is_translated_too(spanish, window_desk):
-    window_desk.connect("sim:")
-    window_desk.watch()
-    window_desk.grabber.write_feature("TriggerMode", "On")
-    state = window_desk.window.status.stateLabel
-    window_desk.until(lambda: "Esperando disparo" in state.text())
+def test_what_the_models_say_is_translated_too(spanish, app):
+    app.connect("sim:")
+    app.watch()
+    app.grabber.write_feature("TriggerMode", "On")
+    state = app.window.status.stateLabel
+    app.until(lambda: "Esperando disparo" in state.text())
 
 
 @pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
@@ -236,8 +236,8 @@ def test_clipping_is_not_called_as_the_saturation_of_colours_is():
 def test_mnemonics_of_a_menu_differ(qapp, code, request):
     speak(qapp, code)
     request.addfinalizer(lambda: speak(qapp, "en"))
-    window_desk = request.getfixturevalue("window_desk")
-    menubar = window_desk.window.menuBar()
+    app = request.getfixturevalue("app")
+    menubar = app.window.menuBar()
     menus = [menubar, *(menu for menu in menubar.findChildren(QMenu) if menu.actions())]
     for menu in menus:
         texts = [action.text().replace("&&", "") for action in menu.actions() if "&" in action.text()]
@@ -263,29 +263,29 @@ def test_the_language_follows_the_desktop(qapp, monkeypatch, desktop, spoken):
         speak(qapp, "en")
 
 
-def test_numbers_have_the_languages_decimal_point(spanish, window_desk):
-    window = window_desk.window
-    window_desk.connect("sim:")
-    window_desk.watch()
+def test_numbers_have_the_languages_decimal_point(spanish, app):
+    window = app.window
+    app.connect("sim:")
+    app.watch()
     for dock in (window.focusDock, window.histogramDock):
         dock.show()
         dock.raise_()
-        window_desk.qtbot.wait(50)
+        app.qtbot.wait(50)
     window.actionClipping.trigger()
     window.actionPause.trigger()
-    window_desk.program.connection.source.features.write("Gain", 7.5)
+    app.program.connection.source.features.write("Gain", 7.5)
     gain = window.favourites.rows.rows("Gain")[0]
-    window_desk.until(lambda: gain.editor is not None and gain.editor.field.text() == "7,5 dB")
-    window_desk.until(lambda: "," in window.histogram.figuresLabel.text())
-    window_desk.until(lambda: "," in window.status.rateLabel.text())
-    window_desk.until(lambda: "," in window.picture.clippingLabel.text())
+    app.until(lambda: gain.editor is not None and gain.editor.field.text() == "7,5 dB")
+    app.until(lambda: "," in window.histogram.figuresLabel.text())
+    app.until(lambda: "," in window.status.rateLabel.text())
+    app.until(lambda: "," in window.picture.clippingLabel.text())
     labels = [label for label in window.findChildren(QLabel) if label.isVisible() and ours(label)]
     wrong = {label.objectName(): label.text() for label in labels if re.search(r"\d\.\d", label.text())}
     assert not wrong
 
 
-def test_the_keys_stand_apart_from_their_text_and_the_dialog_fits_a_small_screen(spanish, window_desk):
-    dialog = ShortcutsDialog(window_desk.window.menuBar(), window_desk.window)
+def test_the_keys_stand_apart_from_their_text_and_the_dialog_fits_a_small_screen(spanish, app):
+    dialog = ShortcutsDialog(app.window.menuBar(), app.window)
     dialog.show()
     text = dialog.leftLabel.text() + dialog.rightLabel.text()
     assert "Ctrl+Mayús+S" in text and "Mayúsculas" not in text and "Shift" not in text

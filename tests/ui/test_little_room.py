@@ -30,14 +30,14 @@ LEAST_CHOICE = 60
 "Pixels of a choice whose text ends in dots."
 
 
-def test_the_whole_window_fits_800_pixels(window_desk):
-    window_desk.connect()
-    window = window_desk.window
-    window_desk.program.connection.open_additional("sim:colour")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+def test_the_whole_window_fits_800_pixels(app):
+    app.connect()
+    window = app.window
+    app.program.connection.open_additional("sim:colour")
+    app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.setPlayable("what was recorded")
     window.resize(800, 600)
-    window_desk.until(lambda: window.width() == 800)
+    app.until(lambda: window.width() == 800)
     assert window.height() == 600
     assert window.centre.minimumSizeHint().width() < 500
 
@@ -74,15 +74,15 @@ def is_whole(control):
 
 
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
-def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(desks, qapp, request, theme):
+def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp, request, theme):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
     dress(qapp, theme)
-    window_desk = desks()
-    window = window_desk.window
-    window_desk.connect("sim:colour")
-    window_desk.program.connection.open_additional("sim:")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
-    window_desk.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
+    app = make_app()
+    window = app.window
+    app.connect("sim:colour")
+    app.program.connection.open_additional("sim:")
+    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
+    app.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
     window.resize(800, 600)
     docks = (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
              window.changesDock, window.logDock)  # fmt: skip
@@ -90,47 +90,45 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(desks, qapp, re
     for dock, key in zip(docks, (None, *keys), strict=True):
         if key is not None:
             QTest.keySequence(window, QKeySequence(key))
-        window_desk.until(lambda dock=dock: not dock.visibleRegion().isEmpty())
-        window_desk.until(lambda: (window.width(), window.height()) == (800, 600))
-        window_desk.until(lambda: window.picture.canvas.height() >= 90)
-        window_desk.until(lambda: not clipped(window))
+        app.until(lambda dock=dock: not dock.visibleRegion().isEmpty())
+        app.until(lambda: (window.width(), window.height()) == (800, 600))
+        app.until(lambda: window.picture.canvas.height() >= 90)
+        app.until(lambda: not clipped(window))
         needed = dock.widget().layout().minimumSize()
-        window_desk.until(
-            lambda d=dock, n=needed: d.widget().height() >= n.height() and d.width() >= n.width()
-        )
+        app.until(lambda d=dock, n=needed: d.widget().height() >= n.height() and d.width() >= n.width())
 
 
-def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(window_desk):
-    window = window_desk.window
-    window_desk.connect("sim:colour")
-    window_desk.program.connection.open_additional("sim:")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
-    window_desk.until(lambda: window.favouritesArea.height() == window.favourites.height())
+def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app):
+    window = app.window
+    app.connect("sim:colour")
+    app.program.connection.open_additional("sim:")
+    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
+    app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(800, 600)
-    window_desk.qtbot.keyClick(window, Qt.Key_F2)
-    window_desk.until(lambda: window.favouritesArea.height() < window.favourites.height())
+    app.qtbot.keyClick(window, Qt.Key_F2)
+    app.until(lambda: window.favouritesArea.height() < window.favourites.height())
     area = window.favouritesArea
-    window_desk.until(area.verticalScrollBar().isVisible)
+    app.until(area.verticalScrollBar().isVisible)
     strip = window.favourites
-    window_desk.until(lambda: strip.height() == strip.heightsOfLines(strip.width())[-1])  # all are there
+    app.until(lambda: strip.height() == strip.heightsOfLines(strip.width())[-1])  # all are there
     last = window.favourites.rows.rows("AcquisitionFrameRate")[0]
-    window_desk.until(lambda: last.editor is not None)
+    app.until(lambda: last.editor is not None)
     assert last.visibleRegion().isEmpty()
     before = window.favourites.rows.rows("Gain")[0]
     rows = (before, last)
-    window_desk.until(lambda: all(row.editor is not None and row.editor.field.isVisible() for row in rows))
+    app.until(lambda: all(row.editor is not None and row.editor.field.isVisible() for row in rows))
     before.editor.field.setFocus()
-    window_desk.until(before.editor.field.hasFocus)
+    app.until(before.editor.field.hasFocus)
     for _ in range(20):
         QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
         if last.isAncestorOf(QApplication.focusWidget()):
             break
     assert last.isAncestorOf(QApplication.focusWidget())
-    window_desk.until(lambda: not QApplication.focusWidget().visibleRegion().isEmpty())
+    app.until(lambda: not QApplication.focusWidget().visibleRegion().isEmpty())
 
 
 @pytest.mark.parametrize("name", ["the_camera_on_the_left_of_the_head_" * 4, "the camera on the left " * 6])
-def test_long_names_of_cameras_push_nothing_out(desks, name):
+def test_long_names_of_cameras_push_nothing_out(make_app, name):
     def taken(name):
         """Least width, and clipped controls, with two cameras of this name."""
 
@@ -146,36 +144,36 @@ def test_long_names_of_cameras_push_nothing_out(desks, name):
             camera.open = opened
             return camera
 
-        desk = desks()
-        desk.program.connection._create = named
-        desk.window.resize(800, 600)
-        desk.connect("sim:?width=320&height=240")
-        desk.program.connection.open_additional("sim:colour?width=320&height=240")
-        desk.until(lambda: len(desk.window.gallery.tiles) == 2)
-        desk.watch()
-        assert desk.program.connection.source.title == name
-        assert (desk.window.width(), desk.window.height()) == (800, 600)
-        found = desk.window.minimumSizeHint().width(), clipped(desk.window)
-        desk.window.hide()
+        app = make_app()
+        app.program.connection._create = named
+        app.window.resize(800, 600)
+        app.connect("sim:?width=320&height=240")
+        app.program.connection.open_additional("sim:colour?width=320&height=240")
+        app.until(lambda: len(app.window.gallery.tiles) == 2)
+        app.watch()
+        assert app.program.connection.source.title == name
+        assert (app.window.width(), app.window.height()) == (800, 600)
+        found = app.window.minimumSizeHint().width(), clipped(app.window)
+        app.window.hide()
         return found
 
     assert taken(name) == taken("left")
 
 
-def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
-    window = window_desk.window
-    window_desk.connect()
-    window_desk.program.connection.open_additional("sim:colour")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
+    window = app.window
+    app.connect()
+    app.program.connection.open_additional("sim:colour")
+    app.until(lambda: len(window.gallery.tiles) == 2)
     window.resize(800, 600)
-    window_desk.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
+    app.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
     cards = window.favourites._shown
-    window_desk.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
+    app.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
     first = window.gallery.tiles[0]
-    window_desk.until(lambda: first.visibleRegion().boundingRect().bottom() == first.rect().bottom())
+    app.until(lambda: first.visibleRegion().boundingRect().bottom() == first.rect().bottom())
     assert window.picture.canvas.height() >= 120
     window.resize(1280, 800)
-    window_desk.until(lambda: window.gallery.tiles[0].height() > 120)
+    app.until(lambda: window.gallery.tiles[0].height() > 120)
 
 
 @pytest.mark.parametrize(
@@ -183,101 +181,101 @@ def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
     [((1024, 600), (1024, 560)), ((1366, 768), (1280, 728)), ((1920, 1080), (1440, 800)),
      ((3840, 2160), (2880, 1590))],
 )  # fmt: skip
-def test_at_first_the_window_is_large_but_never_larger_than_the_screen(window_desk, monkeypatch, room, taken):
-    window = window_desk.window
+def test_at_first_the_window_is_large_but_never_larger_than_the_screen(app, monkeypatch, room, taken):
+    window = app.window
     screen = SimpleNamespace(availableGeometry=lambda: QRect(0, 0, *room))
     monkeypatch.setattr(window, "screen", lambda: screen)
     window.takeRoom()
     assert (window.width(), window.height()) == taken
 
 
-def test_the_image_stays_where_it_is_under_a_message(window_desk):
-    window = window_desk.window
-    window_desk.connect()
-    window_desk.watch()
+def test_the_image_stays_where_it_is_under_a_message(app):
+    window = app.window
+    app.connect()
+    app.watch()
     cards = window.favourites._shown
-    window_desk.until(lambda: cards and all(card.editor and card.editor.isVisible() for card in cards))
+    app.until(lambda: cards and all(card.editor and card.editor.isVisible() for card in cards))
     before = window.picture.geometry(), window.statusbar.geometry()
     for text in ("saved " * 40, "no space left on the disk"):
-        window_desk.program.messages.error(text)
-        window_desk.until(lambda text=text: text in window.messages.messages)
+        app.program.messages.error(text)
+        app.until(lambda text=text: text in window.messages.messages)
     assert window.messages.isVisible() and (window.picture.geometry(), window.statusbar.geometry()) == before
     corner = window.messages.mapTo(window, QPoint(0, 0)).y()
     assert corner > window.recordingBar.mapTo(window, QPoint(0, 0)).y(), "it lies over nothing"
 
 
-def test_the_image_stays_where_it_is_under_work_in_progress(window_desk):
-    window, picture = window_desk.window, window_desk.window.picture
-    window_desk.connect()
-    window_desk.watch()
+def test_the_image_stays_where_it_is_under_work_in_progress(app):
+    window, picture = app.window, app.window.picture
+    app.connect()
+    app.watch()
     places = picture.canvas.geometry(), picture.note.geometry()
     rows = [picture.tasks.begin(title) for title in ("Connecting", "Loading settings")]
     rows[0].setText("a long name " * 30)
     for size in ((1280, 800), (800, 600)):
         window.resize(*size)
-        window_desk.until(lambda size=size: (window.width(), window.height()) == size)
-        window_desk.until(lambda: picture.canvas.geometry().contains(picture.tasks.geometry()))
-        window_desk.until(lambda: rows[0].geometry().bottom() < rows[1].y())
-        window_desk.until(lambda: all(row.height() >= row.minimumSizeHint().height() for row in rows))
+        app.until(lambda size=size: (window.width(), window.height()) == size)
+        app.until(lambda: picture.canvas.geometry().contains(picture.tasks.geometry()))
+        app.until(lambda: rows[0].geometry().bottom() < rows[1].y())
+        app.until(lambda: all(row.height() >= row.minimumSizeHint().height() for row in rows))
         assert all(not row.cancelButton.visibleRegion().isEmpty() for row in rows)
     window.resize(1280, 800)
-    window_desk.until(lambda: (picture.canvas.geometry(), picture.note.geometry()) == places)
+    app.until(lambda: (picture.canvas.geometry(), picture.note.geometry()) == places)
     for row in rows:
         picture.tasks.end(row)
     assert not picture.tasks.isVisible() and picture.canvas.geometry() == places[0]
 
 
-def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(window_desk):
-    window, messages = window_desk.window, window_desk.program.messages
+def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(app):
+    window, messages = app.window, app.program.messages
     messages.error("a first failure")
     messages.error("a long one " * 30)
-    window_desk.until(lambda: len(window.messages.messages) == 2)
+    app.until(lambda: len(window.messages.messages) == 2)
     assert window.messages.moreButton.text() == "1 more"
-    window_desk.qtbot.mouseClick(window.messages.moreButton, Qt.LeftButton)
+    app.qtbot.mouseClick(window.messages.moreButton, Qt.LeftButton)
     bars = window.messages._popup.findChildren(MessageBar)
     assert [bar.textLabel.text().strip() for bar in bars] == [("A long one " + "a long one " * 29).strip(),
                                                              "A first failure"]  # fmt: skip
     assert bars[0].textLabel.height() >= bars[0].textLabel.heightForWidth(bars[0].textLabel.width())
     assert not reading_order(bars), "the keyboard lands on no cross here either"
-    window_desk.qtbot.mouseClick(bars[0].closeButton, Qt.LeftButton)
-    window_desk.until(lambda: window.messages.messages == ["a first failure"])
+    app.qtbot.mouseClick(bars[0].closeButton, Qt.LeftButton)
+    app.until(lambda: window.messages.messages == ["a first failure"])
     assert not window.messages.moreButton.isVisible(), "all of it is to be seen"
 
 
-def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(window_desk):
-    window, pressed = window_desk.window, []
+def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(app):
+    window, pressed = app.window, []
     offers = (Offer("Do it", lambda: pressed.append(1)),)
-    window_desk.program.messages.post(Message("it can be done", Severity.WARNING, offers=offers))
-    window_desk.until(lambda: window.messages.messages)
+    app.program.messages.post(Message("it can be done", Severity.WARNING, offers=offers))
+    app.until(lambda: window.messages.messages)
     reached = reading_order([window.messages])
     assert [button.text() for button in reached] == ["Do it"]
-    window_desk.qtbot.keyClick(reached[0], Qt.Key_Space)
+    app.qtbot.keyClick(reached[0], Qt.Key_Space)
     assert pressed == [1]
-    window_desk.qtbot.mouseClick(window.messages.closeButton, Qt.LeftButton)
-    window_desk.until(lambda: not window.messages.messages)
+    app.qtbot.mouseClick(window.messages.closeButton, Qt.LeftButton)
+    app.until(lambda: not window.messages.messages)
     assert not isinstance(QApplication.focusWidget(), QToolButton)
 
 
-def test_the_overflow_arrow_of_the_tool_bar_is_whole(window_desk, qapp, request):
+def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
     dress(qapp, Theme.LIGHT)
-    window = window_desk.window
+    window = app.window
     window.resize(800, 600)
     arrow = window.toolBar.findChild(QToolButton, "qt_toolbar_ext_button")
-    window_desk.until(arrow.isVisible)
-    window_desk.qtbot.wait(50)
+    app.until(arrow.isVisible)
+    app.qtbot.wait(50)
     assert arrow.width() >= 16
     assert window.toolBar.rect().contains(arrow.geometry())
 
 
-def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(window_desk):
-    window_desk.connect()
-    window_desk.program.connection.open_additional("sim:colour")
-    window_desk.window.resize(1280, 800)
-    bar = window_desk.window.recordingBar
+def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(app):
+    app.connect()
+    app.program.connection.open_additional("sim:colour")
+    app.window.resize(1280, 800)
+    bar = app.window.recordingBar
     bar.limitBox.setCurrentIndex(1)
     bar.setPlayable("what was recorded")
-    window_desk.until(lambda: bar.playButton.isVisible() and bar.amountBox.isVisible())
+    app.until(lambda: bar.playButton.isVisible() and bar.amountBox.isVisible())
     needed = bar.limitBox.fontMetrics().horizontalAdvance(bar.limitBox.currentText())
-    window_desk.until(lambda: bar.limitBox.width() >= needed + 24)  # and its arrow
+    app.until(lambda: bar.limitBox.width() >= needed + 24)  # and its arrow
     assert not bar.progressLabel.isVisible()

@@ -7,17 +7,18 @@ from grabbergui.core.lookup_table import load_table, read_table, shape_of
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect("sim:?width=160&height=120&fps=20")
-    action = window_desk.window.actionLookUpTable
-    window_desk.until(action.isEnabled)
+def app(make_app):
+    app = make_app()
+    app.connect("sim:?width=160&height=120&fps=20")
+    action = app.window.actionLookUpTable
+    app.until(action.isEnabled)
     action.trigger()
-    window_desk.until(lambda: window_desk.program.lut.dialog is not None)
-    return window_desk
+    app.until(lambda: app.program.lut.dialog is not None)
+    return app
 
 
-def test_a_gamma_is_written_to_the_camera_and_taken_back(desk):
-    lut, dialog, camera = desk.program.lut, desk.program.lut.dialog, desk.grabber
+def test_a_gamma_is_written_to_the_camera_and_taken_back(app):
+    lut, dialog, camera = app.program.lut, app.program.lut.dialog, app.grabber
     linear = read_table(camera)
     assert not dialog.writeButton.isEnabled() and not dialog.undoButton.isEnabled()
     assert not dialog.selectorBox.isVisible(), "one table needs no choice"
@@ -26,70 +27,70 @@ def test_a_gamma_is_written_to_the_camera_and_taken_back(desk):
     assert dialog.plot.values("edited").max() == 65535
     assert np.array_equal(read_table(camera), linear), "the camera is not touched before"
     dialog.writeButton.click()
-    desk.until(dialog.undoButton.isEnabled)
+    app.until(dialog.undoButton.isEnabled)
     assert np.array_equal(read_table(camera), lut.edited) and lut.edited[1024] > linear[1024]
     dialog.undoButton.click()
-    desk.until(lambda: np.array_equal(read_table(camera), linear))
-    desk.until(lambda: np.array_equal(lut.edited, linear))
+    app.until(lambda: np.array_equal(read_table(camera), linear))
+    app.until(lambda: np.array_equal(lut.edited, linear))
     dialog.close()
-    desk.until(lambda: lut.dialog is None)
+    app.until(lambda: lut.dialog is None)
 
 
-def test_axes_and_curves_are_named(desk):
-    dialog = desk.program.lut.dialog
+def test_axes_and_curves_are_named(app):
+    dialog = app.program.lut.dialog
     assert dialog.plot.getAxis("bottom").labelString().count("Input (LUTIndex)") == 1
     assert dialog.plot.getAxis("left").labelString().count("Output (LUTValue)") == 1
     assert "x1" not in dialog.plot.getAxis("left").labelString(), "values are not scaled by a power of ten"
     assert "in the camera" in dialog.legendLabel.text() and "edited" in dialog.legendLabel.text()
 
 
-def test_its_use_is_switched_as_a_step_to_undo(desk):
-    dialog, camera = desk.program.lut.dialog, desk.grabber
+def test_its_use_is_switched_as_a_step_to_undo(app):
+    dialog, camera = app.program.lut.dialog, app.grabber
     dialog.enableBox.click()
-    desk.until(lambda: camera.feature("LUTEnable").value is True)
-    desk.until(desk.window.actionUndo.isEnabled)
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: camera.feature("LUTEnable").value is False)
+    app.until(lambda: camera.feature("LUTEnable").value is True)
+    app.until(app.window.actionUndo.isEnabled)
+    app.window.actionUndo.trigger()
+    app.until(lambda: camera.feature("LUTEnable").value is False)
 
 
-def test_a_table_is_saved_and_loaded(desk, tmp_path, monkeypatch):
-    lut, dialog = desk.program.lut, desk.program.lut.dialog
+def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
+    lut, dialog = app.program.lut, app.program.lut.dialog
     path = tmp_path / "lut.csv"
     monkeypatch.setattr(lut._files, "to_save", lambda *_: path)
     monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
     dialog.gammaBox.setValue(2.0)
     curve = lut.edited
     dialog.saveButton.click()
-    assert np.array_equal(load_table(path, shape_of(desk.grabber)), curve)
+    assert np.array_equal(load_table(path, shape_of(app.grabber)), curve)
     dialog.linearButton.click()
     assert lut.edited[2048] != curve[2048] and dialog.gammaBox.value() == 1.0
     dialog.loadButton.click()
     assert np.array_equal(lut.edited, curve)
     path.write_text("1,2,3")
     dialog.loadButton.click()
-    desk.until(lambda: any("has 3 values" in text for text in desk.errors))
+    app.until(lambda: any("has 3 values" in text for text in app.errors))
     assert np.array_equal(lut.edited, curve)
 
 
-def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(desk):
-    lut, dialog = desk.program.lut, desk.program.lut.dialog
+def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(app):
+    lut, dialog = app.program.lut, app.program.lut.dialog
     dialog.gammaBox.setValue(0.5)
     dialog.writeButton.click()
     dialog.close()
-    desk.until(lambda: any("has the new look-up table" in text for text in desk.errors))
+    app.until(lambda: any("has the new look-up table" in text for text in app.errors))
     assert lut.dialog is None
 
 
-def test_what_is_edited_survives_the_menus_entry(desk):
-    lut, dialog = desk.program.lut, desk.program.lut.dialog
+def test_what_is_edited_survives_the_menus_entry(app):
+    lut, dialog = app.program.lut, app.program.lut.dialog
     dialog.gammaBox.setValue(0.5)
     curve = lut.edited
     reads = []
-    desk.program.work.run = lambda title, *_, **__: reads.append(title)
-    desk.window.actionLookUpTable.trigger()
+    app.program.work.run = lambda title, *_, **__: reads.append(title)
+    app.window.actionLookUpTable.trigger()
     assert lut.dialog is dialog and lut.edited is curve and not reads
 
 
-def test_the_window_closes_with_its_camera(desk):
-    desk.connect("sim:colour?width=160&height=120")
-    desk.until(lambda: desk.program.lut.dialog is None)
+def test_the_window_closes_with_its_camera(app):
+    app.connect("sim:colour?width=160&height=120")
+    app.until(lambda: app.program.lut.dialog is None)

@@ -24,125 +24,125 @@ from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 from patience import PATIENCE, attempts
 
 
-def test_the_image_arrives_and_the_state_reports_it(window_desk):
-    window_desk.connect()
-    window_desk.watch()
-    status = window_desk.window.status
-    window_desk.until(lambda: "Live" in status.stateLabel.text() and "Mono8" in status.formatLabel.text())
+def test_the_image_arrives_and_the_state_reports_it(app):
+    app.connect()
+    app.watch()
+    status = app.window.status
+    app.until(lambda: "Live" in status.stateLabel.text() and "Mono8" in status.formatLabel.text())
     assert status.stateLabel.property("tone") == "good"
-    window_desk.until(lambda: float(status.rateLabel.text().split()[0]) > 5)
-    assert "grabbergui" in window_desk.window.windowTitle()
-    assert not window_desk.errors
+    app.until(lambda: float(status.rateLabel.text().split()[0]) > 5)
+    assert "grabbergui" in app.window.windowTitle()
+    assert not app.errors
 
 
-def test_moving_a_slider_changes_the_cameras_register(window_desk):
-    window_desk.connect()
-    rows = window_desk.window.favourites.rows
-    window_desk.until(lambda: rows.rows("ExposureTime") and rows.rows("ExposureTime")[0].editor is not None)
+def test_moving_a_slider_changes_the_cameras_register(app):
+    app.connect()
+    rows = app.window.favourites.rows
+    app.until(lambda: rows.rows("ExposureTime") and rows.rows("ExposureTime")[0].editor is not None)
     slider = rows.rows("ExposureTime")[0].editor.slider()
-    before = window_desk.grabber.feature("ExposureTime").value
-    window_desk.until(slider.isEnabled)
-    window_desk.qtbot.keyClick(slider, Qt.Key_PageUp)
-    window_desk.until(lambda: window_desk.grabber.feature("ExposureTime").value > before * 1.01)
+    before = app.grabber.feature("ExposureTime").value
+    app.until(slider.isEnabled)
+    app.qtbot.keyClick(slider, Qt.Key_PageUp)
+    app.until(lambda: app.grabber.feature("ExposureTime").value > before * 1.01)
 
 
-def test_stop_and_start(window_desk):
-    window, link = window_desk.window, window_desk.program.connection
-    window_desk.connect()
-    window_desk.watch()
+def test_stop_and_start(app):
+    window, link = app.window, app.program.connection
+    app.connect()
+    app.watch()
     window.actionStop.trigger()
-    window_desk.until(lambda: link.state is LinkState.OPEN)
-    window_desk.until(lambda: "Stopped" in window.status.stateLabel.text())
-    assert not window_desk.grabber.streaming
+    app.until(lambda: link.state is LinkState.OPEN)
+    app.until(lambda: "Stopped" in window.status.stateLabel.text())
+    assert not app.grabber.streaming
     assert window.actionStart.isEnabled() and not window.actionStop.isEnabled()
     window.actionStart.trigger()
-    window_desk.until(lambda: link.state is LinkState.STREAMING)
-    window_desk.watch()
+    app.until(lambda: link.state is LinkState.STREAMING)
+    app.watch()
 
 
-def test_a_snapshot_holds_the_frames_own_pixels(window_desk, tmp_path):
-    window_desk.connect()
-    window_desk.watch()
-    window_desk.window.actionStop.trigger()
-    window_desk.until(lambda: window_desk.window.actionStart.isEnabled())
-    window_desk.window.actionSnapshot.trigger()
-    window_desk.until(lambda: any("Saved" in message for message in window_desk.errors))
+def test_a_snapshot_holds_the_frames_own_pixels(app, tmp_path):
+    app.connect()
+    app.watch()
+    app.window.actionStop.trigger()
+    app.until(lambda: app.window.actionStart.isEnabled())
+    app.window.actionSnapshot.trigger()
+    app.until(lambda: any("Saved" in message for message in app.errors))
     (path,) = (tmp_path / "snapshots").glob("*.png")
-    frame = window_desk.program.picture.frame
+    frame = app.program.picture.frame
     assert np.array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), frame.raw())
 
 
-def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(window_desk):
-    window_desk.connect()
-    features = window_desk.program.connection.source.features
+def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(app):
+    app.connect()
+    features = app.program.connection.source.features
     features.write("ExposureTime", -5.0)
-    window_desk.until(lambda: window_desk.errors)
-    assert "ExposureTime=-5.0" in window_desk.errors[0]
-    button = window_desk.window.messages.closeButton
-    window_desk.until(button.isVisible)
-    window_desk.qtbot.mouseClick(button, Qt.LeftButton)
-    assert not window_desk.errors
-    window_desk.until(lambda: not window_desk.window.messages.isVisible())
-    window_desk.watch()
+    app.until(lambda: app.errors)
+    assert "ExposureTime=-5.0" in app.errors[0]
+    button = app.window.messages.closeButton
+    app.until(button.isVisible)
+    app.qtbot.mouseClick(button, Qt.LeftButton)
+    assert not app.errors
+    app.until(lambda: not app.window.messages.isVisible())
+    app.watch()
 
 
 @pytest.mark.parametrize(
     ("typed", "said"),
     [("192.168.0.10", "write its kind first"), ("nonsense:1", "no known kind")],
 )
-def test_a_bad_address_is_explained(window_desk, typed, said):
-    edit = window_desk.window.sources.addressEdit
-    window_desk.qtbot.keyClicks(edit, typed)
-    window_desk.qtbot.keyClick(edit, Qt.Key_Return)
-    window_desk.until(lambda: window_desk.errors)
-    assert said in window_desk.errors[0]
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.CLOSED)
+def test_a_bad_address_is_explained(app, typed, said):
+    edit = app.window.sources.addressEdit
+    app.qtbot.keyClicks(edit, typed)
+    app.qtbot.keyClick(edit, Qt.Key_Return)
+    app.until(lambda: app.errors)
+    assert said in app.errors[0]
+    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
 
 
-def test_typing_an_address_connects_and_the_button_lets_go(window_desk):
-    view = window_desk.window.sources
-    window_desk.qtbot.keyClicks(view.addressEdit, "sim:")
-    window_desk.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
-    window_desk.until(lambda: view.connectButton.text() == "Disconnect")
-    window_desk.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.CLOSED)
-    window_desk.until(lambda: "Not connected" in window_desk.window.status.stateLabel.text())
-    assert not window_desk.window.actionSnapshot.isEnabled()
+def test_typing_an_address_connects_and_the_button_lets_go(app):
+    view = app.window.sources
+    app.qtbot.keyClicks(view.addressEdit, "sim:")
+    app.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
+    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.until(lambda: view.connectButton.text() == "Disconnect")
+    app.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
+    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
+    app.until(lambda: "Not connected" in app.window.status.stateLabel.text())
+    assert not app.window.actionSnapshot.isEnabled()
 
 
-def test_sources_found_are_listed_and_a_refresh_keeps_the_selection(window_desk):
-    view = window_desk.window.sources
+def test_sources_found_are_listed_and_a_refresh_keeps_the_selection(app):
+    view = app.window.sources
     one = ListedSource(DeviceInfo("gige:1", vendor="Acme", model="One", serial="1", address="10.0.0.1"))
     two = ListedSource(DeviceInfo("gige:2", vendor="Acme", model="Two", note="in another subnet"))
     view.setSources([one, two])
     view.sourceList.setCurrentRow(1)
     view.setSources([two, one])
     assert view.selected == "gige:2"
-    with window_desk.qtbot.waitSignal(view.connectRequested) as asked:
-        window_desk.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
+    with app.qtbot.waitSignal(view.connectRequested) as asked:
+        app.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
     assert asked.args == ["gige:2"]
 
 
-def test_connecting_and_closing_twenty_times_leaves_no_thread(window_desk):
+def test_connecting_and_closing_twenty_times_leaves_no_thread(app):
     before = threading.active_count()
     for _ in range(20):
-        window_desk.connect()
-        window_desk.program.connection.disconnect()
-    assert window_desk.program.connection.wait_closed(PATIENCE)
-    window_desk.until(lambda: threading.active_count() == before)
+        app.connect()
+        app.program.connection.disconnect()
+    assert app.program.connection.wait_closed(PATIENCE)
+    app.until(lambda: threading.active_count() == before)
 
 
-def test_closing_while_it_streams_and_searches_takes_less_than_a_second(desks):
+def test_closing_while_it_streams_and_searches_takes_less_than_a_second(make_app):
     for watch in attempts(1.0):
-        desk = desks()
-        desk.program.begin("sim:")
-        desk.until(lambda desk=desk: desk.program.connection.state is LinkState.STREAMING)
+        app = make_app()
+        app.program.begin("sim:")
+        app.until(lambda app=app: app.program.connection.state is LinkState.STREAMING)
         with watch:
-            desk.window.close()
+            app.window.close()
 
 
-def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(desks):
+def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(make_app):
     answer = threading.Event()
 
     def create(uri):
@@ -151,33 +151,29 @@ def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(
 
     for watch in attempts(1.2):
         answer.clear()
-        desk = desks()
-        note = desk.window.picture.note
-        desk.program.connection._create = create
-        desk.program.begin("gige:10.255.255.1")
-        desk.until(lambda note=note: "Connecting" in note.summaryLabel.text())
+        app = make_app()
+        note = app.window.picture.note
+        app.program.connection._create = create
+        app.program.begin("gige:10.255.255.1")
+        app.until(lambda note=note: "Connecting" in note.summaryLabel.text())
         with watch:
-            desk.window.close()
+            app.window.close()
         answer.set()
 
 
-def test_every_control_has_a_name_to_be_read_aloud(window_desk):
-    for button in window_desk.window.sources.findChildren(QAbstractButton):
+def test_every_control_has_a_name_to_be_read_aloud(app):
+    for button in app.window.sources.findChildren(QAbstractButton):
         if isinstance(button.parent(), QLineEdit):
             continue  # Qt's own button that clears the field
         assert button.accessibleName() or button.text(), button.objectName()
-    for edit in window_desk.window.sources.findChildren(QLineEdit):
+    for edit in app.window.sources.findChildren(QLineEdit):
         assert edit.accessibleName() or edit.objectName() == "qt_spinbox_lineedit"
-    for action in window_desk.window.toolBar.actions():
+    for action in app.window.toolBar.actions():
         assert action.isSeparator() or (action.text() and not action.icon().isNull()), action.objectName()
 
 
-def test_no_two_actions_share_a_shortcut(window_desk):
-    keys = [
-        a.shortcut().toString()
-        for a in window_desk.window.findChildren(QAction)
-        if not a.shortcut().isEmpty()
-    ]
+def test_no_two_actions_share_a_shortcut(app):
+    keys = [a.shortcut().toString() for a in app.window.findChildren(QAction) if not a.shortcut().isEmpty()]
     assert len(keys) == len(set(keys))
 
 
@@ -201,14 +197,14 @@ def test_text_contrasts_with_its_background(colours, ink, ground):
     assert (bright + 0.05) / (dim + 0.05) >= 4.5, "WCAG 2.1, AA"
 
 
-def test_the_look_can_be_changed_while_it_runs(window_desk, qapp):
+def test_the_look_can_be_changed_while_it_runs(app, qapp):
     before = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
     try:
-        window_desk.window.actionThemeDark.trigger()
-        assert window_desk.window.palette().window().color().name() == DARK.window
-        window_desk.window.actionThemeLight.trigger()
-        assert window_desk.window.palette().window().color().name() == LIGHT.window
-        assert window_desk.preferences.theme is theme.Theme.LIGHT
+        app.window.actionThemeDark.trigger()
+        assert app.window.palette().window().color().name() == DARK.window
+        app.window.actionThemeLight.trigger()
+        assert app.window.palette().window().color().name() == LIGHT.window
+        assert app.preferences.theme is theme.Theme.LIGHT
     finally:
         qapp.setStyle(before[2])
         qapp.setStyleSheet(before[1])
@@ -235,74 +231,74 @@ class HeldElsewhere(ScriptedGrabber):
         super().start()
 
 
-def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(window_desk):
+def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
                    maximum=24.0)  # fmt: skip
     reset = Feature(name="Reset", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY, category="Other")
     grabber = HeldElsewhere([gain, reset])
-    link, window = window_desk.program.connection, window_desk.window
+    link, window = app.program.connection, app.window
     link._create = lambda uri: grabber
-    window_desk.program.sources.connect_to("fake:")
-    window_desk.until(lambda: window_desk.errors)
-    assert "read only: another application at 10.0.0.5" in window_desk.errors[0]
+    app.program.sources.connect_to("fake:")
+    app.until(lambda: app.errors)
+    assert "read only: another application at 10.0.0.5" in app.errors[0]
     rows = window.favourites.rows
-    window_desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
     assert isinstance(rows.rows("Gain")[0].editor, ReadingLabel)
     window.features.filterEdit.setText("reset")
     panel = window.features.rows
-    window_desk.until(lambda: panel.rows("Reset") and panel.rows("Reset")[0].editor is not None)
+    app.until(lambda: panel.rows("Reset") and panel.rows("Reset")[0].editor is not None)
     assert not panel.rows("Reset")[0].editor.isEnabled(), "nor is a command"
-    window_desk.until(lambda: "goes to the program" in window.picture.note.summaryLabel.text())
+    app.until(lambda: "goes to the program" in window.picture.note.summaryLabel.text())
     assert "Read only" in window.status.stateLabel.text()
 
     button = window.messages.findChild(QAbstractButton, "offerButton")
     assert button.isVisible() and button.text() == "Take control"
-    window_desk.qtbot.mouseClick(button, Qt.LeftButton)  # still held
-    window_desk.until(lambda: link.state is LinkState.OPEN and len(window_desk.errors) == 1)
+    app.qtbot.mouseClick(button, Qt.LeftButton)  # still held
+    app.until(lambda: link.state is LinkState.OPEN and len(app.errors) == 1)
     grabber.held = False
-    window_desk.until(lambda: window.messages.findChildren(QAbstractButton, "offerButton"))
+    app.until(lambda: window.messages.findChildren(QAbstractButton, "offerButton"))
     button = window.messages.findChildren(QAbstractButton, "offerButton")[-1]
-    window_desk.qtbot.mouseClick(button, Qt.LeftButton)
-    window_desk.until(lambda: link.state is LinkState.STREAMING and not window_desk.errors)
-    window_desk.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
+    app.qtbot.mouseClick(button, Qt.LeftButton)
+    app.until(lambda: link.state is LinkState.STREAMING and not app.errors)
+    app.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
 
 
-def test_take_control_answers_every_time(window_desk):
+def test_take_control_answers_every_time(app):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
                    maximum=24.0)  # fmt: skip
-    grabber, link = HeldElsewhere([gain]), window_desk.program.connection
+    grabber, link = HeldElsewhere([gain]), app.program.connection
     link._create = lambda uri: grabber
-    window_desk.program.sources.connect_to("fake:")
+    app.program.sources.connect_to("fake:")
 
     def offered():
-        buttons = window_desk.window.messages.findChildren(QAbstractButton, "offerButton")
+        buttons = app.window.messages.findChildren(QAbstractButton, "offerButton")
         return next((button for button in buttons if button.isVisible()), None)
 
-    window_desk.until(lambda: window_desk.errors and offered())
-    assert window_desk.errors[0].startswith("read only")
+    app.until(lambda: app.errors and offered())
+    assert app.errors[0].startswith("read only")
     for _ in range(2):
         before = link.source
-        window_desk.qtbot.mouseClick(offered(), Qt.LeftButton)
-        window_desk.until(lambda before=before: link.source not in (before, None) and window_desk.errors)
-        window_desk.until(lambda: window_desk.errors[0].startswith("control was not given") and offered())
-        assert len(window_desk.errors) == 1
+        app.qtbot.mouseClick(offered(), Qt.LeftButton)
+        app.until(lambda before=before: link.source not in (before, None) and app.errors)
+        app.until(lambda: app.errors[0].startswith("control was not given") and offered())
+        assert len(app.errors) == 1
 
 
-def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(window_desk):
-    view = window_desk.window.sources
-    window_desk.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
-    window_desk.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
-    window_desk.until(lambda: view.sourceList.item(0).data(SOURCE_ROLE).connected)
+def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(app):
+    view = app.window.sources
+    app.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
+    app.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
+    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.until(lambda: view.sourceList.item(0).data(SOURCE_ROLE).connected)
     assert view.sourceList.count() == 1
     line = view.sourceList.item(0).data(SOURCE_ROLE)
     assert line.connected and line.manual and line.info.model == "Simulated camera"
-    assert window_desk.preferences.typed == ["sim:?pixel_format=Mono12p"]
-    window_desk.program.connection.disconnect()
-    window_desk.until(lambda: not view.sourceList.item(0).data(SOURCE_ROLE).connected)
+    assert app.preferences.typed == ["sim:?pixel_format=Mono12p"]
+    app.program.connection.disconnect()
+    app.until(lambda: not view.sourceList.item(0).data(SOURCE_ROLE).connected)
     view.forgetRequested.emit(line.info.uri)
-    window_desk.until(lambda: view.sourceList.count() == 0)
-    assert window_desk.preferences.typed == []
+    app.until(lambda: view.sourceList.count() == 0)
+    assert app.preferences.typed == []
 
 
 class Unreachable(ScriptedGrabber):
@@ -317,45 +313,45 @@ class Unreachable(ScriptedGrabber):
         raise SourceNotFoundError("no camera answers at 10.0.0.9; check power, cable and address")
 
 
-def test_a_wrong_address_is_reported_while_the_current_camera_continues(window_desk):
-    window, link = window_desk.window, window_desk.program.connection
-    window_desk.connect("sim:")
-    window_desk.watch()
+def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
+    window, link = app.window, app.program.connection
+    app.connect("sim:")
+    app.watch()
     shown, create, wrong = link.source, link._create, Unreachable()
     link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
-    window_desk.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
-    window_desk.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
-    window_desk.until(lambda: window.picture.tasks.rows)
+    app.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
+    app.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
+    app.until(lambda: window.picture.tasks.rows)
     assert window.picture.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
-    window_desk.watch()
+    app.watch()
     wrong.noticed_at_last.set()
-    window_desk.until(lambda: window_desk.errors)
-    assert "no camera answers at 10.0.0.9" in window_desk.errors[0]
-    window_desk.until(lambda: not window.picture.tasks.rows)
+    app.until(lambda: app.errors)
+    assert "no camera answers at 10.0.0.9" in app.errors[0]
+    app.until(lambda: not window.picture.tasks.rows)
     assert link.source is shown and link.state is LinkState.STREAMING
-    window_desk.watch()
+    app.watch()
 
 
-def test_a_connection_that_takes_too_long_can_be_given_up(window_desk):
-    window, link = window_desk.window, window_desk.program.connection
-    window_desk.connect("sim:")
+def test_a_connection_that_takes_too_long_can_be_given_up(app):
+    window, link = app.window, app.program.connection
+    app.connect("sim:")
     shown, create, slow = link.source, link._create, Unreachable()
     link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
-    window_desk.program.sources.connect_to("gige:10.0.0.9")
-    window_desk.until(lambda: window.picture.tasks.rows)
-    window_desk.qtbot.mouseClick(window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
-    window_desk.until(lambda: not window.picture.tasks.rows)
+    app.program.sources.connect_to("gige:10.0.0.9")
+    app.until(lambda: window.picture.tasks.rows)
+    app.qtbot.mouseClick(window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
+    app.until(lambda: not window.picture.tasks.rows)
     slow.noticed_at_last.set()
     assert link.pending is None and link.source is shown
-    window_desk.watch()
-    assert not window_desk.errors
+    app.watch()
+    assert not app.errors
 
 
-def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(window_desk):
-    status, rows = window_desk.window.status, window_desk.window.favourites.rows
+def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(app):
+    status, rows = app.window.status, app.window.favourites.rows
     for uri, pixel_format in (("sim:", "Mono8"), ("sim:?pixel_format=BayerRG8", "BayerRG8")):
-        window_desk.connect(uri)
-        window_desk.watch()
-        window_desk.until(lambda name=pixel_format: status.formatLabel.text().endswith(name))
-        window_desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
-    assert not window_desk.errors
+        app.connect(uri)
+        app.watch()
+        app.until(lambda name=pixel_format: status.formatLabel.text().endswith(name))
+        app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    assert not app.errors

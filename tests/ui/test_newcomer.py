@@ -20,11 +20,11 @@ from patience import allowance
 class Newcomer:
     """Sees what is on the screen and touches it."""
 
-    def __init__(self, desk):
-        self.desk = desk
-        self.window = desk.window
-        self.qtbot = desk.qtbot
-        self.until = desk.until
+    def __init__(self, app):
+        self.app = app
+        self.window = app.window
+        self.qtbot = app.qtbot
+        self.until = app.until
 
     # -- looking -------------------------------------------------------------------------------------
     def reads(self, text):
@@ -41,9 +41,9 @@ class Newcomer:
 
     def frame(self):
         """A frame of now, as the camera sends it."""
-        before = self.desk.program.picture.frame
-        self.until(lambda: self.desk.program.picture.frame is not before)
-        return self.desk.program.picture.frame
+        before = self.app.program.picture.frame
+        self.until(lambda: self.app.program.picture.frame is not before)
+        return self.app.program.picture.frame
 
     def brightness(self):
         return float(self.frame().rgb().mean())
@@ -105,11 +105,11 @@ class Newcomer:
 
 
 @pytest.fixture
-def newcomer(window_desk):
-    window_desk.program.begin(first_source(None, window_desk.preferences))
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
-    window_desk.watch()
-    return Newcomer(window_desk)
+def newcomer(app):
+    app.program.begin(first_source(None, app.preferences))
+    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.watch()
+    return Newcomer(app)
 
 
 def listed(newcomer):
@@ -132,7 +132,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     newcomer.qtbot.mouseClick(sources.viewport(), Qt.LeftButton, pos=place)
     newcomer.press("Connect")
     newcomer.until(lambda: newcomer.reads("Live"))
-    newcomer.desk.watch()
+    newcomer.app.watch()
 
 
 def test_the_image_is_made_brighter(newcomer):
@@ -140,7 +140,7 @@ def test_the_image_is_made_brighter(newcomer):
     assert newcomer.reads("Exposure") and newcomer.reads("Gain")
     newcomer.drag_slider("ExposureTime", 0.75)
     newcomer.until(lambda: newcomer.brightness() > 1.5 * before)
-    assert not newcomer.desk.errors
+    assert not newcomer.app.errors
 
 
 def test_the_white_balance_is_set(newcomer):
@@ -149,7 +149,7 @@ def test_the_white_balance_is_set(newcomer):
         red, green, blue = newcomer.frame().rgb()[200:700, :400].reshape(-1, 3).mean(axis=0)
         return max(abs(red - green), abs(blue - green)) / green
 
-    newcomer.desk.grabber.write_feature("BalanceRatio", 1.0)  # as under another lamp
+    newcomer.app.grabber.write_feature("BalanceRatio", 1.0)  # as under another lamp
     newcomer.until(lambda: cast() > 0.2)
     before = cast()
     newcomer.qtbot.mouseClick(newcomer.window.features.filterEdit, Qt.LeftButton)
@@ -162,7 +162,7 @@ def test_the_white_balance_is_set(newcomer):
         newcomer.qtbot.keyClick(combo.view(), Qt.Key_Down)
     newcomer.qtbot.keyClick(combo.view(), Qt.Key_Return)
     newcomer.until(lambda: cast() < before / 2)
-    newcomer.until(lambda: not newcomer.desk.errors)  # a busy machine may have sent no frame for a while
+    newcomer.until(lambda: not newcomer.app.errors)  # a busy machine may have sent no frame for a while
 
 
 def test_a_region_is_drawn_and_the_whole_sensor_comes_back(newcomer):
@@ -175,11 +175,11 @@ def test_a_region_is_drawn_and_the_whole_sensor_comes_back(newcomer):
     assert newcomer.frame().height < 600
     newcomer.press("Full sensor")
     newcomer.until(lambda: newcomer.frame().width > 1224)
-    assert not newcomer.desk.errors
+    assert not newcomer.app.errors
 
 
 def test_settings_are_saved_and_come_back(newcomer, tmp_path):
-    exposure = newcomer.desk.grabber.feature("ExposureTime").value
+    exposure = newcomer.app.grabber.feature("ExposureTime").value
     path = tmp_path / "mine.yaml"
     newcomer.name_file(path)
     newcomer.choose_in_menu("Camera", "Save settings")
@@ -188,14 +188,14 @@ def test_settings_are_saved_and_come_back(newcomer, tmp_path):
     seen = []
 
     def is_brighter_and_settled():  # the last of a drag's writes has come too
-        seen.append(newcomer.desk.grabber.feature("ExposureTime").value)
+        seen.append(newcomer.app.grabber.feature("ExposureTime").value)
         return seen[-1] > 2 * exposure and len(seen) > 20 and len(set(seen[-20:])) == 1
 
     newcomer.until(is_brighter_and_settled)
     newcomer.name_file(path)
     newcomer.choose_in_menu("Camera", "Load settings")
     newcomer.until(lambda: isinstance(QApplication.activeModalWidget(), SettingsReport))
-    assert newcomer.desk.grabber.feature("ExposureTime").value == pytest.approx(exposure, rel=1e-3)
+    assert newcomer.app.grabber.feature("ExposureTime").value == pytest.approx(exposure, rel=1e-3)
     newcomer.qtbot.keyClick(QApplication.activeModalWidget(), Qt.Key_Escape)
     newcomer.until(lambda: QApplication.activeModalWidget() is None)
 
@@ -212,10 +212,10 @@ def test_some_seconds_are_recorded_and_played_back(newcomer):
     newcomer.until(newcomer.window.recordingBar.playButton.isVisible)
     ended = time.monotonic()
     newcomer.press("Play")
-    newcomer.until(lambda: newcomer.desk.program.connection.source.uri.scheme == "file")
-    newcomer.until(lambda: newcomer.desk.program.connection.state is LinkState.STREAMING)
-    newcomer.desk.watch(5)
-    played = newcomer.desk.grabber
+    newcomer.until(lambda: newcomer.app.program.connection.source.uri.scheme == "file")
+    newcomer.until(lambda: newcomer.app.program.connection.state is LinkState.STREAMING)
+    newcomer.app.watch(5)
+    played = newcomer.app.grabber
     # From the first frame to the last one, each of which may have come a moment earlier or later.
     assert (
         recorded - min(0.3 * allowance(), seconds / 2)

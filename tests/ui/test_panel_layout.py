@@ -12,107 +12,105 @@ from grabbergui.models.status import Tone
 from grabbergui.ui.views.panel_layout import SETTLING_MS
 
 
-def test_every_panel_can_be_open_on_800_pixels(window_desk):
-    window = window_desk.window
-    window_desk.connect()
+def test_every_panel_can_be_open_on_800_pixels(app):
+    window = app.window
+    app.connect()
     window.resize(800, 600)
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    window_desk.until(lambda: window.minimumSizeHint().width() > 700)  # they are laid out
+    app.until(lambda: window.minimumSizeHint().width() > 700)  # they are laid out
     assert window.minimumSizeHint().width() <= 800 and window.width() == 800
 
 
-def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_the_largest(window_desk):
-    window = window_desk.window
-    window_desk.connect()
-    window_desk.program.connection.open_additional("sim:colour")
-    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_the_largest(app):
+    window = app.window
+    app.connect()
+    app.program.connection.open_additional("sim:colour")
+    app.until(lambda: len(window.gallery.tiles) == 2)
     window.valuesDock.show()
     for key in (Qt.Key_F2, Qt.Key_F3):
-        window_desk.qtbot.keyClick(window, key)
-    window_desk.until(lambda: window.focusDock.x() > window.histogramDock.x())
+        app.qtbot.keyClick(window, key)
+    app.until(lambda: window.focusDock.x() > window.histogramDock.x())
     sides = (window.sourcesDock, window.featuresDock)
     before = [dock.width() for dock in sides]
     docks = (window.focusDock, window.histogramDock)
-    window_desk.until(
-        lambda: all(dock.width() >= dock.widget().layout().minimumSize().width() for dock in docks)
-    )
+    app.until(lambda: all(dock.width() >= dock.widget().layout().minimumSize().width() for dock in docks))
     for tile in window.gallery.tiles:
         tile.setState("15 fps, losing frames", Tone.BUSY)
-        window_desk.until(lambda tile=tile: tile.titleLabel.shown in ("SIM001", "SIM002"))
+        app.until(lambda tile=tile: tile.titleLabel.shown in ("SIM001", "SIM002"))
         assert tile.stateLabel.shown.startswith("15 fps") and "…" not in tile.stateLabel.shown
-    window_desk.until(lambda: window.picture.canvas.height() > 2 * window.gallery.tiles[0].height())
+    app.until(lambda: window.picture.canvas.height() > 2 * window.gallery.tiles[0].height())
     window.resize(800, 600)
-    window_desk.until(lambda: window.width() == 800)
-    window_desk.until(lambda: window.focusDock in window.tabifiedDockWidgets(window.histogramDock))
+    app.until(lambda: window.width() == 800)
+    app.until(lambda: window.focusDock in window.tabifiedDockWidgets(window.histogramDock))
     cards = window.favourites._shown
-    window_desk.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
+    app.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
     for dock in (window.histogramDock, window.focusDock, window.valuesDock):
         needed = dock.widget().layout().minimumSize().width()
-        window_desk.until(lambda dock=dock, needed=needed: dock.width() >= needed)
-    window_desk.qtbot.wait(2 * SETTLING_MS)
+        app.until(lambda dock=dock, needed=needed: dock.width() >= needed)
+    app.qtbot.wait(2 * SETTLING_MS)
     window.resize(1280, 800)
-    window_desk.until(lambda: [dock.width() for dock in sides] == before)
+    app.until(lambda: [dock.width() for dock in sides] == before)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.95])
-def test_panels_beside_each_other_cannot_be_dragged_narrower_than_their_controls(window_desk, share):
-    window = window_desk.window
+def test_panels_beside_each_other_cannot_be_dragged_narrower_than_their_controls(app, share):
+    window = app.window
     for key in (Qt.Key_F2, Qt.Key_F3):
-        window_desk.qtbot.keyClick(window, key)
+        app.qtbot.keyClick(window, key)
     docks = (window.focusDock, window.histogramDock)
-    window_desk.until(lambda: window.focusDock.x() > window.histogramDock.x())
+    app.until(lambda: window.focusDock.x() > window.histogramDock.x())
     QApplication.processEvents()
     widths = [round(share * window.centre.width()), round((1 - share) * window.centre.width())]
     window.resizeDocks(docks, widths, Qt.Horizontal)  # as the mouse does
     for dock in docks:
         needed = dock.widget().layout().minimumSize().width()
-        window_desk.until(lambda dock=dock, needed=needed: dock.width() >= needed)
+        app.until(lambda dock=dock, needed=needed: dock.width() >= needed)
 
 
-def test_the_focus_aid_stays_where_it_was_put_by_hand(window_desk):
-    window = window_desk.window
+def test_the_focus_aid_stays_where_it_was_put_by_hand(app):
+    window = app.window
     for key in (Qt.Key_F2, Qt.Key_F3):
-        window_desk.qtbot.keyClick(window, key)
+        app.qtbot.keyClick(window, key)
     window.addDockWidget(Qt.RightDockWidgetArea, window.focusDock)
-    window_desk.until(lambda: window.focusDock.width() >= window.focus.layout().minimumSize().width())
+    app.until(lambda: window.focusDock.width() >= window.focus.layout().minimumSize().width())
     window.resize(1000, 700)
-    window_desk.until(lambda: window.width() == 1000)
-    window_desk.qtbot.wait(SETTLING_MS)
+    app.until(lambda: window.width() == 1000)
+    app.qtbot.wait(SETTLING_MS)
     assert window.dockWidgetArea(window.focusDock) == Qt.RightDockWidgetArea
     assert window.focusDock.width() >= window.focus.layout().minimumSize().width()
 
 
-def test_panels_that_were_squeezed_get_their_width_back(window_desk):
-    window_desk.connect()
-    window = window_desk.window
+def test_panels_that_were_squeezed_get_their_width_back(app):
+    app.connect()
+    window = app.window
     docks = (window.sourcesDock, window.featuresDock)
-    window_desk.until(lambda: window.features.watched)
-    window_desk.qtbot.wait(50)
+    app.until(lambda: window.features.watched)
+    app.qtbot.wait(50)
     before = [dock.width() for dock in docks]
     window.resize(800, 600)
-    window_desk.until(lambda: sum(dock.width() for dock in docks) < sum(before) - 50)
+    app.until(lambda: sum(dock.width() for dock in docks) < sum(before) - 50)
     window.resize(1280, 800)
-    window_desk.until(lambda: [dock.width() for dock in docks] == before)
+    app.until(lambda: [dock.width() for dock in docks] == before)
 
 
-def test_histogram_and_focus_aid_are_seen_together(window_desk):
-    window = window_desk.window
+def test_histogram_and_focus_aid_are_seen_together(app):
+    window = app.window
     for key in (Qt.Key_F2, Qt.Key_F3):
-        window_desk.qtbot.keyClick(window, key)
-    window_desk.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+        app.qtbot.keyClick(window, key)
+    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
     assert not window.focusDock.visibleRegion().isEmpty()
     assert window.focusDock.x() > window.histogramDock.x()
-    window_desk.qtbot.keyClick(window, Qt.Key_F3)
-    window_desk.until(lambda: not window.focusDock.isVisible())
+    app.qtbot.keyClick(window, Qt.Key_F3)
+    app.until(lambda: not window.focusDock.isVisible())
     assert window.focusDock in window.tabifiedDockWidgets(window.histogramDock)
 
 
-def test_a_line_profile_without_a_line_takes_no_room(window_desk):
-    window = window_desk.window
+def test_a_line_profile_without_a_line_takes_no_room(app):
+    window = app.window
     window.profileDock.show()
     window.profileDock.raise_()
-    window_desk.until(lambda: window.profile.isVisible())
+    app.until(lambda: window.profile.isVisible())
     assert window.profile.plot.isHidden()
     assert window.profile.maximumHeight() < 60
     window.profile.setProfile({"Y": np.arange(5)})

@@ -127,29 +127,29 @@ def test_painted_is_emitted_once_for_each_image(view, qtbot):
     assert len(reported) == 3
 
 
-def test_the_value_under_the_cursor_is_the_sensors(window_desk):
-    window_desk.connect()
-    window_desk.watch()
-    window_desk.window.actionStop.trigger()
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.OPEN)
-    view, frame = window_desk.window.picture, window_desk.program.picture.frame
+def test_the_value_under_the_cursor_is_the_sensors(app):
+    app.connect()
+    app.watch()
+    app.window.actionStop.trigger()
+    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    view, frame = app.window.picture, app.program.picture.frame
     view.canvas.zoomBy(8 / view.canvas.zoom)
     middle_x, middle_y = frame.width // 2, frame.height // 2
     for x, y in ((middle_x, middle_y), (middle_x - 31, middle_y + 12), (middle_x + 17, middle_y - 25)):
         at = view.canvas.frameToView(x + 0.5, y + 0.5)
         move = QMouseEvent(QEvent.MouseMove, at, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
         QApplication.sendEvent(view.canvas.viewport(), move)
-        window_desk.until(lambda x=x, y=y: f"x {x}  y {y} " in view.cursorLabel.text())
+        app.until(lambda x=x, y=y: f"x {x}  y {y} " in view.cursorLabel.text())
         assert view.cursorLabel.text().split()[-1] == str(frame.raw()[y, x])
     QApplication.sendEvent(view.canvas, QEvent(QEvent.Leave))
     assert view.cursorLabel.text() == ""
 
 
-def test_zoomed_in_only_the_visible_part_is_converted(window_desk):
-    window_desk.connect()
-    window_desk.watch()
-    window_desk.window.picture.canvas.zoomBy(10)
-    window_desk.watch(3)
-    taken = window_desk.window.picture.canvas._item._target
-    frame = window_desk.program.picture.frame
+def test_zoomed_in_only_the_visible_part_is_converted(app):
+    app.connect()
+    app.watch()
+    app.window.picture.canvas.zoomBy(10)
+    app.watch(3)
+    taken = app.window.picture.canvas._item._target
+    frame = app.program.picture.frame
     assert taken.width() < frame.width / 2

@@ -27,31 +27,31 @@ def recording(tmp_path):
 
 
 @pytest.fixture
-def player(window_desk, recording):
-    window_desk.connect(recording)
-    window_desk.until(window_desk.window.picture.playbackBar.isVisible)
-    return window_desk
+def player(app, recording):
+    app.connect(recording)
+    app.until(app.window.picture.playbackBar.isVisible)
+    return app
 
 
-def shown(desk):
+def shown(app):
     """Which frame the picture shows."""
-    frame = desk.program.picture.frame
+    frame = app.program.picture.frame
     return int(frame.raw()[0, 0]) // 10 if frame is not None else -1
 
 
-def bar_of(desk):
-    return desk.window.picture.playbackBar
+def bar_of(app):
+    return app.window.picture.playbackBar
 
 
-def held_at(desk, index):
+def held_at(app, index):
     place = f"{index + 1} / {FRAMES}"
-    desk.until(lambda: shown(desk) == index and bar_of(desk).placeLabel.text().endswith(place))
+    app.until(lambda: shown(app) == index and bar_of(app).placeLabel.text().endswith(place))
 
 
-def test_a_camera_has_no_bar(window_desk):
-    window_desk.connect("sim:")
-    window_desk.watch()
-    assert not bar_of(window_desk).isVisible()
+def test_a_camera_has_no_bar(app):
+    app.connect("sim:")
+    app.watch()
+    assert not bar_of(app).isVisible()
 
 
 def test_it_plays_holds_and_steps(player):
@@ -129,29 +129,29 @@ def test_the_bar_goes_with_the_recording(player):
         ("Up to a size", 1, lambda progress: 1e6 <= progress.size < 1.5e6),
     ],
 )
-def test_a_recording_ends_at_its_limit(window_desk, limit, amount, check):
-    window_desk.connect("sim:?width=320&height=240&fps=60")
-    bar = window_desk.window.recordingBar
+def test_a_recording_ends_at_its_limit(app, limit, amount, check):
+    app.connect("sim:?width=320&height=240&fps=60")
+    bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.TIFF))
     bar.limitBox.setFocus()
     for _ in range(bar.limitBox.findText(limit)):
-        window_desk.qtbot.keyClick(bar.limitBox, Qt.Key_Down)
+        app.qtbot.keyClick(bar.limitBox, Qt.Key_Down)
     assert bar.limitBox.currentText() == limit and bar.amountBox.isVisible()
     bar.amountBox.selectAll()
-    window_desk.qtbot.keyClicks(bar.amountBox, str(amount))
-    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    window_desk.until(bar.recordButton.isChecked)
-    window_desk.until(bar.playButton.isVisible)
-    progress = window_desk.program.recordings.of(window_desk.program.connection.source).progress
+    app.qtbot.keyClicks(bar.amountBox, str(amount))
+    app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    app.until(bar.recordButton.isChecked)
+    app.until(bar.playButton.isVisible)
+    progress = app.program.recordings.of(app.program.connection.source).progress
     assert check(progress), progress
     assert not bar.recordButton.isChecked()
 
 
-def test_free_space_and_length_are_shown_while_recording(window_desk):
-    window_desk.connect("sim:?width=320&height=240")
-    bar = window_desk.window.recordingBar
-    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    window_desk.until(lambda: "free" in bar.progressLabel.text())
+def test_free_space_and_length_are_shown_while_recording(app):
+    app.connect("sim:?width=320&height=240")
+    bar = app.window.recordingBar
+    app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    app.until(lambda: "free" in bar.progressLabel.text())
     assert "frame" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
-    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    window_desk.until(bar.playButton.isVisible)
+    app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    app.until(bar.playButton.isVisible)

@@ -17,130 +17,132 @@ COLOUR = "sim:colour?width=64&height=48&fps=60"
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect(GREY)
-    window_desk.watch()
-    bar = window_desk.window.recordingBar
+def app(make_app):
+    app = make_app()
+    app.connect(GREY)
+    app.watch()
+    bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.TIFF))
-    return window_desk
+    return app
 
 
-def press_record(desk):
+def press_record(app):
     """Once the button shows what is so: what it does depends on that."""
-    button, source = desk.window.recordingBar.recordButton, desk.program.connection.source
-    desk.until(lambda: button.isEnabled() and button.isChecked() == desk.program.recordings.runs(source))
-    desk.qtbot.mouseClick(button, Qt.LeftButton)
+    button, source = app.window.recordingBar.recordButton, app.program.connection.source
+    app.until(lambda: button.isEnabled() and button.isChecked() == app.program.recordings.runs(source))
+    app.qtbot.mouseClick(button, Qt.LeftButton)
 
 
-def open_beside(desk, uri=COLOUR):
-    desk.program.connection.open_additional(uri)
-    desk.until(lambda: len(desk.window.gallery.tiles) == 2)
-    second = desk.program.connection.sources[1]
-    desk.until(lambda: second.state is LinkState.STREAMING)
+def open_beside(app, uri=COLOUR):
+    app.program.connection.open_additional(uri)
+    app.until(lambda: len(app.window.gallery.tiles) == 2)
+    second = app.program.connection.sources[1]
+    app.until(lambda: second.state is LinkState.STREAMING)
     return second
 
 
-def written(desk, source):
-    recording = desk.program.recordings.of(source)
+def written(app, source):
+    recording = app.program.recordings.of(source)
     return recording.progress.frames if recording is not None else 0
 
 
-def answer(desk, text):
-    desk.until(lambda: desk.program.recording.question is not None)
-    box = desk.program.recording.question
+def answer(app, text):
+    app.until(lambda: app.program.recording.question is not None)
+    box = app.program.recording.question
     button = next(b for b in box.buttons() if b.text() == text)
-    desk.qtbot.mouseClick(button, Qt.LeftButton)
-    desk.until(lambda: desk.program.recording.question is None)
+    app.qtbot.mouseClick(button, Qt.LeftButton)
+    app.until(lambda: app.program.recording.question is None)
 
 
-def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(desk, tmp_path):
-    first, second = desk.program.connection.source, open_beside(desk)
-    press_record(desk)
-    desk.until(lambda: written(desk, first) > 2)
-    desk.program.connection.make_current(second)
-    desk.until(lambda: not desk.window.recordingBar.recordButton.isChecked())
-    assert desk.window.recordingBar.progressLabel.text() == ""
-    press_record(desk)
-    desk.until(lambda: written(desk, second) > 2)
-    assert set(desk.program.recordings.running) == {first, second}
-    tiles = desk.window.gallery.tiles
-    desk.until(lambda: all(tile.recordingLabel.isVisible() for tile in tiles))
-    desk.until(lambda: desk.window.windowTitle().startswith("● Recording — "))
-    press_record(desk)
-    desk.until(lambda: desk.program.recordings.running == (first,))
-    desk.until(lambda: not tiles[1].recordingLabel.isVisible())
-    desk.until(lambda: "Recording" not in desk.window.windowTitle())
-    desk.program.recordings.stop(first)
-    desk.until(lambda: not desk.program.recordings.running)
+def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(app, tmp_path):
+    first, second = app.program.connection.source, open_beside(app)
+    press_record(app)
+    app.until(lambda: written(app, first) > 2)
+    app.program.connection.make_current(second)
+    app.until(lambda: not app.window.recordingBar.recordButton.isChecked())
+    assert app.window.recordingBar.progressLabel.text() == ""
+    press_record(app)
+    app.until(lambda: written(app, second) > 2)
+    assert set(app.program.recordings.running) == {first, second}
+    tiles = app.window.gallery.tiles
+    app.until(lambda: all(tile.recordingLabel.isVisible() for tile in tiles))
+    app.until(lambda: app.window.windowTitle().startswith("● Recording — "))
+    press_record(app)
+    app.until(lambda: app.program.recordings.running == (first,))
+    app.until(lambda: not tiles[1].recordingLabel.isVisible())
+    app.until(lambda: "Recording" not in app.window.windowTitle())
+    app.program.recordings.stop(first)
+    app.until(lambda: not app.program.recordings.running)
     folders = sorted(path.name for path in (tmp_path / "snapshots").iterdir())
     assert len(folders) == 2
     for folder, source in zip(folders, (first, second), strict=True):
         assert source.grabber.info.serial in folder
 
 
-def test_a_recording_that_ended_is_played_from_where_its_camera_is(desk):
-    first, second = desk.program.connection.source, open_beside(desk)
-    press_record(desk)
-    desk.until(lambda: written(desk, first) > 2)
-    press_record(desk)
-    bar = desk.window.recordingBar
-    desk.until(bar.playButton.isVisible)
-    desk.program.connection.make_current(second)
-    desk.until(lambda: not bar.playButton.isVisible())
-    desk.program.connection.make_current(first)
-    desk.until(bar.playButton.isVisible)
+def test_a_recording_that_ended_is_played_from_where_its_camera_is(app):
+    first, second = app.program.connection.source, open_beside(app)
+    press_record(app)
+    app.until(lambda: written(app, first) > 2)
+    press_record(app)
+    bar = app.window.recordingBar
+    app.until(bar.playButton.isVisible)
+    app.program.connection.make_current(second)
+    app.until(lambda: not bar.playButton.isVisible())
+    app.program.connection.make_current(first)
+    app.until(bar.playButton.isVisible)
 
 
 @pytest.mark.parametrize("close", ["menu", "list", "tile", "another"])
-def test_closing_a_camera_that_is_recorded_asks(desk, close):
-    first = desk.program.connection.source
-    open_beside(desk)
-    press_record(desk)
-    desk.until(lambda: written(desk, first) > 2)
+def test_closing_a_camera_that_is_recorded_asks(app, close):
+    first = app.program.connection.source
+    open_beside(app)
+    press_record(app)
+    app.until(lambda: written(app, first) > 2)
     ask = {
-        "menu": desk.window.actionDisconnect.trigger,
-        "list": desk.window.sources.disconnectRequested.emit,
-        "tile": lambda: desk.qtbot.mouseClick(desk.window.gallery.tiles[0].closeButton, Qt.LeftButton),
-        "another": lambda: desk.program.sources.connect_to("sim:?width=32&height=32"),
+        "menu": app.window.actionDisconnect.trigger,
+        "list": app.window.sources.disconnectRequested.emit,
+        "tile": lambda: app.qtbot.mouseClick(app.window.gallery.tiles[0].closeButton, Qt.LeftButton),
+        "another": lambda: app.program.sources.connect_to("sim:?width=32&height=32"),
     }[close]
     ask()
-    answer(desk, "Go on recording")
-    assert first in desk.program.connection.sources and desk.program.recordings.runs(first)
+    answer(app, "Go on recording")
+    assert first in app.program.connection.sources and app.program.recordings.runs(first)
     ask()
-    answer(desk, "Stop recording and close")
-    desk.until(lambda: first not in desk.program.connection.sources)
-    desk.until(lambda: not desk.program.recordings.running)
-    desk.until(lambda: any("recorded" in text and " to " in text for text in desk.errors))
+    answer(app, "Stop recording and close")
+    app.until(lambda: first not in app.program.connection.sources)
+    app.until(lambda: not app.program.recordings.running)
+    app.until(lambda: any("recorded" in text and " to " in text for text in app.errors))
 
 
-def test_a_camera_that_is_not_recorded_closes_at_once(desk):
-    desk.window.actionDisconnect.trigger()
-    assert desk.program.recording.question is None and desk.program.connection.source is None
+def test_a_camera_that_is_not_recorded_closes_at_once(app):
+    app.window.actionDisconnect.trigger()
+    assert app.program.recording.question is None and app.program.connection.source is None
 
 
-def test_closing_the_window_asks_while_something_is_recorded(desk):
-    first = desk.program.connection.source
-    press_record(desk)
-    desk.until(lambda: written(desk, first) > 2)
-    desk.window.actionQuit.trigger()
-    answer(desk, "Go on recording")
-    assert desk.window.isVisible() and desk.program.recordings.runs(first)
-    desk.window.actionQuit.trigger()
-    assert isinstance(desk.program.recording.question, QMessageBox)
-    answer(desk, "Stop recording and close")
-    desk.until(lambda: not desk.window.isVisible())
-    desk.until(lambda: not desk.program.recordings.running)
+def test_closing_the_window_asks_while_something_is_recorded(app):
+    first = app.program.connection.source
+    press_record(app)
+    app.until(lambda: written(app, first) > 2)
+    app.window.actionQuit.trigger()
+    answer(app, "Go on recording")
+    assert app.window.isVisible() and app.program.recordings.runs(first)
+    app.window.actionQuit.trigger()
+    assert isinstance(app.program.recording.question, QMessageBox)
+    answer(app, "Stop recording and close")
+    app.until(lambda: not app.window.isVisible())
+    app.until(lambda: not app.program.recordings.running)
 
 
-def test_record_is_grey_where_there_is_nothing_to_record(window_desk):
-    button, action = window_desk.window.recordingBar.recordButton, window_desk.window.actionRecord
+def test_record_is_grey_where_there_is_nothing_to_record(make_app):
+    app = make_app()
+    button, action = app.window.recordingBar.recordButton, app.window.actionRecord
     assert not button.isEnabled() and not action.isEnabled()
-    window_desk.connect(GREY)
-    window_desk.until(lambda: button.isEnabled() and action.isEnabled())
-    window_desk.window.actionStop.trigger()
-    window_desk.until(lambda: not button.isEnabled() and not action.isEnabled())
-    window_desk.program.connection.disconnect()
-    window_desk.until(lambda: window_desk.program.connection.source is None)
+    app.connect(GREY)
+    app.until(lambda: button.isEnabled() and action.isEnabled())
+    app.window.actionStop.trigger()
+    app.until(lambda: not button.isEnabled() and not action.isEnabled())
+    app.program.connection.disconnect()
+    app.until(lambda: app.program.connection.source is None)
     assert not button.isEnabled() and not action.isEnabled()
 
 
@@ -161,15 +163,15 @@ def test_every_kind_of_recording_is_offered_by_a_name_of_its_own(qtbot):
     assert set(offered.values()) == set(RecordingKind) and len(offered) == len(RecordingKind)
 
 
-def test_a_full_disk_is_reported_with_what_was_saved_where(desk, monkeypatch):
+def test_a_full_disk_is_reported_with_what_was_saved_where(app, monkeypatch):
     room = iter([1 << 40] * 3)
     monkeypatch.setattr("grabbergui.recording.writer.RecordingWriter.free", lambda _: next(room, 3 << 20))
-    source = desk.program.connection.source
-    press_record(desk)
-    desk.until(lambda: any("is full" in text for text in desk.errors))
-    path = desk.program.recordings.of(source).path
-    (said,) = [text for text in desk.errors if "is full" in text]
+    source = app.program.connection.source
+    press_record(app)
+    app.until(lambda: any("is full" in text for text in app.errors))
+    path = app.program.recordings.of(source).path
+    (said,) = [text for text in app.errors if "is full" in text]
     assert said.endswith(f"the disk of {path} is full (3 MiB left); 3 frames recorded by then are kept")
-    desk.until(desk.window.recordingBar.playButton.isVisible)
+    app.until(app.window.recordingBar.playButton.isVisible)
     with contextlib.closing(open_recording(path)) as recording:
         assert len(recording) == 3

@@ -39,8 +39,8 @@ def test_every_panel_has_its_image(request, dressed, tmp_path, monkeypatch, them
     monkeypatch.setenv("SCREENSHOTS", str(folder))
     monkeypatch.setattr("grabbergui.ui.run.scripting.PATIENCE", PATIENCE)
     dressed(theme)
-    desk = request.getfixturevalue("window_desk")
-    assert run_script(load_script(ROOT / "scripts" / "screenshots.py"), desk.program) == 0
+    app = request.getfixturevalue("app")
+    assert run_script(load_script(ROOT / "scripts" / "screenshots.py"), app.program) == 0
     pictures = {path.stem.removesuffix("-dark"): QImage(str(path)) for path in folder.glob(f"*{suffix}.png")}
     assert {"window", "histogram", "focus", "profile", "changes", "gallery", "playback"} <= pictures.keys()
     for name, picture in pictures.items():

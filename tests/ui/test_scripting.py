@@ -17,14 +17,14 @@ EXAMPLE = Path(__file__).parents[2] / "resources" / "scripts" / "check_camera.py
 
 
 @pytest.fixture
-def run(window_desk, tmp_path, monkeypatch):
+def run(app, tmp_path, monkeypatch):
     """Runs a script in this process; its exit code."""
     monkeypatch.chdir(tmp_path)
 
     def run_it(text):
         script = tmp_path / "script.py"
         script.write_text(f"app.patience = {PATIENCE}\n{text}")
-        return run_script(load_script(script), window_desk.program)
+        return run_script(load_script(script), app.program)
 
     return run_it
 
@@ -87,12 +87,12 @@ def test_the_exit_code_says_how_it_went(run, capsys):
             assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
 
 
-def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, window_desk, capsys):
-    program = window_desk.program
+def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, app, capsys):
+    program = app.program
     refusals: list[str] = []
     program.connection.failed.connect(refusals.append)
     program.begin("sim:nonsense")
-    window_desk.until(lambda: refusals)
+    app.until(lambda: refusals)
     assert run("app.wait_for_source()") == 1
     assert "no simulated camera 'nonsense'" in capsys.readouterr().err
 

@@ -25,14 +25,15 @@ def send_components(grabber, *names):
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect("sim:?width=320&height=240")
-    send_components(window_desk.grabber, "Range", "Confidence")
-    picture = window_desk.window.picture
-    window_desk.until(lambda: picture.componentTabs.count() == 3)
+def app(make_app):
+    app = make_app()
+    app.connect("sim:?width=320&height=240")
+    send_components(app.grabber, "Range", "Confidence")
+    picture = app.window.picture
+    app.until(lambda: picture.componentTabs.count() == 3)
     picture.sideBySideBox.click()
-    window_desk.until(lambda: set(picture.paneArea.panes) == {"Range", "Confidence"})
-    return window_desk
+    app.until(lambda: set(picture.paneArea.panes) == {"Range", "Confidence"})
+    return app
 
 
 def send_mouse(widget, kind, place, button=Qt.NoButton):
@@ -44,10 +45,10 @@ def middle(widget):
     return QPointF(widget.width() / 2, widget.height() / 2)
 
 
-def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(desk):
-    area, canvas = desk.window.picture.paneArea, desk.window.picture.canvas
+def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(app):
+    area, canvas = app.window.picture.paneArea, app.window.picture.canvas
     panes = area.panes
-    desk.until(lambda: panes["Range"].scaleBar.scale is not None)
+    app.until(lambda: panes["Range"].scaleBar.scale is not None)
     assert panes["Range"].scaleBar.scale.unit == "mm" and panes["Confidence"].scaleBar.scale is None
     assert panes["Range"].caption.text.startswith("Range")
     assert area.caption.text.startswith("Intensity")
@@ -57,35 +58,35 @@ def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(desk):
     assert panes["Range"].accessibleName() == "Range"
 
 
-def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_colours(desk):
-    picture = desk.window.picture
-    area, settings = picture.paneArea, desk.program.picture
-    colours = {action.data(): action for action in desk.window.menuColours.actions()}
+def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_colours(app):
+    picture = app.window.picture
+    area, settings = picture.paneArea, app.program.picture
+    colours = {action.data(): action for action in app.window.menuColours.actions()}
     colours["Inferno"].trigger()
     was, range_place = picture.canvas.geometry(), area.panes["Range"].geometry()
 
     pane = area.panes["Range"]
     send_mouse(pane, QEvent.MouseButtonPress, middle(pane), Qt.LeftButton)
     send_mouse(pane, QEvent.MouseButtonRelease, middle(pane), Qt.LeftButton)
-    desk.until(lambda: set(area.panes) == {"Intensity", "Confidence"})
+    app.until(lambda: set(area.panes) == {"Intensity", "Confidence"})
     assert picture.componentTabs.currentIndex() == 1
-    desk.until(lambda: picture.canvas.geometry() == range_place)
+    app.until(lambda: picture.canvas.geometry() == range_place)
     assert area.panes["Intensity"].geometry() == was
     assert colours[""].isChecked() and settings.settings.colour_map == ""
     assert settings.settings.of_other("Intensity").colour_map == "Inferno"
 
     colours["Viridis"].trigger()
-    desk.until(lambda: settings.latest.quantity is not None)
-    desk.until(lambda: settings.latest.quantity.scale.colour_map == "Viridis")
+    app.until(lambda: settings.latest.quantity is not None)
+    app.until(lambda: settings.latest.quantity.scale.colour_map == "Viridis")
     picture.componentTabs.setCurrentIndex(0)
-    desk.until(lambda: settings.latest.label == "Intensity" and settings.latest.others)
+    app.until(lambda: settings.latest.label == "Intensity" and settings.latest.others)
     assert colours["Inferno"].isChecked()
     others = {other.label: other for other in settings.latest.others}
     assert others["Range"].quantity.scale.colour_map == "Viridis"
 
 
-def test_zoom_and_position_are_common_to_all(desk):
-    picture = desk.window.picture
+def test_zoom_and_position_are_common_to_all(app):
+    picture = app.window.picture
     canvas, pane = picture.canvas, picture.paneArea.panes["Confidence"]
 
     def wheel(widget):
@@ -106,23 +107,23 @@ def test_zoom_and_position_are_common_to_all(desk):
     assert agree()
     whole = canvas.seen.width()
     wheel(pane)
-    desk.until(lambda: canvas.seen.width() < 0.9 * whole and agree())
+    app.until(lambda: canvas.seen.width() < 0.9 * whole and agree())
     closer = canvas.seen.width()
     wheel(canvas)
-    desk.until(lambda: canvas.seen.width() < 0.95 * closer and agree())
-    latest = desk.program.picture
-    desk.until(lambda: latest.latest.image.region.width < 320)
-    desk.until(lambda: all(other.image.region.width < 320 for other in latest.latest.others))
-    desk.window.actionFit.trigger()
-    desk.until(lambda: canvas.fitted and agree())
+    app.until(lambda: canvas.seen.width() < 0.95 * closer and agree())
+    latest = app.program.picture
+    app.until(lambda: latest.latest.image.region.width < 320)
+    app.until(lambda: all(other.image.region.width < 320 for other in latest.latest.others))
+    app.window.actionFit.trigger()
+    app.until(lambda: canvas.fitted and agree())
 
 
-def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(desk):
-    picture = desk.window.picture
+def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(app):
+    picture = app.window.picture
     panes, canvas = picture.paneArea.panes, picture.canvas
     pane = panes["Confidence"]
     send_mouse(pane, QEvent.MouseMove, middle(pane))
-    desk.until(lambda: " mm" in panes["Range"].caption.text)
+    app.until(lambda: " mm" in panes["Range"].caption.text)
     assert picture.cursorLabel.text().startswith("x 1")
     assert any(digit in picture.paneArea.caption.text for digit in "0123456789")
     assert panes["Range"].mark.isVisible() and not pane.mark.isVisible()
@@ -130,39 +131,39 @@ def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(d
     assert abs(x - 160) <= 2 and abs(y - 120) <= 2
 
     QApplication.sendEvent(pane, QEvent(QEvent.Leave))
-    desk.until(lambda: picture.cursorLabel.text() == "" and picture.paneArea.caption.text == "Intensity")
+    app.until(lambda: picture.cursorLabel.text() == "" and picture.paneArea.caption.text == "Intensity")
     assert not panes["Range"].mark.isVisible()
 
 
-def test_one_picture_again_leaves_nothing_behind(desk):
-    picture = desk.window.picture
-    before = desk.program.picture
+def test_one_picture_again_leaves_nothing_behind(app):
+    picture = app.window.picture
+    before = app.program.picture
     picture.sideBySideBox.click()
-    desk.until(lambda: not picture.paneArea.panes and not before.latest.others)
+    app.until(lambda: not picture.paneArea.panes and not before.latest.others)
     assert not picture.paneArea.caption.isVisible()
-    desk.until(lambda: picture.canvas.size() == picture.paneArea.size())
+    app.until(lambda: picture.canvas.size() == picture.paneArea.size())
 
     picture.sideBySideBox.click()
-    desk.until(lambda: len(picture.paneArea.panes) == 2)
-    desk.connect("sim:colour?width=320&height=240")
-    desk.until(lambda: not picture.paneArea.panes)
+    app.until(lambda: len(picture.paneArea.panes) == 2)
+    app.connect("sim:colour?width=320&height=240")
+    app.until(lambda: not picture.paneArea.panes)
     assert before.settings.appearances == {} and picture.sideBySideBox.isChecked()
 
 
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
-def test_in_a_small_window_the_scale_is_text_and_the_pictures_are_seen(desk, qapp, theme):
-    desk.window.resize(800, 600)
+def test_in_a_small_window_the_scale_is_text_and_the_pictures_are_seen(app, qapp, theme):
+    app.window.resize(800, 600)
     dress(qapp, theme)
     try:
-        picture = desk.window.picture
+        picture = app.window.picture
         area = picture.paneArea
-        desk.until(lambda: desk.window.width() == 800)
-        desk.until(lambda: area.panes["Range"].scaleBar.scale is not None)
+        app.until(lambda: app.window.width() == 800)
+        app.until(lambda: area.panes["Range"].scaleBar.scale is not None)
         for pane in (*area.panes.values(), picture.canvas):
             assert pane.width() >= 60 and pane.height() >= 40
             assert area.rect().contains(pane.geometry())
         pane = area.panes["Range"]
-        desk.until(lambda: pane.scaleBar.isVisible() != ("mm" in pane.caption.text))
+        app.until(lambda: pane.scaleBar.isVisible() != ("mm" in pane.caption.text))
     finally:
         dress(qapp, Theme.AUTO)
 
@@ -182,7 +183,8 @@ def test_the_part_seen_of_a_smaller_component_is_scaled_and_many_are_bounded():
     assert len(beside(labels, "7")) == MOST_BESIDE - 1 and "7" not in beside(labels, "7")
 
 
-def test_a_remote_camera_shows_its_components_as_a_local_one(window_desk):
+def test_a_remote_camera_shows_its_components_as_a_local_one(make_app):
+    app = make_app()
     with ExitStack() as stack:
         names = NameServer("127.65.0.1", 0)
         names.open()
@@ -193,10 +195,10 @@ def test_a_remote_camera_shows_its_components_as_a_local_one(window_desk):
         send_components(camera, "Range")
         address = f"127.65.0.1:{names.port_number}"
         stack.enter_context(YarpGrabberServer(camera, "/side", names=NameClient.find(address)))
-        window_desk.connect(f"yarp:/side?nameserver={address}")
-        picture = window_desk.window.picture
-        window_desk.until(lambda: picture.componentTabs.count() == 2)
+        app.connect(f"yarp:/side?nameserver={address}")
+        picture = app.window.picture
+        app.until(lambda: picture.componentTabs.count() == 2)
         picture.componentTabs.setCurrentIndex(1)
-        window_desk.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
+        app.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
         scale = picture.scaleBar.scale
         assert scale.low <= 650 and 1200 <= scale.high <= 1400

@@ -15,38 +15,39 @@ from grabbergui.ui.widgets.drawing import Mark, Purpose, size_text
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect()
-    window_desk.watch()
-    return window_desk
+def app(make_app):
+    app = make_app()
+    app.connect()
+    app.watch()
+    return app
 
 
-def settle(desk):
+def settle(app):
     """Wait until panels that were opened have their place and the picture its own."""
-    canvas, before = desk.window.picture.canvas, []
+    canvas, before = app.window.picture.canvas, []
 
     def settled():
         before.append((canvas.size(), canvas.zoom))
         return len(before) > 5 and len({str(place) for place in before[-5:]}) == 1
 
-    desk.until(settled)
+    app.until(settled)
 
 
-def drag(desk, first, last):
+def drag(app, first, last):
     """A stroke of the left button between two pixels of the picture as it is seen."""
-    canvas = desk.window.picture.canvas
-    settle(desk)
+    canvas = app.window.picture.canvas
+    settle(app)
     start, end = (canvas.frameToView(*point).toPoint() for point in (first, last))
     target = canvas.viewport()
-    desk.qtbot.mousePress(target, Qt.LeftButton, pos=start)
-    desk.qtbot.mouseMove(target, (start + end) / 2)
-    desk.qtbot.mouseMove(target, end)
-    desk.qtbot.mouseRelease(target, Qt.LeftButton, pos=end)
+    app.qtbot.mousePress(target, Qt.LeftButton, pos=start)
+    app.qtbot.mouseMove(target, (start + end) / 2)
+    app.qtbot.mouseMove(target, end)
+    app.qtbot.mouseRelease(target, Qt.LeftButton, pos=end)
 
 
-def screen(desk):
+def screen(app):
     """The picture's middle, as bytes."""
-    canvas = desk.window.picture.canvas
+    canvas = app.window.picture.canvas
     image = canvas.grab().toImage().convertToFormat(13)  # RGB888
     bits = image.constBits()
     bits.setsize(image.sizeInBytes())
@@ -57,153 +58,156 @@ def screen(desk):
     )
 
 
-def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_frame(desk):
-    program, window = desk.program, desk.window
+def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_frame(app):
+    program, window = app.program, app.window
     assert not program.measuring.wanted.anything
     window.histogramDock.show()
-    desk.until(lambda: window.histogram.plot.values("grey") is not None)
+    app.until(lambda: window.histogram.plot.values("grey") is not None)
     assert program.measuring.wanted.histogram
     total = window.histogram._histogram.channels["grey"].sum()
-    assert total == desk.grabber.feature("Width").value * desk.grabber.feature("Height").value
+    assert total == app.grabber.feature("Width").value * app.grabber.feature("Height").value
     assert "Mean grey" in window.histogram.figuresLabel.text()
     linear = window.histogram.plot.values("grey").max()
     window.histogram.logBox.click()
     assert window.histogram.plot.values("grey").max() == pytest.approx(np.log10(linear + 1), rel=0.2)
     window.focusDock.show()
     window.focusDock.raise_()
-    desk.until(lambda: program.measuring.wanted.focus and not program.measuring.wanted.histogram)
+    app.until(lambda: program.measuring.wanted.focus and not program.measuring.wanted.histogram)
     window.focusDock.close()
     window.histogramDock.close()
-    desk.until(lambda: not program.measuring.wanted.anything)
+    app.until(lambda: not program.measuring.wanted.anything)
 
 
-def test_a_colour_cameras_histogram_has_three_channels(window_desk):
-    window_desk.connect("sim:?pixel_format=BayerRG12p")
-    window_desk.window.histogramDock.show()
-    panel = window_desk.window.histogram
-    window_desk.until(lambda: panel.plot.values("B") is not None)
+def test_a_colour_cameras_histogram_has_three_channels(make_app):
+    app = make_app()
+    app.connect("sim:?pixel_format=BayerRG12p")
+    app.window.histogramDock.show()
+    panel = app.window.histogram
+    app.until(lambda: panel.plot.values("B") is not None)
     assert panel._histogram.depth == 12 and list(panel._histogram.channels) == ["R", "G", "B"]
 
 
-def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(desk):
-    window = desk.window
+def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(app):
+    window = app.window
     window.histogramDock.show()
-    desk.until(lambda: window.histogram.plot.values("grey") is not None)
+    app.until(lambda: window.histogram.plot.values("grey") is not None)
     before = window.histogram._histogram.mean("grey")
     window.histogram.levels.setRegion((0, 64))
-    assert desk.program.picture.settings.levels.white == pytest.approx(0.25)
-    desk.until(lambda: screen(desk).mean() > 1.5 * before)
-    desk.until(lambda: window.histogram._histogram.mean("grey") == pytest.approx(before, rel=0.2))
-    desk.qtbot.mouseClick(window.histogram.resetButton, Qt.LeftButton)
-    assert desk.program.picture.settings.levels.neutral
+    assert app.program.picture.settings.levels.white == pytest.approx(0.25)
+    app.until(lambda: screen(app).mean() > 1.5 * before)
+    app.until(lambda: window.histogram._histogram.mean("grey") == pytest.approx(before, rel=0.2))
+    app.qtbot.mouseClick(window.histogram.resetButton, Qt.LeftButton)
+    assert app.program.picture.settings.levels.neutral
     assert window.histogram.levels.getRegion() == (0, 256)
 
 
-def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(window_desk):
-    window_desk.connect("sim:?pixel_format=Mono12&width=320&height=240")
-    window = window_desk.window
-    window_desk.grabber.write_feature("ExposureTime", 1000)
+def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(make_app):
+    app = make_app()
+    app.connect("sim:?pixel_format=Mono12&width=320&height=240")
+    window = app.window
+    app.grabber.write_feature("ExposureTime", 1000)
     window.histogramDock.show()
-    window_desk.watch(10)
+    app.watch(10)
     panel = window.histogram
-    window_desk.until(lambda: panel._histogram is not None and panel._histogram.mean("grey") < 400)
-    before = screen(window_desk).mean()
-    window_desk.qtbot.mouseClick(panel.fitButton, Qt.LeftButton)
-    levels = window_desk.program.picture.settings.levels
+    app.until(lambda: panel._histogram is not None and panel._histogram.mean("grey") < 400)
+    before = screen(app).mean()
+    app.qtbot.mouseClick(panel.fitButton, Qt.LeftButton)
+    levels = app.program.picture.settings.levels
     assert 0 <= levels.black < levels.white < 0.5
-    window_desk.watch(5)
-    assert screen(window_desk).mean() > 1.1 * before, "margins included"
-    window_desk.qtbot.mouseClick(panel.resetButton, Qt.LeftButton)
-    assert window_desk.program.picture.settings.levels.neutral
+    app.watch(5)
+    assert screen(app).mean() > 1.1 * before, "margins included"
+    app.qtbot.mouseClick(panel.resetButton, Qt.LeftButton)
+    assert app.program.picture.settings.levels.neutral
 
 
-def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(window_desk):
-    window_desk.connect("sim:?pixel_format=BayerRG12&width=320&height=240")
-    window_desk.watch()
-    window = window_desk.window
+def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
+    app = make_app()
+    app.connect("sim:?pixel_format=BayerRG12&width=320&height=240")
+    app.watch()
+    window = app.window
     window.profileDock.show()
-    settle(window_desk)
-    window_desk.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
-    drag(window_desk, (20, 100), (300, 100))
+    settle(app)
+    app.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
+    drag(app, (20, 100), (300, 100))
     plot = window.profile.plot
-    window_desk.until(lambda: plot.values("B") is not None)
+    app.until(lambda: plot.values("B") is not None)
     assert plot.values("R").max() <= 255
-    window_desk.qtbot.mouseClick(window.profile.rawBox, Qt.LeftButton)
-    window_desk.until(lambda: plot.values("G") is not None and plot.values("G").max() > 255)
-    samples = window_desk.program.measuring.wanted.line.samples
+    app.qtbot.mouseClick(window.profile.rawBox, Qt.LeftButton)
+    app.until(lambda: plot.values("G") is not None and plot.values("G").max() > 255)
+    samples = app.program.measuring.wanted.line.samples
     assert len(plot.values("G")) == pytest.approx(samples / 2, abs=1), "every other pixel is green"
 
 
-def test_clipping_is_marked_and_counted(desk):
-    window = desk.window
+def test_clipping_is_marked_and_counted(app):
+    window = app.window
     window.actionClipping.trigger()
-    desk.until(lambda: "saturated" in window.picture.clippingLabel.text())
-    desk.grabber.write_feature("ExposureTime", 1e6)
-    desk.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50)
-    desk.watch(3)
-    pixels = screen(desk).reshape(-1, 3)
+    app.until(lambda: "saturated" in window.picture.clippingLabel.text())
+    app.grabber.write_feature("ExposureTime", 1e6)
+    app.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50)
+    app.watch(3)
+    pixels = screen(app).reshape(-1, 3)
     assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3
     window.actionClipping.trigger()
-    desk.until(lambda: not window.picture.clippingLabel.text())
+    app.until(lambda: not window.picture.clippingLabel.text())
 
 
-def test_a_drawn_region_is_scored_for_focus(desk):
-    window = desk.window
+def test_a_drawn_region_is_scored_for_focus(app):
+    window = app.window
     window.focusDock.show()
-    desk.until(lambda: "best" in window.focus.scoreLabel.text())
-    desk.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
+    app.until(lambda: "best" in window.focus.scoreLabel.text())
+    app.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
     assert "sharp" in window.picture.hintLabel.text()
-    drag(desk, (200, 200), (500, 400))
+    drag(app, (200, 200), (500, 400))
     assert not window.picture.hintLabel.text()
-    region = desk.program.measuring.wanted.focus_region
+    region = app.program.measuring.wanted.focus_region
     assert abs(region.x - 200) < 6 and abs(region.y - 200) < 6
     assert abs(region.width - 300) < 8 and abs(region.height - 200) < 8
     assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is not None
-    desk.until(lambda: "best" in window.focus.scoreLabel.text())
-    desk.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
-    assert desk.program.measuring.wanted.focus_region is None
-    desk.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
-    drag(desk, (200, 200), (500, 400))
-    assert desk.program.measuring.wanted.focus_region is not None
-    desk.until(window.actionFullSensor.isEnabled)
+    app.until(lambda: "best" in window.focus.scoreLabel.text())
+    app.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
+    assert app.program.measuring.wanted.focus_region is None
+    app.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
+    drag(app, (200, 200), (500, 400))
+    assert app.program.measuring.wanted.focus_region is not None
+    app.until(window.actionFullSensor.isEnabled)
     window.actionFullSensor.trigger()
-    desk.until(lambda: desk.program.measuring.wanted.focus_region is None)
+    app.until(lambda: app.program.measuring.wanted.focus_region is None)
     assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is None
 
 
-def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(desk):
-    window = desk.window
+def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(app):
+    window = app.window
     window.profileDock.show()
     window.actionTurnRight.trigger()
-    desk.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
-    desk.watch()
-    desk.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
-    drag(desk, (100, 300), (700, 300))
-    desk.until(lambda: window.profile.plot.values("grey") is not None)
-    line = desk.program.measuring.wanted.line
+    app.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
+    app.watch()
+    app.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
+    drag(app, (100, 300), (700, 300))
+    app.until(lambda: window.profile.plot.values("grey") is not None)
+    line = app.program.measuring.wanted.line
     assert abs(line.x0 - 300) < 6 and abs(line.x1 - 300) < 6, "along a column of the frame"
     assert line.y0 - line.y1 == pytest.approx(600, abs=8), "from below to above"
     assert len(window.profile.plot.values("grey")) == line.samples
 
 
-def test_escape_gives_up_drawing(desk):
-    window = desk.window
+def test_escape_gives_up_drawing(app):
+    window = app.window
     window.actionRegion.trigger()
     assert window.picture.drawing.purpose is Purpose.SENSOR_REGION
-    desk.qtbot.keyClick(window.picture.canvas, Qt.Key_Escape)
+    app.qtbot.keyClick(window.picture.canvas, Qt.Key_Escape)
     assert window.picture.drawing.purpose is None and not window.picture.hintLabel.text()
-    before = desk.grabber.feature("Width").value
-    drag(desk, (100, 100), (400, 300))
-    assert desk.grabber.feature("Width").value == before
-    desk.watch()
+    before = app.grabber.feature("Width").value
+    drag(app, (100, 100), (400, 300))
+    assert app.grabber.feature("Width").value == before
+    app.watch()
 
 
-def test_while_a_region_is_drawn_all_else_steps_back(desk):
-    desk.until(desk.window.actionRegion.isEnabled)
-    desk.window.actionPause.trigger()
-    desk.window.actionRegion.trigger()
-    settle(desk)
-    canvas = desk.window.picture.canvas
+def test_while_a_region_is_drawn_all_else_steps_back(app):
+    app.until(app.window.actionRegion.isEnabled)
+    app.window.actionPause.trigger()
+    app.window.actionRegion.trigger()
+    settle(app)
+    canvas = app.window.picture.canvas
     begin, end = (canvas.frameToView(*point).toPoint() for point in ((300, 200), (900, 800)))
 
     def light(x, y):
@@ -211,42 +215,42 @@ def test_while_a_region_is_drawn_all_else_steps_back(desk):
         return canvas.grab().toImage().pixelColor(place).value()
 
     before = light(100, 100), light(700, 500)
-    desk.qtbot.mousePress(canvas.viewport(), Qt.LeftButton, pos=begin)
+    app.qtbot.mousePress(canvas.viewport(), Qt.LeftButton, pos=begin)
     moved = QMouseEvent(QEvent.MouseMove, QPointF(end), Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
     QApplication.sendEvent(canvas.viewport(), moved)
-    desk.until(lambda: light(100, 100) < 0.7 * before[0])
+    app.until(lambda: light(100, 100) < 0.7 * before[0])
     assert light(700, 500) == before[1]
-    desk.qtbot.keyClick(canvas, Qt.Key_Escape)
-    desk.until(lambda: light(100, 100) == before[0])
+    app.qtbot.keyClick(canvas, Qt.Key_Escape)
+    app.until(lambda: light(100, 100) == before[0])
 
 
 def test_the_reported_size_counts_every_touched_pixel():
     assert size_text(QRectF(10.2, 20.0, 5.0, 3.0)) == "6 × 3"
 
 
-def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(desk):
-    window = desk.window
-    desk.until(window.actionRegion.isEnabled)
-    left, top = (desk.grabber.feature(n).value for n in ("OffsetX", "OffsetY"))
+def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(app):
+    window = app.window
+    app.until(window.actionRegion.isEnabled)
+    left, top = (app.grabber.feature(n).value for n in ("OffsetX", "OffsetY"))
     window.actionRegion.trigger()
-    drag(desk, (200, 100), (840, 580))
-    desk.until(lambda: window.picture.canvas.pictureSize[0] < 700)
-    x, y, width, height = (desk.grabber.feature(n).value for n in ("OffsetX", "OffsetY", "Width", "Height"))
+    drag(app, (200, 100), (840, 580))
+    app.until(lambda: window.picture.canvas.pictureSize[0] < 700)
+    x, y, width, height = (app.grabber.feature(n).value for n in ("OffsetX", "OffsetY", "Width", "Height"))
     assert (abs(width - 640) < 20, abs(height - 480) < 20) == (True, True)
     assert (abs(x - left - 200) < 20, abs(y - top - 100) < 20) == (True, True)
-    assert desk.program.connection.state is LinkState.STREAMING
+    assert app.program.connection.state is LinkState.STREAMING
     window.actionFullSensor.trigger()
-    desk.until(lambda: window.picture.canvas.pictureSize == (4096, 2160))
-    assert window.picture.canvas.fitted and not desk.errors
+    app.until(lambda: window.picture.canvas.pictureSize == (4096, 2160))
+    assert window.picture.canvas.fitted and not app.errors
 
 
-def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(desk):
-    window, picture = desk.window, desk.program.picture
-    desk.until(lambda: len(desk.program.history.frames) >= 5)
+def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(app):
+    window, picture = app.window, app.program.picture
+    app.until(lambda: len(app.program.history.frames) >= 5)
     window.actionPause.trigger()
-    count = len(desk.program.history.frames)
+    count = len(app.program.history.frames)
     newest = picture.frame.frame_id
-    desk.until(lambda: "Paused" in window.status.stateLabel.text())
+    app.until(lambda: "Paused" in window.status.stateLabel.text())
     assert (
         window.picture.pauseBar.isVisible()
         and f"{count} of {count}" in window.picture.pauseBar.placeLabel.text()
@@ -256,130 +260,132 @@ def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(desk):
     assert picture.frame.frame_id == newest - 2
     assert f"{count - 2} of {count}" in window.picture.pauseBar.placeLabel.text()
     window.picture.pauseBar.slider.setValue(0)
-    desk.until(lambda: picture.frame is desk.program.history.frames[0])
-    desk.watch(1)
-    assert picture.frame is desk.program.history.frames[0], "the live frames pass by"
-    desk.qtbot.mouseClick(window.picture.pauseBar.liveButton, Qt.LeftButton)
-    desk.until(lambda: picture.frame.frame_id > newest)
+    app.until(lambda: picture.frame is app.program.history.frames[0])
+    app.watch(1)
+    assert picture.frame is app.program.history.frames[0], "the live frames pass by"
+    app.qtbot.mouseClick(window.picture.pauseBar.liveButton, Qt.LeftButton)
+    app.until(lambda: picture.frame.frame_id > newest)
     assert not window.picture.pauseBar.isVisible() and not window.actionPause.isChecked()
 
 
-def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(desk):
-    window = desk.window
+def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(app):
+    window = app.window
     window.actionStop.trigger()
-    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
+    app.until(lambda: app.program.connection.state is LinkState.OPEN)
     window.actionTurnRight.trigger()
     window.actionMirrorX.trigger()
-    desk.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
+    app.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
     canvas = window.picture.canvas
     place = canvas.frameToView(300.5, 200.5).toPoint()
-    desk.qtbot.mouseMove(canvas.viewport(), QPoint(5, 5))
-    desk.qtbot.mouseMove(canvas.viewport(), place)
-    desk.until(lambda: window.picture.cursorLabel.text().startswith("x "))
+    app.qtbot.mouseMove(canvas.viewport(), QPoint(5, 5))
+    app.qtbot.mouseMove(canvas.viewport(), place)
+    app.until(lambda: window.picture.cursorLabel.text().startswith("x "))
     column, line = canvas.cursorPixel
-    frame = desk.program.picture.frame
+    frame = app.program.picture.frame
     # Turned right and then mirrored, lines have become columns: the frame is transposed.
     assert f"x {line}  y {column} " in window.picture.cursorLabel.text()
     assert window.picture.cursorLabel.text().endswith(str(frame.raw()[column, line]))
     window.actionUpright.trigger()
-    desk.until(lambda: window.picture.canvas.pictureSize == (1224, 1024))
+    app.until(lambda: window.picture.canvas.pictureSize == (1224, 1024))
 
 
-def test_grey_is_shown_in_colours_where_somebody_wants_it(desk):
-    action = next(a for a in desk.window.menuColours.actions() if a.data() == "Inferno")
+def test_grey_is_shown_in_colours_where_somebody_wants_it(app):
+    action = next(a for a in app.window.menuColours.actions() if a.data() == "Inferno")
     action.trigger()
-    desk.watch(5)
-    pixels = screen(desk).reshape(-1, 3).astype(int)
+    app.watch(5)
+    pixels = screen(app).reshape(-1, 3).astype(int)
     assert np.mean(np.abs(pixels[:, 0] - pixels[:, 2]) > 30) > 0.3
-    desk.window.menuColours.actions()[0].trigger()
-    assert not desk.program.picture.settings.colour_map
+    app.window.menuColours.actions()[0].trigger()
+    assert not app.program.picture.settings.colour_map
 
 
-def test_crosshair_and_grid_lie_over_the_image(desk):
-    desk.window.actionStop.trigger()
-    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
-    before = screen(desk)
-    for action in (desk.window.actionCrosshair, desk.window.actionGrid):
+def test_crosshair_and_grid_lie_over_the_image(app):
+    app.window.actionStop.trigger()
+    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    before = screen(app)
+    for action in (app.window.actionCrosshair, app.window.actionGrid):
         action.trigger()
-        after = screen(desk)
+        after = screen(app)
         assert 0.001 < np.mean(after != before) < 0.1
         before = after
 
 
-def test_the_log_is_shown_by_level_and_can_be_cleared(window_desk):
-    panel = window_desk.window.log
+def test_the_log_is_shown_by_level_and_can_be_cleared(make_app):
+    app = make_app()
+    panel = app.window.log
     logging.getLogger("grabbergui.test").info("a remark")
     logging.getLogger("grabbergui.test").warning("a warning")
-    window_desk.until(lambda: "a warning" in panel.text.toPlainText())
+    app.until(lambda: "a warning" in panel.text.toPlainText())
     assert "INFO     grabbergui.test: a remark" in panel.text.toPlainText()
     panel.levelBox.setCurrentIndex(1)
     assert "a remark" not in panel.text.toPlainText() and "a warning" in panel.text.toPlainText()
-    window_desk.qtbot.mouseClick(panel.clearButton, Qt.LeftButton)
+    app.qtbot.mouseClick(panel.clearButton, Qt.LeftButton)
     assert panel.text.toPlainText() == ""
 
 
-def test_the_overview_has_every_shortcut(window_desk):
-    window_desk.window.actionShortcuts.trigger()
-    (dialog,) = window_desk.window.findChildren(ShortcutsDialog)
+def test_the_overview_has_every_shortcut(make_app):
+    app = make_app()
+    app.window.actionShortcuts.trigger()
+    (dialog,) = app.window.findChildren(ShortcutsDialog)
     text = "".join(label.text() for label in dialog.findChildren(QLabel))
     for key in ("Ctrl+S", "F6", "P", "Ctrl+E", "F2", "F12", "F1"):
         assert f"<b>{key}</b>" in text
     dialog.accept()
 
 
-def test_what_is_drawn_is_clipped_to_the_image(desk):
+def test_what_is_drawn_is_clipped_to_the_image(app):
     drawn = []
-    drawing = desk.window.picture.drawing
+    drawing = app.window.picture.drawing
     drawing.regionDrawn.connect(lambda purpose, region: drawn.append(region))
     drawing.begin(Purpose.FOCUS_REGION)
-    drag(desk, (1100, 900), (5000, 5000))
+    drag(app, (1100, 900), (5000, 5000))
     (region,) = drawn
     assert region == Region(region.x, region.y, 1224 - region.x, 1024 - region.y)
 
 
-def test_single_pixels_show_their_values_once_they_are_large_enough(desk):
-    canvas = desk.window.picture.canvas
-    desk.watch()
+def test_single_pixels_show_their_values_once_they_are_large_enough(app):
+    canvas = app.window.picture.canvas
+    app.watch()
     assert not canvas.values.texts
-    desk.window.actionStop.trigger()
-    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
+    app.window.actionStop.trigger()
+    app.until(lambda: app.program.connection.state is LinkState.OPEN)
     canvas.zoomBy(1000)
-    desk.until(lambda: canvas.values.texts)
-    frame = desk.program.picture.frame
+    app.until(lambda: canvas.values.texts)
+    frame = app.program.picture.frame
     assert all(text == str(frame.raw()[y, x]) for (x, y), text in canvas.values.texts.items())
     canvas.fit()
-    desk.until(lambda: not canvas.values.texts)
+    app.until(lambda: not canvas.values.texts)
 
 
-def test_a_pixel_format_is_chosen_while_it_streams(desk):
-    window = desk.window
-    desk.until(lambda: window.features.watched)
+def test_a_pixel_format_is_chosen_while_it_streams(app):
+    window = app.window
+    app.until(lambda: window.features.watched)
     window.features.filterEdit.setText("PixelFormat")
     rows = window.features.rows
-    desk.until(lambda: rows.rows("PixelFormat") and rows.rows("PixelFormat")[0].editor is not None)
+    app.until(lambda: rows.rows("PixelFormat") and rows.rows("PixelFormat")[0].editor is not None)
     row = rows.rows("PixelFormat")[0]
     assert row.editor.isEnabled()
     assert "pauses the stream for a moment" in row.toolTip()
     row.editor.combo.setCurrentIndex(row.editor.combo.findText("Mono12"))
     row.editor.combo.activated[int].emit(row.editor.combo.currentIndex())
-    desk.until(lambda: desk.program.picture.frame.pixel_format.name == "Mono12")
-    assert desk.grabber.streaming and not desk.errors
-    desk.watch()
+    app.until(lambda: app.program.picture.frame.pixel_format.name == "Mono12")
+    assert app.grabber.streaming and not app.errors
+    app.watch()
     window.actionUndo.trigger()
-    desk.until(lambda: desk.program.picture.frame.pixel_format.name == "Mono8")
+    app.until(lambda: app.program.picture.frame.pixel_format.name == "Mono8")
 
 
-def test_format_and_region_are_set_before_the_first_start(desk):
-    window, link = desk.window, desk.program.connection
+def test_format_and_region_are_set_before_the_first_start(app):
+    window, link = app.window, app.program.connection
     link.disconnect()
-    desk.until(lambda: link.state is LinkState.CLOSED)
+    app.until(lambda: link.state is LinkState.CLOSED)
     window.sources.addressEdit.setText("sim:?width=320&height=240")
     window.actionConnectStill.trigger()
-    desk.until(lambda: link.state is LinkState.OPEN)
-    assert not desk.grabber.streaming
+    app.until(lambda: link.state is LinkState.OPEN)
+    assert not app.grabber.streaming
     features = link.source.features
     features.write("PixelFormat", "Mono16")
     features.write("Width", 160)
     window.actionStart.trigger()
-    desk.until(lambda: desk.program.picture.frame is not None and desk.program.picture.frame.width == 160)
-    assert desk.program.picture.frame.pixel_format.name == "Mono16"
+    app.until(lambda: app.program.picture.frame is not None and app.program.picture.frame.width == 160)
+    assert app.program.picture.frame.pixel_format.name == "Mono16"

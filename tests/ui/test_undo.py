@@ -17,117 +17,118 @@ from grabbergui.ui.widgets.drawing import Purpose
 
 
 @pytest.fixture
-def desk(window_desk):
-    window_desk.connect("sim:?width=320&height=240&fps=60")
-    QApplication.setActiveWindow(window_desk.window)  # shortcuts are an active window's
-    return window_desk
+def app(make_app):
+    app = make_app()
+    app.connect("sim:?width=320&height=240&fps=60")
+    QApplication.setActiveWindow(app.window)  # shortcuts are an active window's
+    return app
 
 
-def row(desk, name):
-    rows = desk.window.favourites.rows
-    desk.until(lambda: rows.rows(name) and rows.rows(name)[0].editor is not None)
-    desk.until(rows.rows(name)[0].editor.isEnabled)
+def row(app, name):
+    rows = app.window.favourites.rows
+    app.until(lambda: rows.rows(name) and rows.rows(name)[0].editor is not None)
+    app.until(rows.rows(name)[0].editor.isEnabled)
     return rows.rows(name)[0]
 
 
-def type_value(desk, name, text):
-    field = row(desk, name).editor.field
+def type_value(app, name, text):
+    field = row(app, name).editor.field
     field.setFocus()
     field.selectAll()
-    desk.qtbot.keyClicks(field, text)
-    desk.qtbot.keyClick(field, Qt.Key_Return)
+    app.qtbot.keyClicks(field, text)
+    app.qtbot.keyClick(field, Qt.Key_Return)
     return field
 
 
-def value(desk, name):
-    return desk.grabber.feature(name).value
+def value(app, name):
+    return app.grabber.feature(name).value
 
 
-def shown(desk):
-    table = desk.window.changes.table.model()
+def shown(app):
+    table = app.window.changes.table.model()
     return [[table.index(row, column).data() for column in range(1, 6)] for row in range(table.rowCount())]
 
 
-def test_what_was_typed_is_undone_and_redone_by_keys_where_the_focus_is(desk):
-    window = desk.window
+def test_what_was_typed_is_undone_and_redone_by_keys_where_the_focus_is(app):
+    window = app.window
     assert not window.actionUndo.isEnabled()
-    field = type_value(desk, "Gain", "6")
-    desk.until(lambda: value(desk, "Gain") == 6)
-    desk.until(window.actionUndo.isEnabled)
+    field = type_value(app, "Gain", "6")
+    app.until(lambda: value(app, "Gain") == 6)
+    app.until(window.actionUndo.isEnabled)
     assert window.actionUndo.text() == "&Undo Gain 0 → 6"
-    desk.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier)
-    desk.until(lambda: value(desk, "Gain") == 0)
-    desk.until(lambda: field.text().startswith("0"))
-    desk.until(window.actionRedo.isEnabled)
+    app.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier)
+    app.until(lambda: value(app, "Gain") == 0)
+    app.until(lambda: field.text().startswith("0"))
+    app.until(window.actionRedo.isEnabled)
     assert not window.actionUndo.isEnabled()
-    desk.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier | Qt.ShiftModifier)
-    desk.until(lambda: value(desk, "Gain") == 6)
-    assert not desk.errors
+    app.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier | Qt.ShiftModifier)
+    app.until(lambda: value(app, "Gain") == 6)
+    assert not app.errors
 
 
-def test_while_something_is_typed_undo_is_the_texts(desk):
-    type_value(desk, "Gain", "6")
-    field = row(desk, "Gain").editor.field
-    desk.until(desk.window.actionUndo.isEnabled)
+def test_while_something_is_typed_undo_is_the_texts(app):
+    type_value(app, "Gain", "6")
+    field = row(app, "Gain").editor.field
+    app.until(app.window.actionUndo.isEnabled)
     field.selectAll()
-    desk.qtbot.keyClicks(field, "12")
-    desk.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier)
-    desk.watch()
-    assert value(desk, "Gain") == 6
+    app.qtbot.keyClicks(field, "12")
+    app.qtbot.keyClick(field, Qt.Key_Z, Qt.ControlModifier)
+    app.watch()
+    assert value(app, "Gain") == 6
 
 
-def test_a_dragged_slider_is_undone_in_one_press(desk):
-    slider = row(desk, "ExposureTime").editor.slider()
-    before = value(desk, "ExposureTime")
+def test_a_dragged_slider_is_undone_in_one_press(app):
+    slider = row(app, "ExposureTime").editor.slider()
+    before = value(app, "ExposureTime")
     slider.setSliderDown(True)
     for position in range(slider.value(), 900, 20):
         slider.setSliderPosition(position)
-        desk.qtbot.wait(5)
+        app.qtbot.wait(5)
     slider.setSliderDown(False)
-    last = 1000 * float(row(desk, "ExposureTime").editor.field.text().removesuffix(" ms"))
-    desk.until(lambda: value(desk, "ExposureTime") == pytest.approx(last))
-    desk.until(desk.window.actionUndo.isEnabled)
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: value(desk, "ExposureTime") == before)
-    desk.until(lambda: not desk.window.actionUndo.isEnabled())
+    last = 1000 * float(row(app, "ExposureTime").editor.field.text().removesuffix(" ms"))
+    app.until(lambda: value(app, "ExposureTime") == pytest.approx(last))
+    app.until(app.window.actionUndo.isEnabled)
+    app.window.actionUndo.trigger()
+    app.until(lambda: value(app, "ExposureTime") == before)
+    app.until(lambda: not app.window.actionUndo.isEnabled())
 
 
-def test_an_undo_refused_by_the_camera_is_reported(desk, monkeypatch):
-    type_value(desk, "Gain", "6")
-    desk.until(desk.window.actionUndo.isEnabled)
+def test_an_undo_refused_by_the_camera_is_reported(app, monkeypatch):
+    type_value(app, "Gain", "6")
+    app.until(app.window.actionUndo.isEnabled)
 
     def refuse(key, value):
         raise FeatureError(f"{key}={value}: the camera answered: busy", key.name)
 
-    monkeypatch.setattr(desk.grabber, "write_setting", refuse)
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: desk.errors)
-    assert desk.errors[0] == "Undo of Gain 0 → 6: Gain=0.0: the camera answered: busy"
+    monkeypatch.setattr(app.grabber, "write_setting", refuse)
+    app.window.actionUndo.trigger()
+    app.until(lambda: app.errors)
+    assert app.errors[0] == "Undo of Gain 0 → 6: Gain=0.0: the camera answered: busy"
 
 
-def test_the_list_says_what_was_changed_by_whom(desk):
-    window = desk.window
-    desk.qtbot.keyClick(window, Qt.Key_H, Qt.ControlModifier)
+def test_the_list_says_what_was_changed_by_whom(app):
+    window = app.window
+    app.qtbot.keyClick(window, Qt.Key_H, Qt.ControlModifier)
     assert window.changesDock.isVisible()
-    type_value(desk, "Gain", "6")
-    desk.until(lambda: shown(desk) == [["Gain", "0", "6", "operator", ""]])
-    row(desk, "ExposureTime").auto.click()
-    desk.until(lambda: ["ExposureAuto", "Off", "Continuous", "operator", ""] in shown(desk))
-    desk.until(lambda: any(line[0] == "ExposureTime" and line[3] == "camera" for line in shown(desk)))
+    type_value(app, "Gain", "6")
+    app.until(lambda: shown(app) == [["Gain", "0", "6", "operator", ""]])
+    row(app, "ExposureTime").auto.click()
+    app.until(lambda: ["ExposureAuto", "Off", "Continuous", "operator", ""] in shown(app))
+    app.until(lambda: any(line[0] == "ExposureTime" and line[3] == "camera" for line in shown(app)))
     window.changes.whoseBox.setCurrentIndex(1)
-    assert {line[3] for line in shown(desk)} == {"operator"}
+    assert {line[3] for line in shown(app)} == {"operator"}
     window.changes.whoseBox.setCurrentIndex(0)
-    desk.qtbot.mouseClick(window.changes.clearButton, Qt.LeftButton)
+    app.qtbot.mouseClick(window.changes.clearButton, Qt.LeftButton)
     window.actionUndo.trigger()
-    desk.until(lambda: ["ExposureAuto", "Continuous", "Off", "operator", "Undo"] in shown(desk))
+    app.until(lambda: ["ExposureAuto", "Continuous", "Off", "operator", "Undo"] in shown(app))
 
 
-def test_changes_are_copied_as_a_command_line_a_program_and_a_table(desk, tmp_path):
-    window = desk.window
-    type_value(desk, "Gain", "6")
-    desk.until(lambda: len(shown(desk)) == 1)
-    type_value(desk, "ExposureTime", "2500 us")
-    desk.until(lambda: len(shown(desk)) == 2)
+def test_changes_are_copied_as_a_command_line_a_program_and_a_table(app, tmp_path):
+    window = app.window
+    type_value(app, "Gain", "6")
+    app.until(lambda: len(shown(app)) == 1)
+    type_value(app, "ExposureTime", "2500 us")
+    app.until(lambda: len(shown(app)) == 2)
     command, program, table = window.changes.copyMenu.actions()
     command.trigger()
     line = "grabbergui set 'sim:?width=320&height=240&fps=60' Gain=6 ExposureTime=2500\n"
@@ -141,42 +142,42 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(desk, tmp_pa
     table.trigger()
     assert QApplication.clipboard().text().splitlines()[1].split("\t")[1:5] == ["Gain", "0", "6", "operator"]
     window.changes.table.clearSelection()
-    desk.program.changes.save(tmp_path / "again.sh")
+    app.program.changes.save(tmp_path / "again.sh")
     assert (tmp_path / "again.sh").read_text() == f"#!/bin/sh -e\n{line}"
-    desk.program.changes.save(tmp_path / "again.py")
+    app.program.changes.save(tmp_path / "again.py")
     compile((tmp_path / "again.py").read_text(), "again.py", "exec")
-    desk.program.changes.save(tmp_path / "no" / "such" / "folder.py")
-    desk.until(lambda: any("could not be written" in text for text in desk.errors))
+    app.program.changes.save(tmp_path / "no" / "such" / "folder.py")
+    app.until(lambda: any("could not be written" in text for text in app.errors))
 
 
-def test_another_source_has_changes_of_its_own_and_those_of_a_closed_one_stay_to_be_seen(desk):
-    type_value(desk, "Gain", "6")
-    desk.until(lambda: len(shown(desk)) == 1)
-    desk.program.connection.disconnect()
-    desk.until(lambda: not desk.window.actionUndo.isEnabled())
-    assert len(shown(desk)) == 1
-    desk.connect("sim:?width=640&height=480")
-    desk.until(lambda: shown(desk) == [])
-    assert not desk.window.actionUndo.isEnabled()
+def test_another_source_has_changes_of_its_own_and_those_of_a_closed_one_stay_to_be_seen(app):
+    type_value(app, "Gain", "6")
+    app.until(lambda: len(shown(app)) == 1)
+    app.program.connection.disconnect()
+    app.until(lambda: not app.window.actionUndo.isEnabled())
+    assert len(shown(app)) == 1
+    app.connect("sim:?width=640&height=480")
+    app.until(lambda: shown(app) == [])
+    assert not app.window.actionUndo.isEnabled()
 
 
-def test_a_region_of_the_sensor_is_one_step(desk):
-    desk.until(desk.window.actionRegion.isEnabled)
-    desk.watch()
+def test_a_region_of_the_sensor_is_one_step(app):
+    app.until(app.window.actionRegion.isEnabled)
+    app.watch()
     names = ("Width", "Height", "OffsetX", "OffsetY")
-    before = [value(desk, name) for name in names]
-    desk.program.region._on_region_drawn(Purpose.SENSOR_REGION, Region(100, 50, 64, 48))
-    desk.until(lambda: desk.window.actionUndo.text() == "&Undo Region of the sensor")
-    assert (value(desk, "Width"), value(desk, "Height")) == (64, 48)
-    desk.window.actionUndo.trigger()
-    desk.until(lambda: [value(desk, name) for name in names] == before)
-    desk.until(lambda: desk.grabber.streaming)
+    before = [value(app, name) for name in names]
+    app.program.region._on_region_drawn(Purpose.SENSOR_REGION, Region(100, 50, 64, 48))
+    app.until(lambda: app.window.actionUndo.text() == "&Undo Region of the sensor")
+    assert (value(app, "Width"), value(app, "Height")) == (64, 48)
+    app.window.actionUndo.trigger()
+    app.until(lambda: [value(app, name) for name in names] == before)
+    app.until(lambda: app.grabber.streaming)
 
 
-def test_the_overview_of_keys_says_what_they_do_and_not_what_would_be_undone(desk):
-    type_value(desk, "Gain", "6")
-    desk.until(desk.window.actionUndo.isEnabled)
-    dialog = ShortcutsDialog(desk.window.menuBar(), desk.window)
+def test_the_overview_of_keys_says_what_they_do_and_not_what_would_be_undone(app):
+    type_value(app, "Gain", "6")
+    app.until(app.window.actionUndo.isEnabled)
+    dialog = ShortcutsDialog(app.window.menuBar(), app.window)
     text = dialog.leftLabel.text() + dialog.rightLabel.text()
     assert "<td>Undo</td>" in text and "→" not in text
     dialog.close()

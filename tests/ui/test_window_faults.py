@@ -29,8 +29,8 @@ SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 20.0}
 class Bench:
     """A window, and a camera on the network that can be switched off; what else a fault needs, on a stack."""
 
-    def __init__(self, desk, folder):
-        self.desk, self.folder = desk, folder
+    def __init__(self, app, folder):
+        self.app, self.folder = app, folder
         self._camera = None
         self.stack = ExitStack()
 
@@ -49,12 +49,12 @@ class Bench:
         stream._packet_faults = PacketFaults(stream._faults)
 
     def until_it_streams(self):
-        self.desk.until(lambda: self.desk.program.connection.state is LinkState.STREAMING)
+        self.app.until(lambda: self.app.program.connection.state is LinkState.STREAMING)
 
 
 @pytest.fixture
-def bench(window_desk, tmp_path):
-    bench = Bench(window_desk, tmp_path)
+def bench(app, tmp_path):
+    bench = Bench(app, tmp_path)
     yield bench
     bench.switch_off()
     bench.stack.close()
@@ -63,7 +63,7 @@ def bench(window_desk, tmp_path):
 def power_lost(bench):
     """The camera's power goes and comes back."""
     bench.switch_on()
-    bench.desk.connect(f"gige:{ADDRESS}")
+    bench.app.connect(f"gige:{ADDRESS}")
     bench.switch_off()
     yield "reconnecting since"
     bench.switch_on()
@@ -74,8 +74,8 @@ def power_lost(bench):
 def all_packets_lost(bench):
     """Nothing of the stream arrives for a while, as behind a firewall that is switched on."""
     bench.switch_on()
-    bench.desk.connect(f"gige:{ADDRESS}")
-    bench.desk.watch()
+    bench.app.connect(f"gige:{ADDRESS}")
+    bench.app.watch()
     bench.lose_packets(1.0)
     yield "No frame for"
     bench.lose_packets(0.0)
@@ -87,12 +87,12 @@ def taken(bench):
     bench.switch_on()
     other = sources.create(f"gige:{ADDRESS}")
     other.open()
-    bench.desk.program.sources.connect_to(f"gige:{ADDRESS}")
+    bench.app.program.sources.connect_to(f"gige:{ADDRESS}")
     yield "read only"
     other.close()
-    messages = bench.desk.window.messages
-    bench.desk.until(lambda: messages.findChildren(QAbstractButton, "offerButton"))
-    bench.desk.qtbot.mouseClick(messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton)
+    messages = bench.app.window.messages
+    bench.app.until(lambda: messages.findChildren(QAbstractButton, "offerButton"))
+    bench.app.qtbot.mouseClick(messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton)
     bench.until_it_streams()
     yield 0
 
@@ -117,30 +117,30 @@ def name_server_lost(bench):
     camera.open()
     bench.stack.callback(camera.close)
     name_server, server = begin_name_server(), serve()
-    bench.desk.connect(f"yarp:/faults?nameserver={address}")
-    bench.desk.watch()
+    bench.app.connect(f"yarp:/faults?nameserver={address}")
+    bench.app.watch()
     name_server.close()
-    bench.desk.watch(10)
-    assert not bench.desk.errors, "nothing is the matter with what is open"
+    bench.app.watch(10)
+    assert not bench.app.errors, "nothing is the matter with what is open"
     server.stop()
     yield "reconnecting since"
     begin_name_server()
     serve()
     bench.until_it_streams()
-    bench.desk.watch()
+    bench.app.watch()
     yield BACK_SECONDS
 
 
 def disk_full(bench):
     """A recording is cut off by a disk that takes no more."""
-    resource, desk = pytest.importorskip("resource"), bench.desk
-    desk.connect(SIM)
-    bar, before = desk.window.recordingBar, resource.getrlimit(resource.RLIMIT_FSIZE)
-    desk.until(bar.recordButton.isEnabled)
+    resource, app = pytest.importorskip("resource"), bench.app
+    app.connect(SIM)
+    bar, before = app.window.recordingBar, resource.getrlimit(resource.RLIMIT_FSIZE)
+    app.until(bar.recordButton.isEnabled)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
     try:
-        desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-        desk.until(lambda: any("recording" in text for text in desk.errors))
+        app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+        app.until(lambda: any("recording" in text for text in app.errors))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     yield "recording"
@@ -149,9 +149,9 @@ def disk_full(bench):
 
 def settings_broken(bench):
     """A file of settings cannot be read."""
-    bench.desk.connect(SIM)
+    bench.app.connect(SIM)
     (bench.folder / "broken.yaml").write_bytes(b"\x00 no settings")
-    bench.desk.program.settings_files.load(bench.folder / "broken.yaml")
+    bench.app.program.settings_files.load(bench.folder / "broken.yaml")
     yield "broken.yaml"
     yield ERROR_SECONDS
 
@@ -160,9 +160,9 @@ def opening(uri, said):
     """A source that is not there; then one that is."""
 
     def fault(bench):
-        bench.desk.program.sources.connect_to(uri)
+        bench.app.program.sources.connect_to(uri)
         yield said
-        bench.desk.connect(SIM)
+        bench.app.connect(SIM)
         yield 0
 
     return fault
@@ -182,27 +182,27 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS)
 def test_no_message_outlives_its_cause(bench, fault):
-    desk, messages = bench.desk, bench.desk.program.messages
+    app, messages = bench.app, bench.app.program.messages
     passed, clock = [0.0], messages._clock
     messages._clock = lambda: clock() + passed[0]
     course = fault(bench)
 
     said = next(course)
-    desk.until(lambda: any(said in text for text in desk.errors))
+    app.until(lambda: any(said in text for text in app.errors))
     passed[0] += next(course)
-    desk.until(lambda: not desk.errors and not desk.window.messages.isVisible())
+    app.until(lambda: not app.errors and not app.window.messages.isVisible())
 
 
 def test_a_loss_of_packets_is_shown_while_it_lasts(bench):
     bench.switch_on()
-    bench.desk.connect(f"gige:{ADDRESS}")
-    bench.desk.watch()
-    losses = bench.desk.window.status.lossLabel
+    bench.app.connect(f"gige:{ADDRESS}")
+    bench.app.watch()
+    losses = bench.app.window.status.lossLabel
     assert losses.property("tone") == Tone.IDLE.value
 
     bench.lose_packets(0.3)
-    bench.desk.until(lambda: losses.property("tone") != Tone.IDLE.value and losses.text())
+    bench.app.until(lambda: losses.property("tone") != Tone.IDLE.value and losses.text())
 
     bench.lose_packets(0.0)
-    bench.desk.until(lambda: losses.property("tone") == Tone.IDLE.value)
-    assert not bench.desk.errors
+    bench.app.until(lambda: losses.property("tone") == Tone.IDLE.value)
+    assert not bench.app.errors

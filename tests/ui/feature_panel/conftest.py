@@ -1,19 +1,19 @@
 """The panel on a made-up camera, or on any other."""
 
 import pytest
-from panel_desk import Desk, camera_features
+from panel_harness import PanelHarness, camera_features
 
 from fakes import ScriptedGrabber
 
 
 @pytest.fixture
-def desk(qtbot):
-    desks = []
+def make_panel(qtbot):
+    made = []
 
     def build(grabber=None):
-        desks.append(Desk(qtbot, grabber or ScriptedGrabber(camera_features())))
-        return desks[-1]
+        made.append(PanelHarness(qtbot, grabber or ScriptedGrabber(camera_features())))
+        return made[-1]
 
     yield build
-    for made in desks:
-        made.close()
+    for panel in made:
+        panel.close()

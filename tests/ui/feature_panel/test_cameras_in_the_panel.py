@@ -20,10 +20,10 @@ EXPOSURE_REGISTER = 0x100330
 
 
 @pytest.fixture
-def sim(desk):
+def sim(make_panel):
     camera = sources.create("sim:?width=64&height=64")
     camera.open()
-    return desk(camera)
+    return make_panel(camera)
 
 
 def exposure_register(d):
@@ -99,14 +99,14 @@ def vendor_descriptions():
     vendor_descriptions() or [pytest.param(None, marks=pytest.mark.skip("no folder of vendors' XML"))],
     ids=lambda path: path.stem if path else "none",
 )
-def test_tour_of_a_vendors_camera(desk, path, caplog):
+def test_tour_of_a_vendors_camera(make_panel, path, caplog):
     """The panel of a real description opens in less than a second, and every section can be opened."""
     for watch in attempts(1.0, clock=time.process_time):
         device = XmlDevice(path.read_bytes())
         camera = Camera(device)
         with watch:
             camera.open()
-            d = desk(camera)
+            d = make_panel(camera)
             d.filled()
     d.open_everything()
     assert d.panel.watched == reachable(d.model.root)

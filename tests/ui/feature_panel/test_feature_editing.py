@@ -1,14 +1,14 @@
 """Features moved in the panel and among the favourites, and what the camera makes of it."""
 
-from panel_desk import A
+from panel_harness import A
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.errors import GrabberError
 
 
-def test_dragging_a_slider_writes_at_most_60_times_a_second_and_the_last_value(desk):
-    d = desk()
+def test_dragging_a_slider_writes_at_most_60_times_a_second_and_the_last_value(make_panel):
+    d = make_panel()
     editor = d.row("Gain").editor
     slider = editor.slider()
     slider.setSliderDown(True)
@@ -26,8 +26,8 @@ def test_dragging_a_slider_writes_at_most_60_times_a_second_and_the_last_value(d
     d.qtbot.waitUntil(lambda: d.row("Gain", d.strip).editor.field.text() == last)
 
 
-def test_while_dragged_nothing_from_outside_moves_the_slider(desk):
-    d = desk()
+def test_while_dragged_nothing_from_outside_moves_the_slider(make_panel):
+    d = make_panel()
     slider = d.row("Gain").editor.slider()
     slider.setSliderDown(True)
     position = slider.value()
@@ -40,8 +40,8 @@ def test_while_dragged_nothing_from_outside_moves_the_slider(desk):
     assert d.grabber.writes == []
 
 
-def test_a_refused_write_is_reported_and_the_widget_shows_the_true_value(desk):
-    d = desk()
+def test_a_refused_write_is_reported_and_the_widget_shows_the_true_value(make_panel):
+    d = make_panel()
     d.row("Gain")
     d.grabber.refusals["Gain"] = GrabberError("Gain=9: the camera answered: busy")
     d.row("Gain").editor.field.stepBy(6)
@@ -51,8 +51,8 @@ def test_a_refused_write_is_reported_and_the_widget_shows_the_true_value(desk):
     d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "6")
 
 
-def test_what_the_camera_made_of_a_value_is_shown(desk):
-    d = desk()
+def test_what_the_camera_made_of_a_value_is_shown(make_panel):
+    d = make_panel()
     d.grabber.on_write = lambda name, value: 16.0
     d.row("Gain").editor.field.stepBy(18)
     d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "16")
@@ -60,8 +60,8 @@ def test_what_the_camera_made_of_a_value_is_shown(desk):
     assert d.errors == []
 
 
-def test_the_auto_button_beside_a_control(desk):
-    d = desk()
+def test_the_auto_button_beside_a_control(make_panel):
+    d = make_panel()
     row = d.row("ExposureTime")
     d.qtbot.waitUntil(lambda: row.auto is not None)
     row.auto.click()
@@ -77,8 +77,8 @@ def test_the_auto_button_beside_a_control(desk):
     d.qtbot.waitUntil(lambda: d.written("ExposureAuto") == ["Continuous", "Off"])
 
 
-def test_a_feature_that_gets_locked_turns_grey_and_comes_back(desk):
-    d = desk()
+def test_a_feature_that_gets_locked_turns_grey_and_comes_back(make_panel):
+    d = make_panel()
     row = d.row("Gain")
     d.grabber.set("Gain", access=A.READ_ONLY)
     d.qtbot.waitUntil(lambda: not row.editor.isEnabled())
@@ -87,8 +87,8 @@ def test_a_feature_that_gets_locked_turns_grey_and_comes_back(desk):
     d.qtbot.waitUntil(row.editor.isEnabled)
 
 
-def test_other_locks_stay_however_the_automatic_mode_is(desk):
-    d = desk()
+def test_other_locks_stay_however_the_automatic_mode_is(make_panel):
+    d = make_panel()
     row = d.row("ExposureTime")
     d.grabber.set("ExposureTime", access=A.READ_ONLY)
     d.qtbot.waitUntil(lambda: not row.editor.isEnabled())
@@ -97,15 +97,15 @@ def test_other_locks_stay_however_the_automatic_mode_is(desk):
     assert not row.editor.isEnabled() and not row.editor.slider().isEnabled()
 
 
-def test_a_command_is_run(desk):
-    d = desk()
+def test_a_command_is_run(make_panel):
+    d = make_panel()
     d.qtbot.mouseClick(d.row("TriggerSoftware").editor.button, Qt.LeftButton)
     d.qtbot.waitUntil(lambda: d.grabber.commands == ["TriggerSoftware"])
     assert d.grabber.writes == []
 
 
-def test_favourites_are_there_whatever_the_camera_calls_them(desk):
-    d = desk()
+def test_favourites_are_there_whatever_the_camera_calls_them(make_panel):
+    d = make_panel()
     rows = [d.row(name, d.strip) for name in ("ExposureTime", "Gain", "AcquisitionFrameRateAbs")]
     assert [row.title for row in rows] == ["Exposure", "Gain", "Frame rate"]
     assert sorted(rows, key=QWidget.x) == rows
@@ -114,8 +114,8 @@ def test_favourites_are_there_whatever_the_camera_calls_them(desk):
     d.qtbot.waitUntil(lambda: d.row("AcquisitionFrameRateAbs").editor.field.text() == "26")
 
 
-def test_a_favourite_of_a_closed_section_is_followed_too(desk):
-    d = desk()
+def test_a_favourite_of_a_closed_section_is_followed_too(make_panel):
+    d = make_panel()
     d.qtbot.mouseClick(d.panel.section("AnalogControl").header, Qt.LeftButton)
     assert "Gain" not in d.panel.watched
     d.grabber.set("Gain", 33.0)

@@ -3,7 +3,7 @@
 import time
 from itertools import combinations
 
-from panel_desk import K, camera_features, feature
+from panel_harness import K, camera_features, feature
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QLabel, QWidget
 
@@ -24,8 +24,8 @@ def test_without_a_camera_the_panel_reports_it(qtbot):
     assert not panel.filterEdit.isEnabled()
 
 
-def test_showing_every_feature_writes_none(desk):
-    d = desk()
+def test_showing_every_feature_writes_none(make_panel):
+    d = make_panel()
     d.panel.levelBox.setCurrentIndex(2)
     for section in d.panel.findChildren(Section):
         section.setOpen(True)
@@ -40,8 +40,8 @@ def test_showing_every_feature_writes_none(desk):
     assert d.grabber.commands == []
 
 
-def test_only_sections_that_are_open_are_built_and_read(desk):
-    d = desk()
+def test_only_sections_that_are_open_are_built_and_read(make_panel):
+    d = make_panel()
     d.filled()
     assert not d.panel.section("DeviceControl").open
     assert d.panel.rows.rows("DeviceUserID") == []
@@ -58,16 +58,16 @@ def test_only_sections_that_are_open_are_built_and_read(desk):
     assert d.grabber.reads.count("DeviceUserID") == reads
 
 
-def test_rows_stand_in_the_cameras_order(desk):
-    d = desk()
+def test_rows_stand_in_the_cameras_order(make_panel):
+    d = make_panel()
     d.filled()
     names = [row.name for row in d.panel.section("AcquisitionControl").findChildren(FeatureRow)]
     rows = sorted(names, key=lambda name: d.row(name).y())
     assert rows == [f.name for f in camera_features() if f.category == "AcquisitionControl"]
 
 
-def test_a_selected_feature_is_shown_below_its_selector(desk):
-    d = desk()
+def test_a_selected_feature_is_shown_below_its_selector(make_panel):
+    d = make_panel()
     selector, selected = d.row("TriggerSelector"), d.row("TriggerMode")
     names = [row.findChild(QLabel) for row in (selected, selector)]
     assert names[0].contentsRect().left() > names[1].contentsRect().left()
@@ -75,8 +75,8 @@ def test_a_selected_feature_is_shown_below_its_selector(desk):
     assert editors[0] == editors[1]  # what is typed into stays in its column
 
 
-def test_visibility_levels(desk):
-    d = desk()
+def test_visibility_levels(make_panel):
+    d = make_panel()
     d.panel.levelBox.setCurrentText("Beginner")
     assert "BlackLevel" not in d.shown()
     d.panel.levelBox.setCurrentText("Expert")
@@ -88,8 +88,8 @@ def test_visibility_levels(desk):
     assert not {"Fuse", "BlackLevel"} & set(d.shown())
 
 
-def test_beginners_see_a_pinned_feature_once(desk):
-    d = desk()
+def test_beginners_see_a_pinned_feature_once(make_panel):
+    d = make_panel()
     d.panel.levelBox.setCurrentText("Beginner")
     pinned = {"ExposureTime", "ExposureAuto", "Gain", "AcquisitionFrameRateAbs"}
     assert {"ExposureTime", "Gain"} <= {row.name for row in d.strip.findChildren(FeatureRow)}
@@ -104,8 +104,8 @@ def test_beginners_see_a_pinned_feature_once(desk):
     assert pinned <= set(d.shown())
 
 
-def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(desk):
-    d = desk()
+def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(make_panel):
+    d = make_panel()
     d.filled()
     d.qtbot.keyClicks(d.panel.filterEdit, "userid")
     assert d.shown() == ["DeviceUserID"]
@@ -122,8 +122,8 @@ def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(desk):
     assert "Gain" in d.shown()
 
 
-def test_another_camera_replaces_the_first(desk):
-    d = desk()
+def test_another_camera_replaces_the_first(make_panel):
+    d = make_panel()
     d.filled()
     other = ScriptedGrabber([feature("GainRaw", K.INTEGER, 3, "Analog", minimum=0, maximum=10)])
     worker = FeatureWorker()
@@ -141,8 +141,8 @@ def test_another_camera_replaces_the_first(desk):
     assert worker.close()
 
 
-def test_a_changed_feature_tree_is_shown_again(desk):
-    d = desk()
+def test_a_changed_feature_tree_is_shown_again(make_panel):
+    d = make_panel()
     d.filled()
     gamma = feature("Gamma", K.FLOAT, 1.0, "Fresh", minimum=0.1, maximum=4.0)
     d.grabber.known, d.grabber.tree = {"Gamma": gamma}, Category("Root", members=(gamma,))
@@ -152,10 +152,10 @@ def test_a_changed_feature_tree_is_shown_again(desk):
     assert d.strip.hintLabel.isVisible()
 
 
-def test_a_row_that_fails_leaves_the_others(desk, caplog):
+def test_a_row_that_fails_leaves_the_others(make_panel, caplog):
     grabber = ScriptedGrabber(camera_features())
     grabber.failures["TriggerMode"] = RuntimeError("odd node")
-    d = desk(grabber)
+    d = make_panel(grabber)
     d.filled()
     assert not d.row("TriggerMode").editor.isEnabled()
     assert "odd node" in d.row("TriggerMode").toolTip()
@@ -170,12 +170,12 @@ def huge_grabber(count=3500, per_category=500):
     return ScriptedGrabber(features)
 
 
-def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, qapp):
+def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(make_panel, qapp):
     # In seconds of this thread's own work: how busy the machine is otherwise must not matter.
     for watch in attempts(0.5, clock=time.thread_time):
         grabber = huge_grabber()
         with watch:
-            d = desk(grabber)
+            d = make_panel(grabber)
     worst = 0.0
     d.panel.section("Category3").header.click()
     deadline = time.monotonic() + PATIENCE
@@ -192,8 +192,8 @@ def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, 
     assert len(set(grabber.reads)) == 1000
 
 
-def test_a_search_shows_so_many_and_says_how_many_more(desk):
-    d = desk(huge_grabber())
+def test_a_search_shows_so_many_and_says_how_many_more(make_panel):
+    d = make_panel(huge_grabber())
     d.panel.filterEdit.setText("feature")
     assert len(d.panel.watched) == MOST_FOUND
     assert d.panel.messageLabel.text() == "3300 more match; type another letter."
@@ -201,8 +201,8 @@ def test_a_search_shows_so_many_and_says_how_many_more(desk):
     assert d.shown() == ["Feature3499"]
 
 
-def test_escape_in_the_filter_shows_everything_again(desk, qtbot):
-    d = desk()
+def test_escape_in_the_filter_shows_everything_again(make_panel, qtbot):
+    d = make_panel()
     d.panel.filterEdit.setText("gain")
     assert "ExposureTime" not in d.shown()
     qtbot.keyClick(d.panel.filterEdit, Qt.Key_Escape)
@@ -221,8 +221,8 @@ def seen_over_each_other(widget):
     return found
 
 
-def test_rows_that_have_no_place_yet_are_not_painted_over_each_other(desk):
-    d = desk()
+def test_rows_that_have_no_place_yet_are_not_painted_over_each_other(make_panel):
+    d = make_panel()
     d.filled()
     tree = d.model.root
     d.panel.setTree(None)

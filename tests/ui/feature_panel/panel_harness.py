@@ -1,4 +1,4 @@
-"""Panel, strip of favourites and their controller, joined to a model on a grabber."""
+"""The feature panel, the strip of favourites and their controller on a grabber, without the window."""
 
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Visibility
 from grabbergui.models.features.tree import FeatureTreeModel
@@ -36,7 +36,7 @@ def camera_features():
     ]  # fmt: skip
 
 
-class Desk:
+class PanelHarness:
     """Panel, strip and controller on a grabber."""
 
     def __init__(self, qtbot, grabber):
