@@ -7,6 +7,7 @@ import math
 import re
 import threading
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -239,15 +240,18 @@ class CurrentScan3d:
 
 
 class FollowedScan3d:
-    """A grabber's Scan3d features for threads that must not block: read where a change is reported."""
+    """A grabber's Scan3d features for threads that must not block.
+
+    After a change a thread reads them: a listener must not, as whoever reports a change may hold the grabber.
+    """
 
     def __init__(self, grabber: FrameGrabber) -> None:
         """Blocks while the camera answers."""
         self._grabber = grabber
-        # One reading at a time, so that the last to begin is the one that counts.
-        self._reading = threading.RLock()
         self.value = Scan3d()
         "The features as they were read last. Any thread."
+        self._lock = threading.Lock()
+        self._stale = self._reading = True
         grabber.features_changed.connect(self._on_features_changed)
         self._read()
 
@@ -256,12 +260,23 @@ class FollowedScan3d:
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        if may_change(names):
-            self._read()
+        if not may_change(names):
+            return
+        with self._lock:
+            begin, self._stale, self._reading = not self._reading, True, True
+        if begin:
+            threading.Thread(target=self._read, name="scan3d", daemon=True).start()
 
     def _read(self) -> None:
-        with self._reading:
-            self.value = Scan3d.read(self._grabber)
+        """Read until nothing has changed meanwhile."""
+        while self._take_stale():
+            with suppress(GrabberError):  # of a grabber that is closed or away; its return is a change
+                self.value = Scan3d.read(self._grabber)
+
+    def _take_stale(self) -> bool:
+        with self._lock:
+            self._reading, self._stale = self._stale, False
+            return self._reading
 
 
 def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:

@@ -16,7 +16,7 @@ from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import Coordinate, FollowedScan3d, Scan3d
 from grabbergui.core.uri import SourceUri
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 DEPTH = Coordinate(0.5, 100.0, 0.0)
 C_ONLY = Scan3d(calibrated=True, coordinates=(Coordinate(), Coordinate(), DEPTH))
@@ -148,4 +148,31 @@ def test_a_change_during_the_first_read_is_not_overwritten_by_it(monkeypatch):
     followed = FollowedScan3d(camera)
     change.join(PATIENCE)
     assert followed.value == C_ONLY
+    followed.close()
+
+
+def test_a_change_is_followed_while_whoever_reports_it_holds_the_camera(monkeypatch):
+    camera = ScriptedGrabber()
+    followed = FollowedScan3d(camera)
+    reading = threading.Event()
+
+    def read(grabber):
+        reading.set()
+        with grabber.exclusive():
+            return C_ONLY
+
+    monkeypatch.setattr(Scan3d, "read", read)
+    changed = frozenset({"Scan3dCoordinateScale"})
+
+    def write():
+        with camera.exclusive():
+            threading.Thread(target=camera.features_changed.emit, args=(changed,), daemon=True).start()
+            reading.wait(PATIENCE)
+            camera.features_changed.emit(changed)
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    writer.join(PATIENCE)
+    assert not writer.is_alive()
+    until(lambda: followed.value == C_ONLY)
     followed.close()
