@@ -162,6 +162,14 @@ class Camera(FrameGrabber):
         return self._write(name, value).feature
 
     @override
+    def read_setting(self, key: SettingKey) -> Feature:
+        """Selectors that are moved for it and put back are no change, so none is reported."""
+        if not key.selected:
+            return self.feature(key.name)
+        with self._lock, self._opened().unreported():
+            return super().read_setting(key)
+
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Consequences are found by the description's invalidation rules."""
         if not key.selected:

@@ -15,6 +15,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.selection import SettingKey
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi.node_features import NodeFeature
 from patience import PATIENCE, attempts
@@ -42,6 +43,22 @@ def test_opening_writes_nothing(monkeypatch):
     grabber.close()
 
     assert written == []
+
+
+def test_reading_under_another_selector_reports_no_change(camera):
+    camera.write_feature("TriggerSelector", "FrameStart")
+    reported = []
+    camera.features_changed.connect(reported.append)
+
+    assert (
+        camera.read_setting(SettingKey.parse("TriggerDelay[TriggerSelector=FrameBurstStart]")).value
+        is not None
+    )
+    assert camera.feature("TriggerSelector").value == "FrameStart"
+    assert reported == []
+
+    camera.write_setting(SettingKey.parse("TriggerDelay[TriggerSelector=FrameBurstStart]"), 1.5)
+    assert "TriggerDelay" in frozenset().union(*reported)
 
 
 def test_starting_changes_the_modes_and_nothing_else(camera):

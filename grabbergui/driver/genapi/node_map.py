@@ -155,12 +155,12 @@ class CameraNodeMap:
     def is_locked_by(self, name: str, lock: str) -> bool:
         """Whether a feature could be written if only the integer or boolean node `lock` were 0.
 
-        The description is asked, with the lock open for that long; of the two changes nobody hears.
+        The description is asked, with the lock open for that long.
         """
         if name not in self.dependents(lock):
             return False
-        with self._lock:
-            switch, changed = self._map.get_node(lock), set(self._lock.changed)
+        with self.unreported():
+            switch = self._map.get_node(lock)
             locked = switch.value
             try:
                 if node_features.access_of(self._map.get_node(name)).writable or not locked:
@@ -175,7 +175,6 @@ class CameraNodeMap:
                 return False
             finally:
                 self._port.take_failure()
-                self._lock.changed.intersection_update(changed)  # the callbacks hold this very set
 
     def values(self, names: Sequence[str]) -> dict[str, FeatureValue]:
         """Return the values of those features that can be read at the moment."""
@@ -191,6 +190,16 @@ class CameraNodeMap:
         """Keep all other threads out for the block; what changed is reported behind it."""
         with self._lock:
             yield
+
+    @contextmanager
+    def unreported(self) -> Iterator[None]:
+        """Report nothing of a block that leaves every feature as it was; other threads wait."""
+        with self._lock:
+            changed = set(self._lock.changed)
+            try:
+                yield
+            finally:
+                self._lock.changed.intersection_update(changed)  # the callbacks hold this very set
 
     def execute(self, name: str) -> None:
         """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
