@@ -64,7 +64,9 @@ def translated(name: str) -> Iterator[None]:
             raise EndpointHaltedError(f"{name} halted a USB endpoint") from error
         raise TransportError(f"{name}: USB error: {error.strerror or error}") from error
     except NotImplementedError as error:  # so pyusb raises LIBUSB_ERROR_NOT_SUPPORTED
-        raise TransportError(f"{name}: this system's USB driver for it does not support that") from error
+        raise TransportError(
+            f"{name}: the driver that the system uses for it lacks this call; on Windows libusb needs WinUSB"
+        ) from error
 
 
 class _Window:

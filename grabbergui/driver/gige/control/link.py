@@ -339,8 +339,8 @@ class DeviceMemory:
 
     def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
-        self._ready_to_write = True
         self._writes_memory = Capability.WRITEMEM in self.capability
+        self._ready_to_write = True
         if not self.capability & Capability.PENDING_ACK:
             return
         configuration = self._link.read_register(Register.GVCP_CONFIGURATION)
