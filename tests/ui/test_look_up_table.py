@@ -1,5 +1,7 @@
 """The look-up table is a curve that is edited, kept in a file, written to the camera and taken back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,13 @@ def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
     assert np.array_equal(lut.edited, curve)
 
 
+def test_a_table_that_cannot_be_saved_is_reported_in_the_words_of_every_file(app, tmp_path, monkeypatch):
+    path = tmp_path / "no" / "lut.csv"
+    monkeypatch.setattr(app.program.lut._files, "to_save", lambda *_: path)
+    app.program.lut.dialog.saveButton.click()
+    app.until(lambda: f"{path} could not be written: No such file or directory" in app.errors)
+
+
 def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(app):
     lut, dialog = app.program.lut, app.program.lut.dialog
     dialog.gammaBox.setValue(0.5)
@@ -94,3 +103,46 @@ def test_what_is_edited_survives_the_menus_entry(app):
 def test_the_window_closes_with_its_camera(app):
     app.connect("sim:colour?width=160&height=120")
     app.until(lambda: app.program.lut.dialog is None)
+
+
+@pytest.fixture
+def finish(app, monkeypatch):
+    """Collect the work that the dialog asks for; `finish(table)` ends the oldest with the camera's table."""
+    asked = []
+    monkeypatch.setattr(app.program.work, "run", lambda _, __, done, **___: asked.append(done))
+    present = app.program.lut._present
+    return lambda table, **changes: asked.pop(0)(replace(present, table=table, **changes))
+
+
+def test_edits_made_while_the_camera_is_written_stay(app, finish):
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    written = lut.edited
+    dialog.writeButton.click()
+    dialog.gammaBox.setValue(2.0)
+    edited = lut.edited
+    finish(written)
+    assert lut.edited is edited
+    assert dialog.undoButton.isEnabled() and dialog.writeButton.isEnabled()
+
+
+def test_the_undo_of_one_table_is_not_offered_for_another(app, finish):
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    dialog.writeButton.click()
+    dialog.selectorChosen.emit("Green")
+    finish(lut.edited)
+    finish(np.arange(4096), selector="Green")
+    assert not dialog.undoButton.isEnabled()
+
+
+def test_a_second_request_for_the_window_does_not_discard_what_was_edited(app, finish):
+    lut, action = app.program.lut, app.window.actionLookUpTable
+    lut.dialog.close()
+    action.trigger()
+    action.trigger()
+    finish(np.arange(4096))
+    lut.dialog.gammaBox.setValue(0.5)
+    edited = lut.edited
+    finish(np.arange(4096))
+    assert lut.edited is edited

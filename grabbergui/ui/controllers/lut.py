@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,32 +78,41 @@ class LutController(QObject):
     def show(self) -> None:
         """Read the first table of the camera, and show it; only raise a window that is open already."""
         if self.dialog is None:
-            self._read("")
+            self._read("", self._open)
         else:
             self.dialog.raise_()
 
-    def _read(self, selector: str) -> None:
+    def _read(self, selector: str, done: Callable[[_Present], None]) -> None:
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
             return _read_table(grabber.plain, selector, progress, cancelled)
 
-        self._before = None
-        self._work.run(self.tr("Reading the look-up table"), work, self._show)
+        self._work.run(self.tr("Reading the look-up table"), work, done)
+
+    def _open(self, present: _Present) -> None:
+        if self.dialog is not None:
+            return  # requested twice before the first answer: what is edited since stays
+        self.dialog = dialog = LutDialog(self._window)
+        dialog.selectorChosen.connect(lambda selector: self._read(selector, self._show_other))
+        dialog.enableToggled.connect(self._on_enable_toggled)
+        dialog.gammaChosen.connect(self._on_gamma_chosen)
+        dialog.linearRequested.connect(self._on_linear_requested)
+        dialog.loadRequested.connect(self._on_load_requested)
+        dialog.saveRequested.connect(self._on_save_requested)
+        dialog.writeRequested.connect(lambda: self._write(self._edited))
+        dialog.undoRequested.connect(self._on_undo_requested)
+        dialog.finished.connect(self._on_dialog_finished)
+        dialog.setSelectors(present.selectors)
+        dialog.show()
+        self._show(present)
+
+    def _show_other(self, present: _Present) -> None:
+        self._before = None  # a write can only be undone in its own table
+        self._show(present)
 
     def _show(self, present: _Present) -> None:
-        self._present, self._edited = present, present.table.copy()
         if self.dialog is None:
-            self.dialog = dialog = LutDialog(self._window)
-            dialog.selectorChosen.connect(self._read)
-            dialog.enableToggled.connect(self._on_enable_toggled)
-            dialog.gammaChosen.connect(self._on_gamma_chosen)
-            dialog.linearRequested.connect(self._on_linear_requested)
-            dialog.loadRequested.connect(self._on_load_requested)
-            dialog.saveRequested.connect(self._on_save_requested)
-            dialog.writeRequested.connect(lambda: self._write(self._edited))
-            dialog.undoRequested.connect(self._on_undo_requested)
-            dialog.finished.connect(self._on_dialog_finished)
-            dialog.setSelectors(present.selectors)
-            dialog.show()
+            return
+        self._present, self._edited = present, present.table.copy()
         self.dialog.setEnabledInCamera(present.used)
         self.dialog.setUndoable(self._before is not None)
         self.dialog.setTables(present.table, self._edited)
@@ -134,21 +144,16 @@ class LutController(QObject):
     def _on_save_requested(self) -> None:
         kinds = self.tr("Comma-separated values (*.csv);;16-bit values (*.bin)")
         path = self._files.to_save(self.tr("Save the look-up table"), "lut.csv", kinds)
-        if path is None:
-            return
-        try:
-            save_table(path, self._edited)
-        except UsageError as error:
-            self._messages.error(error_text(error))
-        else:
-            self._messages.notice(self.tr("Saved {0}").format(path))
+        if path is not None:
+            with self._messages.saving(path, self.tr("Saved {0}")):
+                save_table(path, self._edited)
 
     def _on_undo_requested(self) -> None:
         if self._before is not None:
             self._write(self._before)
 
     def _write(self, table: Table) -> None:
-        present = self._present
+        present, edited = self._present, self._edited
         if present is None:
             return
 
@@ -158,9 +163,13 @@ class LutController(QObject):
 
         def done(after: _Present) -> None:
             self._messages.notice(self.tr("The camera has the new look-up table"))
-            if self.dialog is not None:
-                self._before = present.table
-                self._show(after)
+            if self.dialog is None:
+                return
+            edited_since = self._edited if self._edited is not edited else None
+            self._before = present.table
+            self._show(after)
+            if edited_since is not None:
+                self._edit(edited_since)
 
         self._work.run(self.tr("Writing the look-up table"), work, done)
 
