@@ -1,23 +1,22 @@
 """The components of a frame by the labels that a user chooses from.
 
-Here, too: the images of all stream channels as components of one frame, and what the camera's features say
-about the values: whether its sensor is polarised, and its Scan3d features.
+Also: the images of all stream channels as components of one frame, and facts about the current camera that
+the values need: whether its sensor is polarised, its Scan3d features.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 
 from psygnal import Signal
 
-from grabbergui.core import scan3d
 from grabbergui.core.component import Component, ComponentKind, own_component
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import EncodedFrame, Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import OpenSource
@@ -134,42 +133,23 @@ def is_polarised(grabber: FrameGrabber) -> bool:
         return False
 
 
-class PolarisationWatch:
-    """Finds out whether the current camera is polarised. `found` is emitted on the source's thread."""
+class CameraWatch:
+    """Reads one fact about each camera that becomes current, and again after changes that it depends on.
 
-    found = Signal(bool)
-
-    def __init__(self, connection: Connection) -> None:
-        self._source: OpenSource | None = None
-        connection.opened.connect(self._on_opened)
-        connection.closing.connect(self._on_closing)
-
-    def _on_opened(self, source: OpenSource) -> None:
-        grabber = source.grabber
-        if grabber is None:
-            return
-        self._source = source
-
-        def publish(polarised: bool) -> None:
-            if source is self._source:
-                self.found.emit(polarised)
-
-        source.worker.submit(lambda: is_polarised(grabber), key="Polarised", done=publish)
-
-    def _on_closing(self, source: OpenSource) -> None:
-        if source is self._source:
-            self._source = None
-
-
-class CoordinateWatch:
-    """Reads what the values of range images mean. No call waits; the signal comes from the source's thread.
-
-    A camera without these features is asked for nothing.
+    No call waits. `changed` is emitted with the fact, on the source's thread.
     """
 
-    changed = Signal(Scan3d)
+    changed = Signal(object)
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(
+        self,
+        connection: Connection,
+        read: Callable[[FrameGrabber], object],
+        depends_on: Callable[[frozenset[str]], bool] = lambda _: False,
+    ) -> None:
+        """`depends_on` returns whether a change of the features of these names calls for reading again."""
+        self._read_fact = read
+        self._depends_on = depends_on
         self._source: OpenSource | None = None
         connection.opened.connect(self._on_opened)
         connection.closing.connect(self._on_closing)
@@ -191,15 +171,16 @@ class CoordinateWatch:
             source.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        if (source := self._source) is not None and scan3d.may_change(names):
+        if (source := self._source) is not None and self._depends_on(names):
             self._read(source)
 
     def _read(self, source: OpenSource) -> None:
         grabber = source.grabber
         assert grabber is not None
 
-        def publish(scan: Scan3d) -> None:
+        def publish(fact: object) -> None:
             if source is self._source:
-                self.changed.emit(scan)
+                self.changed.emit(fact)
 
-        source.worker.submit(lambda: Scan3d.read(grabber), key="Scan3d", done=publish)
+        key = self._read_fact.__qualname__
+        source.worker.submit(lambda: self._read_fact(grabber), key=key, done=publish)

@@ -9,12 +9,13 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QAction, QWidget
 
+from grabbergui.core import scan3d
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.components import CoordinateWatch, PolarisationWatch
+from grabbergui.models.picture.components import CameraWatch, is_polarised
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import Picture, PictureModel
 from grabbergui.models.picture.points import PointCloudModel
@@ -250,14 +251,14 @@ class ComponentController(QObject):
         self._actions = actions
         self._histogram = histogram
         self._picture = picture
-        self._coordinates = CoordinateWatch(connection)
+        self._coordinates = CameraWatch(connection, Scan3d.read, scan3d.may_change)
+        self._polarisation = CameraWatch(connection, is_polarised)
         view.componentChosen.connect(self._on_component_chosen)
         view.sideBySideToggled.connect(self._on_side_by_side_toggled)
         actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
         bridge = Bridge(self)
-        self._polarisation = PolarisationWatch(connection)
         actions.actionPolarised.toggled.connect(self._on_polarised_toggled)
-        bridge.bind(self._polarisation.found, self._actions.setPolarised)
+        bridge.bind(self._polarisation.changed, self._actions.setPolarised)
         bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
         bridge.bind(connection.opened, self._on_connection_opened)
 

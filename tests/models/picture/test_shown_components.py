@@ -1,14 +1,19 @@
 """Stream channels are shown as components; a polarised sensor is recognised by the names its maker gives."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from psygnal import Signal
 
+from fakes import ScriptedGrabber
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.errors import FeatureAccessError
 from grabbergui.core.features import AccessMode, Category, EnumEntry, Feature, FeatureDescription, FeatureKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_code, by_name
-from grabbergui.models.picture.components import SILENCE, StreamChannels, is_polarised, labels
+from grabbergui.core.scan3d import may_change
+from grabbergui.models.picture.components import SILENCE, CameraWatch, StreamChannels, is_polarised, labels
 from grabbergui.models.picture.quantities import is_mosaic
 
 
@@ -99,3 +104,41 @@ def test_only_the_camera_s_names_count(camera, polarised):
 )
 def test_only_brightness_can_be_a_mosaic(pixel_format, mosaic):
     assert is_mosaic(Frame(np.zeros(64, np.uint8), 4, 4, pixel_format)) is mosaic
+
+
+class FakeConnection:
+    opened, closing = Signal(object), Signal(object)
+
+
+class SlowSource:
+    """A source whose worker answers when the test says so."""
+
+    def __init__(self):
+        unit = Feature(name="Scan3dUnit", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value="mm")
+        self.grabber = ScriptedGrabber([unit])
+        self.worker = SimpleNamespace(submit=lambda job, *, key, done: self.waiting.append((job, done)))
+        self.waiting = []
+
+    def answer(self):
+        job, done = self.waiting.pop(0)
+        done(job())
+
+
+def test_a_fact_is_read_again_where_it_may_have_changed_and_never_reported_of_another_camera():
+    connection, first, second = FakeConnection(), SlowSource(), SlowSource()
+    facts = []
+    watch = CameraWatch(connection, lambda grabber: grabber.feature("Scan3dUnit").value, may_change)
+    watch.changed.connect(facts.append)
+    connection.opened.emit(first)
+    first.answer()
+    first.grabber.features_changed.emit(frozenset({"Gain"}))
+    assert facts == ["mm"] and not first.waiting
+    first.grabber.features_changed.emit(frozenset({"Scan3dUnit"}))
+    connection.closing.emit(first)
+    connection.opened.emit(second)
+    first.answer()
+    assert facts == ["mm"]
+    second.answer()
+    assert facts == ["mm", "mm"]
+    first.grabber.features_changed.emit(frozenset({"Scan3dUnit"}))
+    assert not first.waiting
