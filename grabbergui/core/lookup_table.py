@@ -151,17 +151,17 @@ def load_table(path: Path, shape: LutShape) -> Table:
 
 
 def save_table(path: Path, table: Table) -> None:
-    """Write a table in the format of its suffix, as `load_table` reads it. Raises UsageError."""
-    try:
-        if path.suffix.lower() in (".csv", ".txt"):
-            lines = [f"{index},{value}" for index, value in enumerate(table.tolist())]
-            path.write_text("index,value\n" + "\n".join(lines) + "\n", encoding="utf-8")
-        elif table.max(initial=0) > 0xFFFF:
-            raise UsageError(f"values up to {table.max()} do not fit into 16 bits; save it as .csv")
-        else:
-            path.write_bytes(table.astype("<u2").tobytes())
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error}") from error
+    """Write a table in the format of its suffix, as `load_table` reads it.
+
+    Raises UsageError for values that do not fit into that format, and OSError.
+    """
+    if path.suffix.lower() in (".csv", ".txt"):
+        lines = [f"{index},{value}" for index, value in enumerate(table.tolist())]
+        path.write_text("index,value\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    elif table.max(initial=0) > 0xFFFF:
+        raise UsageError(f"values up to {table.max()} do not fit into 16 bits; save it as .csv")
+    else:
+        path.write_bytes(table.astype("<u2").tobytes())
 
 
 def _require_fit(table: Table, shape: LutShape, name: str) -> None:

@@ -8,9 +8,11 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from pathlib import Path
 
 from psygnal import Signal
 
@@ -197,6 +199,19 @@ class CurrentMessages:
     def notice(self, text: str) -> None:
         """Report for a moment that something was done."""
         self._model.notice(text, self._current())
+
+    @contextmanager
+    def saving(self, path: Path, done: str) -> Iterator[None]:
+        """Report `done`, with the path for `{0}`, once the block has written a file, or why it could not."""
+        try:
+            yield
+        except OSError as error:
+            text = translate("Messages", "{0} could not be written: {1}")
+            self.error(text.format(path, error.strerror or error))
+        except GrabberError as error:
+            self.error(error_text(error))
+        else:
+            self.notice(done.format(path))
 
 
 BACK_SECONDS = 10.0

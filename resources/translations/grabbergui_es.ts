@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="102"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="103"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="167"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="168"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="274"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="301"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="183"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="184"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="188"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="189"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="211"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="212"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="330"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="202"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="299"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="209"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="207"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="252"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="250"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="264"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="262"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -510,17 +510,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="54"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="52"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="82"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="82"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -614,12 +614,7 @@ It {1}.</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="130"/>
-        <source>{0} could not be written: {1}</source>
-        <translation>no se pudo escribir {0}: {1}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="127"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -713,57 +708,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="66"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="65"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="67"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="66"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="67"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="75"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="39"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="38"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -771,47 +766,47 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="126"/>
+        <location filename="../../grabbergui/models/connection.py" line="127"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="196"/>
+        <location filename="../../grabbergui/models/connection.py" line="197"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="288"/>
+        <location filename="../../grabbergui/models/connection.py" line="289"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="214"/>
+        <location filename="../../grabbergui/models/messages.py" line="229"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="222"/>
+        <location filename="../../grabbergui/models/messages.py" line="237"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="237"/>
+        <location filename="../../grabbergui/models/messages.py" line="252"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="240"/>
+        <location filename="../../grabbergui/models/messages.py" line="255"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="245"/>
+        <location filename="../../grabbergui/models/messages.py" line="260"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="239"/>
+        <location filename="../../grabbergui/models/messages.py" line="254"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -852,7 +847,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="163"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="162"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -860,107 +855,107 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="225"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="225"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
         <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="303"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="305"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="310"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="314"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="316"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
         <source>No frame for {1:.0f} s, after one that came.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
         <source>No frame for {1:.0f} s, after {0} that came.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
@@ -1671,27 +1666,27 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="223"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="222"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="330"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="329"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="363"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="362"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="375"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="374"/>
         <source>no images come from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="386"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="385"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
@@ -2132,12 +2127,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2147,7 +2142,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2157,102 +2152,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="170"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="202"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="201"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="221"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="220"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="244"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="247"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="250"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="261"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="260"/>
         <source>Use this result for servoing instead of the previous one</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="270"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="329"/>
         <source>Bring the board into the middle of the picture; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2376,42 +2371,42 @@ It {1}.</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="135"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="136"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="135"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="145"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="146"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="144"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="148"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="165"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="165"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="174"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="177"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="186"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -3127,7 +3122,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="261"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="260"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3322,22 +3317,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3444,15 +3439,23 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="106"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="105"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
 </context>
 <context>
+    <name>Messages</name>
+    <message>
+        <location filename="../../grabbergui/models/messages.py" line="209"/>
+        <source>{0} could not be written: {1}</source>
+        <translation>no se pudo escribir {0}: {1}</translation>
+    </message>
+</context>
+<context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="175"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="178"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -3485,7 +3488,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="321"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="319"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3519,27 +3522,27 @@ It {1}.</source>
         <translation>El camino de una imagen, y dónde se detiene</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="269"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="267"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="270"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="268"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="271"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="269"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="272"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="270"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="273"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="271"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -3665,7 +3668,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="260"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3725,7 +3728,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="260"/>
         <source>Hold</source>
         <translation>Congelar</translation>
     </message>
@@ -3878,7 +3881,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="124"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -3953,7 +3956,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="187"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="186"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3968,82 +3971,82 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="124"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="142"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="161"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
     </message>
@@ -4859,77 +4862,77 @@ It {1}.</source>
 <context>
     <name>Status</name>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="133"/>
+        <location filename="../../grabbergui/models/status.py" line="134"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <location filename="../../grabbergui/models/status.py" line="135"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <location filename="../../grabbergui/models/status.py" line="136"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <location filename="../../grabbergui/models/status.py" line="137"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <location filename="../../grabbergui/models/status.py" line="138"/>
         <source>Starting</source>
         <translation>Arrancando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <location filename="../../grabbergui/models/status.py" line="139"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <location filename="../../grabbergui/models/status.py" line="140"/>
         <source>Playing</source>
         <translation>Reproduciendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <location filename="../../grabbergui/models/status.py" line="141"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <location filename="../../grabbergui/models/status.py" line="142"/>
         <source>Waiting for trigger</source>
         <translation>Esperando disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <location filename="../../grabbergui/models/status.py" line="143"/>
         <source>No frame for {0:.0f} s</source>
         <translation>Sin imagen desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="143"/>
+        <location filename="../../grabbergui/models/status.py" line="144"/>
         <source>Lost for {0:.0f} s</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="163"/>
+        <location filename="../../grabbergui/models/status.py" line="164"/>
         <source>{0} fps</source>
         <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="165"/>
+        <location filename="../../grabbergui/models/status.py" line="166"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="174"/>
+        <location filename="../../grabbergui/models/status.py" line="175"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="176"/>
+        <location filename="../../grabbergui/models/status.py" line="177"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>
@@ -5038,57 +5041,57 @@ It {1}.</source>
 <context>
     <name>StreamHealth</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="86"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="87"/>
         <source>more arrives than this computer can take</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="111"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="112"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="117"/>
         <source>Frames dropped because nobody took them in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="120"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>1 lost</source>
         <translation>1 perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>{0} lost</source>
         <translation>{0} perdidas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>1 incomplete</source>
         <translation>1 incompleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>{0} incomplete</source>
         <translation>{0} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="97"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
         <source>{0:.1%} resent</source>
         <translation>{0:.1%} reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>1 resent</source>
         <translation>1 reenviado</translation>
     </message>
@@ -5364,22 +5367,17 @@ It {1}.</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="235"/>
-        <source>{0} could not be written: {1}</source>
-        <translation>no se pudo escribir {0}: {1}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="239"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="232"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="287"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="281"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="286"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="280"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>

@@ -1,13 +1,17 @@
 """Messages: one for each event, with an owner and an end."""
 
+from pathlib import Path
+
 import pytest
 
+from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import (
     ERROR_SECONDS,
     MOST,
     NOTICE_SECONDS,
     Cause,
+    CurrentMessages,
     Message,
     MessageModel,
     Severity,
@@ -70,6 +74,23 @@ def test_what_is_done_goes_by_itself_and_reports_it(stage):
     assert stage.texts() == ["no such file"] and len(stage.changes) == 3
     stage.now += ERROR_SECONDS
     assert stage.texts() == []
+
+
+@pytest.mark.parametrize(
+    ("failure", "text"),
+    [
+        (None, "Saved x.csv"),
+        (PermissionError(13, "Permission denied"), "x.csv could not be written: Permission denied"),
+        (OSError("no room"), "x.csv could not be written: no room"),
+        (UsageError("values do not fit"), "values do not fit"),
+    ],
+)
+def test_a_file_is_saved_or_the_reason_is_given(stage, failure, text):
+    messages = CurrentMessages(stage.model, lambda: stage.one)
+    with messages.saving(Path("x.csv"), "Saved {0}"):
+        if failure is not None:
+            raise failure
+    assert stage.texts(stage.one) == [text] and stage.texts(stage.two) == []
 
 
 def test_the_same_failure_again_counts_and_stays_as_long_as_a_new_one(stage):

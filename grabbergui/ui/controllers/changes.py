@@ -124,14 +124,8 @@ class ChangesController(QObject):
         """Save the changes chosen as what the file's ending says."""
         kind = {".py": CopyAs.PROGRAM, ".sh": CopyAs.COMMAND}.get(path.suffix, CopyAs.TABLE)
         text = self._text(kind)
-        try:
+        with self._messages.saving(path, self.tr("Saved the changes to {0}")):
             path.write_text(f"#!/bin/sh -e\n{text}" if kind is CopyAs.COMMAND else text, encoding="utf-8")
-        except OSError as error:
-            self._messages.error(
-                self.tr("{0} could not be written: {1}").format(path, error.strerror or error)
-            )
-        else:
-            self._messages.notice(self.tr("Saved the changes to {0}").format(path))
 
     def _text(self, kind: CopyAs) -> str:
         changes = self._panel.chosen

@@ -229,14 +229,8 @@ class ValuesController(QObject):
 
     def save(self, path: Path) -> None:
         """Save everything that was read as comma-separated values, the time in UTC."""
-        try:
+        with self._messages.saving(path, self.tr("Saved the values to {0}")):
             path.write_text(to_csv(self._histories), encoding="utf-8")
-        except OSError as error:
-            self._messages.error(
-                self.tr("{0} could not be written: {1}").format(path, error.strerror or error)
-            )
-        else:
-            self._messages.notice(self.tr("Saved the values to {0}").format(path))
 
     # -- what is read ------------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
