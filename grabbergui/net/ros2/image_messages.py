@@ -104,15 +104,12 @@ def _raw_encoding(pixel_format: PixelFormat) -> str:
     return ""
 
 
-def filled(message: Any, frame: Frame) -> Any:
-    """Fill an Image message with a frame's pixels; return it. Raises PixelFormatError."""
-    pixels = pixels_of(frame)
+def describe(message: Any, frame: Frame, pixels: NDArray[Any]) -> None:
+    """Write layout and encoding of a frame's pixels into an Image message. Raises PixelFormatError."""
     message.encoding = encoding_of(frame.pixel_format)
     message.height, message.width = frame.height, frame.width
     message.is_bigendian = 0
     message.step = pixels.nbytes // frame.height
-    message.data = message_bytes(pixels)
-    return message
 
 
 def message_bytes(values: NDArray[Any]) -> array.array[int]:

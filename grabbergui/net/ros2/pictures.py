@@ -27,7 +27,8 @@ from grabbergui.core.pfnc import Family
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import CurrentScan3d, Scan3d, components_of, in_metres
 from grabbergui.net.component_joiner import MOST_COMPONENTS
-from grabbergui.net.ros2.image_messages import fill_camera_info, filled, message_bytes
+from grabbergui.net.ros2.image_messages import fill_camera_info, message_bytes
+from grabbergui.net.ros2.image_writer import ImageWriter
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
@@ -125,6 +126,7 @@ class PicturePublisher:
             except UnsupportedEventTypeError:  # not every middleware reports it
                 return create()
 
+        self._writer = ImageWriter()
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
         self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
         self._info = publisher(CameraInfo, "~/camera_info")
@@ -152,10 +154,9 @@ class PicturePublisher:
         stamp = self._stamps.of(frame)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
         if wanted:
-            message = self._image(frame)
+            message = self._image_type()
             _fill(message.header, stamp, frame_id)
-            for publisher in wanted:
-                publisher.publish(message)
+            self._writer.publish(wanted, message, frame)
             self.published += 1
         if self._compressed.get_subscription_count():
             message = self._jpeg(frame)
@@ -169,9 +170,6 @@ class PicturePublisher:
 
     def _stamp(self, header: Any, frame: Frame) -> None:
         _fill(header, self._stamps.of(frame), self._node.get_parameter("frame_id").value)
-
-    def _image(self, frame: Frame) -> Any:
-        return filled(self._image_type(), frame)
 
     def _jpeg(self, frame: Frame) -> Any:
         message = self._compressed_type()
@@ -252,6 +250,7 @@ class ComponentTopics:
         self._image_type, self._cloud_type, self._field_type = Image, PointCloud2, PointField
         self._publisher, self._stamp = publisher, stamp
         self._scan = CurrentScan3d(grabber)
+        self._writer = ImageWriter()
         self._images: dict[str, Any] = {}
         self._points: Any = None
         self._sink = FrameSink(grabber, self._publish, name="ros2 components", reopens=True)
@@ -273,9 +272,10 @@ class ComponentTopics:
         for name, part in components_of(frame):
             topic = self._topic(name)
             if topic is not None and topic.get_subscription_count():
-                message = filled(self._image_type(), in_metres(frame.of_component(part), self._scan.value))
+                message = self._image_type()
                 self._stamp(message.header, frame)
-                topic.publish(message)
+                image = in_metres(frame.of_component(part), self._scan.value)
+                self._writer.publish([topic], message, image)
                 sent = True
             if part.pixel_format.is_coordinate and self._points is None:
                 self._points = self._publisher(self._cloud_type, "~/range/points")
