@@ -116,9 +116,9 @@ def tiago_on_ros2(*, stock: bool = False) -> Iterator[Stand]:
 
     class FallibleTiago(TiagoTopics):
         @override
-        def _tell(self) -> None:
+        def _publish_state(self) -> None:
             if not robot.silent:
-                super()._tell()
+                super()._publish_state()
 
     with ExitStack() as stack:
         stack.enter_context(undisturbed())

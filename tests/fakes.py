@@ -1,4 +1,4 @@
-"""Grabbers and devices that do as a test tells them."""
+"""Grabbers and devices that a test controls."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ScriptedGrabber(FrameGrabber):
         self._access = Access.CONTROL
 
     def set(self, name: str, value: FeatureValue | None = None, **changes: object) -> None:
-        """The camera changes a feature by itself, and tells."""
+        """The camera changes a feature by itself, and reports it."""
         if value is not None:
             changes["value"] = value
         self.known[name] = replace(self.known[name], **changes)  # type: ignore[arg-type]

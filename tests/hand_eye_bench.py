@@ -59,11 +59,11 @@ class Bench:
         self.config = config or QUICK
         self.gate = CommandGate(self.robot, self.config)
         self.said = []
-        self.on_look = lambda number: None
+        self.on_observation = lambda number: None
         "Called with how often the camera was asked, before it answers."
-        self.looks = 0
+        self.observations = 0
         self.run = HandEyeRun(
-            eye, self.robot, self.gate, self.look, CAMERA, self.config,
+            eye, self.robot, self.gate, self.observe, CAMERA, self.config,
             clock=lambda: self.now, pause=self.pause, report=self.said.append,
         )  # fmt: skip
 
@@ -71,9 +71,9 @@ class Bench:
         self.now += seconds
         self.gate.expire(self.now)
 
-    def look(self, after):
-        self.looks += 1
-        self.on_look(self.looks)
+    def observe(self, after):
+        self.observations += 1
+        self.on_observation(self.observations)
         state, nothing = self.robot.state(), np.zeros(0)
         angles = state.head if self.eye == "head" else state.arm
         both = (nothing, angles) if self.eye == "fixed" else (angles, nothing)
@@ -88,7 +88,7 @@ class Bench:
         return MarkerDetection(0, pixels[[0, 6, 34, 28]], pose, points=GRID, pixels=noisy)
 
     def true_camera(self):
-        """Where images can tell the camera to be: the offset that turns it alone is part of it."""
+        """The camera's pose as images can show it: the offset of the last joint is part of it."""
         only = np.zeros_like(self.off)
         place = 0 if self.eye == "fixed" else -1
         only[place] = self.off[place]
@@ -105,7 +105,7 @@ def _before(camera):
 
 
 class BenchWatch:
-    """What `TargetWatch` is to a model: a frame is shown with every look."""
+    """Stands in for a `TargetWatch`: each observation shows a frame."""
 
     calibration, nominal = CAMERA, False
 
@@ -114,7 +114,7 @@ class BenchWatch:
         self._show(MarkerDetection(0, np.float64([(10, 10), (90, 10), (90, 70), (10, 70)])))
 
     def __call__(self, after):
-        found = self.bench.look(after)
+        found = self.bench.observe(after)
         self._show(found)
         return found
 
@@ -141,13 +141,13 @@ class BenchStand(HandEyeStand):
 
 
 class Turnstile:
-    """Lets the robot go on until a look, and then holds it until it is `left`."""
+    """Holds the robot at one observation, by its number, until `left` is set."""
 
-    def __init__(self, bench, look):
-        self.reached, self.left, self._look = threading.Event(), threading.Event(), look
-        bench.on_look = self._wait
+    def __init__(self, bench, number):
+        self.reached, self.left, self._number = threading.Event(), threading.Event(), number
+        bench.on_observation = self._wait
 
     def _wait(self, number):
-        if number == self._look:
+        if number == self._number:
             self.reached.set()
             self.left.wait(60)

@@ -50,7 +50,7 @@ STILL = math.radians(0.1)
 RAMP_S = 0.5
 "Seconds in which a move reaches full speed."
 
-Look = Callable[[float], "MarkerDetection | None"]
+Observe = Callable[[float], "MarkerDetection | None"]
 "Returns the target in the first frame exposed after a time on the run's clock; None if it is not visible."
 
 
@@ -71,7 +71,7 @@ class HandEyeRun:
         eye: str,
         robot: Robot,
         gate: CommandGate,
-        look: Look,
+        observe: Observe,
         calibration: Calibration,
         config: Config,
         *,
@@ -79,8 +79,8 @@ class HandEyeRun:
         pause: Callable[[float], None] = time.sleep,
         report: Callable[[Progress], None] = lambda progress: None,
     ) -> None:
-        """`calibration` matches the frames that `look` uses; tests replace `clock` and `pause`."""
-        self._eye, self._robot, self._gate, self._look = eye, robot, gate, look
+        """`calibration` matches the frames that `observe` uses; tests replace `clock` and `pause`."""
+        self._eye, self._robot, self._gate, self._observe = eye, robot, gate, observe
         self._arrangement = arrangement(eye, robot.model)
         self._calibration, self._config = calibration, config
         self._clock, self._pause, self._report = clock, pause, report
@@ -205,7 +205,7 @@ class HandEyeRun:
         while self._clock() - began < SETTLE_S:
             self._check()
             self._pause(0.05)
-        found = self._look(self._clock())
+        found = self._observe(self._clock())
         return found if found is not None and found.pose is not None else None
 
     def _go(self, goal: Vector) -> bool:

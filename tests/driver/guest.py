@@ -45,7 +45,7 @@ class Guest:
                 *("nice", "-n", "5", "env", f"XDG_CACHE_HOME={REPOSITORY / 'build'}"),
                 *("sh", "-c", command, "sh"),
                 *(HERE / "usbvm", "-t", str(GUEST_SECONDS), "--"),
-                # Without `site`, which starts Python anew for ROS: twice as long, emulated.
+                # -S: the .pth file of ROS 2's wheels starts Python a second time, which is slow in emulation.
                 *("env", f"PYTHONPATH={REPOSITORY}:{sysconfig.get_path('purelib')}", sys.executable, "-S"),
                 *(HERE / "in_guest.py", "vhci", "gadget", "webcam"),
             ],

@@ -228,7 +228,7 @@ def other_hosts(result: dict[str, Any]) -> None:
 
 
 def unplugged_while_streaming(via: str) -> dict[str, Any]:
-    """The camera goes after ten frames; the host is told, and opens the next one."""
+    """The camera is unplugged after ten frames; the host reports it, and opens the next one."""
     reported: list[str] = []
     with plugged_in(via, unplug_after_frames=10):
         camera = opened("u3v:")
@@ -326,7 +326,7 @@ def v4l2_ctl(*arguments: str) -> str | None:
 
 
 def refusal() -> str:
-    """What a second program is told that wants to stream as well."""
+    """The error that a second program gets when it wants to stream as well."""
     second = sources.create("v4l2:/dev/video0")
     second.open()
     try:

@@ -26,7 +26,7 @@ S = LinkState
 
 
 class Source(ScriptedGrabber):
-    """Opens as a test tells; counts its calls and the threads they come from."""
+    """Opens as the test says; counts its calls and the threads they come from."""
 
     def __init__(self):
         super().__init__()

@@ -99,17 +99,17 @@ def test_the_camera_is_found_within_a_millimetre_and_a_half(stand, robot, eye):
     assert [event.step for event in wizard.happened].count(Step.VIEW) == VIEWS
 
 
-@pytest.mark.parametrize("look", [1, 4], ids=["before it moves", "while it moves"])
-def test_a_stop_ends_the_run_at_once(stand, look):
+@pytest.mark.parametrize("number", [1, 4], ids=["before it moves", "while it moves"])
+def test_a_stop_ends_the_run_at_once(stand, number):
     bench = Bench("head")
-    turnstile, wizard = Turnstile(bench, look), stand(bench)
+    turnstile, wizard = Turnstile(bench, number), stand(bench)
     wizard.model.start()
     assert turnstile.reached.wait(60)
     wizard.model.stop()
     until(lambda: bench.gate.halted)
     sent = bench.gate.sent
     turnstile.left.set()
-    assert wizard.problem.startswith(f"Stopped. The robot stands still. Poses taken: {look - 1};")
+    assert wizard.problem.startswith(f"Stopped. The robot stands still. Poses taken: {number - 1};")
     assert bench.gate.sent == sent
     assert wizard.ended[0][1] is False
 
@@ -132,7 +132,7 @@ def test_a_stop_that_comes_before_the_gate_is_released_holds(stand):
 
 def test_a_stop_from_elsewhere_ends_it_too_and_names_its_reason(stand):
     bench = Bench("head")
-    bench.on_look = lambda number: number == 3 and bench.gate.halt("stopped over YARP")
+    bench.on_observation = lambda number: number == 3 and bench.gate.halt("stopped over YARP")
     wizard = stand(bench).run()
     assert "stopped over YARP" in wizard.problem
 
@@ -152,27 +152,27 @@ def test_the_views_of_a_stopped_run_can_be_computed(stand):
 
 
 def _lost_images(bench):
-    def look(number):
+    def fail(number):
         if number == 3:
             raise FrameTimeoutError("no image came within 5 s: check camera and cable")
 
-    bench.on_look = look
+    bench.on_observation = fail
 
 
 def _lost_robot(bench):
-    look = bench.look
+    observe = bench.observe
 
-    def last_look(after):
-        found = look(after)
-        if bench.looks == 3:
+    def observe_last(after):
+        found = observe(after)
+        if bench.observations == 3:
             bench.robot.state = lambda: None
         return found
 
-    bench.look = last_look
+    bench.observe = observe_last
 
 
 def _no_target(bench):
-    bench.look = lambda after: None
+    bench.observe = lambda after: None
 
 
 def _no_guardian(bench):
@@ -183,10 +183,10 @@ def _no_guardian(bench):
 
 
 def _fault(bench):
-    def look(number):
+    def fail(number):
         raise ZeroDivisionError("oops")
 
-    bench.on_look = look
+    bench.on_observation = fail
 
 
 @pytest.mark.parametrize(
@@ -212,8 +212,8 @@ def test_every_fault_ends_with_a_sentence_and_a_robot_at_rest(stand, spoil, sent
 
 def test_too_few_poses_that_show_the_target_are_a_sentence(stand):
     bench = Bench("head")
-    look = bench.look
-    bench.look = lambda after: look(after) if bench.looks == 0 else None
+    observe = bench.observe
+    bench.observe = lambda after: observe(after) if bench.observations == 0 else None
     wizard = stand(bench).run()
     assert "only 0 of 5 views were possible" in wizard.problem
     assert "needed: 5. Start again" in wizard.problem

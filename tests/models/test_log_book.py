@@ -45,8 +45,8 @@ def test_it_is_bounded_and_can_be_cleared(logger):
 
 def test_a_listener_that_logs_does_not_go_round_in_circles(logger):
     book = LogBook()
-    book.added.connect(lambda line: logger.warning("told of %s", line.text))
+    book.added.connect(lambda line: logger.warning("heard of %s", line.text))
     book.open(logger)
     logger.warning("once")
-    assert [line.text for line in book.lines] == ["once", "told of once"]
+    assert [line.text for line in book.lines] == ["once", "heard of once"]
     book.close()

@@ -15,7 +15,7 @@ CAMERA = DeviceInfo("gige:GV01", vendor="Acme", model="One", serial="GV01")
 
 
 class Network:
-    """Answers searches as a test tells; counts them."""
+    """Answers searches as the test says; counts them."""
 
     def __init__(self, *infos):
         self.infos = list(infos)

@@ -31,14 +31,14 @@ GAIN_REGISTER = 0x100404
 
 
 class Way:
-    """One way to the gain: `write` returns when it is set, `heard` tells what was heard of it since."""
+    """One way to the gain: `write` returns when it is set, `heard` returns the value reported since."""
 
     def __init__(self, write, heard):
         self.write = write
         self.heard = heard
 
 
-def told_by(grabber, stack):
+def reports_of(grabber, stack):
     """What a grabber's listener knows of the gain: like the window, it reads only after a signal."""
     changed = []
     stack.enter_context(
@@ -94,7 +94,7 @@ def ways(camera, yarp_client):
             "camera": Way(lambda value: regulate(camera, value), lambda: register(camera)),
             "window": Way(window.write, window.heard),
             "terminal": Way(lambda value: terminal.execute(f"set Gain {value}"), typed(terminal)),
-            "YARP client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
+            "YARP client": Way(lambda value: remote.write_feature("Gain", value), reports_of(remote, stack)),
             "YARP terminal": Way(
                 lambda value: remote_terminal.execute(f"set Gain {value}"), typed(remote_terminal)
             ),
@@ -114,7 +114,7 @@ def register(camera):
 
 
 def regulate(camera, value):
-    """Let the camera's own regulation arrive at a value, of which nobody tells the host."""
+    """Let the camera's own regulation arrive at a value, of which nobody notifies the host."""
     for name, setting in (
         ("GainAuto", "Off"),
         ("AutoGainLowerLimit", 0.0),
@@ -184,7 +184,7 @@ def ros2_ways(ros2_client):
         probe.start()
         stack.callback(probe.close)
         yield {
-            "ROS 2 client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
+            "ROS 2 client": Way(lambda value: remote.write_feature("Gain", value), reports_of(remote, stack)),
             "ROS 2 service": service_way(probe.node),
             "ROS 2 parameter": parameter_way(probe.node),
         }

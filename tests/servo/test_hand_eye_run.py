@@ -46,15 +46,15 @@ def test_poses_that_are_obstructed_are_named():
 )
 def test_a_run_that_is_ended_leaves_the_robot_at_rest(end, complaint):
     bench = Bench("head")
-    look, looks = bench.look, []
+    observe, observations = bench.observe, []
 
     def count(after):
-        looks.append(look(after))
-        if len(looks) == 3:
+        observations.append(observe(after))
+        if len(observations) == 3:
             end(bench)
-        return looks[-1]
+        return observations[-1]
 
-    bench.run._look = count
+    bench.run._observe = count
     with pytest.raises(SourceUnavailableError, match=complaint):
         bench.run.run(VIEWS)
     assert bench.robot.speed < 1e-3
@@ -63,7 +63,7 @@ def test_a_run_that_is_ended_leaves_the_robot_at_rest(end, complaint):
 
 def test_a_target_that_is_not_seen_is_asked_for_before_anything_moves():
     bench = Bench("hand")
-    bench.run._look = lambda after: None
+    bench.run._observe = lambda after: None
     with pytest.raises(UsageError, match="target is not seen"):
         bench.run.run(VIEWS)
     assert bench.gate.sent == 0

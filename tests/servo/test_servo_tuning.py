@@ -1,4 +1,4 @@
-"""Gains, limits and rate changed while it runs, and what a robot tells of its model."""
+"""Gains, limits and rate changed while it runs, and what a robot reports of its model."""
 
 import dataclasses
 

@@ -211,16 +211,16 @@ def test_the_simulated_controller_answers_a_real_client_as_the_real_one(cartesia
 
 
 # -- how drives behave -----------------------------------------------------------------------------
-def tell(simulated, text):
+def request(simulated, text):
     return simulated.answer(asked(Bottle.from_text(text).encode()))[0]
 
 
 def test_a_velocity_goes_on_until_another_command(board, robot, clock):
-    assert tell(board, "set icmd cmds (vel vel)") == OK
+    assert request(board, "set icmd cmds (vel vel)") == OK
     board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 2.0)
     assert np.degrees(robot.state().head) == pytest.approx([10.0, 0.0], abs=0.3)
-    assert tell(board, "set stos") == OK
+    assert request(board, "set stos") == OK
     pass_time(clock, board, 1.0)
     assert robot.speed < 1e-6
 
@@ -229,8 +229,8 @@ def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
     board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 0.5)
     assert not robot.state().head.any()
-    tell(board, "set icmd cmod 0 vel")
-    assert tell(board, "set rels (1.0 1.0)") == FAIL
+    request(board, "set icmd cmod 0 vel")
+    assert request(board, "set rels (1.0 1.0)") == FAIL
     board._command(asked(teo_messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
     pass_time(clock, board, 0.5)
     assert robot.state().head[0] > 0.02
@@ -245,18 +245,18 @@ def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
     ),
 )
 def test_a_board_refuses_what_it_cannot_do(board, text):
-    assert tell(board, text) == FAIL
+    assert request(board, text) == FAIL
 
 
 def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, robot, clock):
-    assert tell(cartesian, "set cpf cpft") == OK
-    assert tell(cartesian, "set cpsc twst") == OK
+    assert request(cartesian, "set cpf cpft") == OK
+    assert request(cartesian, "set cpsc twst") == OK
     before = robot.state().hand
     cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 1.0)
     moved = before[:3, :3].T @ (robot.state().hand[:3, 3] - before[:3, 3])
     assert moved == pytest.approx([0, 0, 0.02], abs=2e-3)
-    assert tell(cartesian, "stop") == OK
+    assert request(cartesian, "stop") == OK
     pass_time(clock, cartesian, 0.5)
     rests = robot.state().hand
     cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
@@ -265,12 +265,12 @@ def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, 
 
 
 def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot, clock):
-    assert tell(cartesian, "movv 0.0 0.0 0.01 0.0 0.0 0.0") == OK
-    assert tell(cartesian, "wait 0.05") == OK  # as the reference: only for moves that end
-    assert tell(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
-    assert tell(cartesian, "stat") == Vocab("ccjc")
-    assert tell(cartesian, "wait 0.05") == FAIL
-    assert tell(cartesian, "stat") == teo_messages.NOT_CONTROLLING
+    assert request(cartesian, "movv 0.0 0.0 0.01 0.0 0.0 0.0") == OK
+    assert request(cartesian, "wait 0.05") == OK  # as the reference: only for moves that end
+    assert request(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
+    assert request(cartesian, "stat") == Vocab("ccjc")
+    assert request(cartesian, "wait 0.05") == FAIL
+    assert request(cartesian, "stat") == teo_messages.NOT_CONTROLLING
 
 
 @pytest.mark.parametrize(
@@ -281,4 +281,4 @@ def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot
     ),
 )
 def test_a_controller_refuses_what_it_cannot_do(cartesian, text):
-    assert tell(cartesian, text) == FAIL
+    assert request(cartesian, text) == FAIL

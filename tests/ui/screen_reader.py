@@ -41,7 +41,7 @@ def _query():
 
 
 def hear(widget):
-    """Ask Qt for a widget's accessible name and role; None where it tells a screen reader nothing."""
+    """Ask Qt for a widget's accessible name and role; None where a screen reader learns nothing from it."""
     interface = _query()(sip.unwrapinstance(widget))
     if not interface:
         return None

@@ -222,7 +222,7 @@ def test_keys_and_button_stop_the_robot_whatever_has_the_focus(wizard, stop):
     assert one.dialog.isVisible()
     one.click(one.dialog.backButton)
     assert one.dialog.page is HandEyePage.PLAN
-    bench.on_look = lambda number: None
+    bench.on_observation = lambda number: None
     one.qtbot.keyClick(one.dialog.agreeBox, Qt.Key_Space)
     one.click(one.dialog.nextButton)
     one.until(lambda: one.dialog.page is HandEyePage.RESULT)

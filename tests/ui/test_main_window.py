@@ -302,7 +302,7 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(ap
 
 
 class Unreachable(ScriptedGrabber):
-    """Nobody answers; a test tells when that is noticed."""
+    """Nobody answers; the test decides when that is noticed."""
 
     def __init__(self):
         super().__init__()

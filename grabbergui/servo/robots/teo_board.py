@@ -104,7 +104,7 @@ class SimulatedBoard:
                 return Bottle([Vocab("prot"), *PROTOCOL, messages.OK])
             if verb == "get":
                 stamp = self._stamp()
-                found = self._tell(what, message[2:])
+                found = self._get(what, message[2:])
                 return Bottle([Vocab("is"), *found, Vocab("tsta"), stamp.count, stamp.time, messages.OK])
             if verb == "set" and self._obey(what, message[2:]):
                 return Bottle([messages.OK])
@@ -125,7 +125,7 @@ class SimulatedBoard:
         arguments = [*map(Vocab, more.split()), *message[1:]]
         try:
             if verb == "get":
-                found = self._tell(what, arguments)[1:]  # without the name, which only 3.x repeats
+                found = self._get(what, arguments)[1:]  # without the name, which only 3.x repeats
                 if what == "dons":
                     found = [messages.OK if done else messages.FAIL for done in found]
                 return self._reply_of_4([messages.OK], *found)
@@ -156,10 +156,10 @@ class SimulatedBoard:
             elif obeying.any():
                 self._point(np.where(obeying, wanted, self._goal()), self._chain.fastest)
 
-    def _tell(self, what: str, rest: list[Item]) -> list[Item]:
+    def _get(self, what: str, rest: list[Item]) -> list[Item]:
         """The name of a value, then the value. Raises IndexError, RemoteProtocolError."""
         chain, angles = self._chain, self._robot.state().head
-        tell: dict[str, Callable[[], list[Item]]] = {
+        values: dict[str, Callable[[], list[Item]]] = {
             "axes": lambda: [self._joints],
             "encs": lambda: [messages.degrees(angles)],
             "enc": lambda: [messages.degrees(angles)[self._joint(rest)]],
@@ -170,8 +170,8 @@ class SimulatedBoard:
             "vel": lambda: [messages.degrees(self._speeds)[self._joint(rest)]],
             "dons": lambda: [int(self._robot.speed < 1e-3)],
         }
-        if what in tell:
-            return [Vocab(what), *tell[what]()]
+        if what in values:
+            return [Vocab(what), *values[what]()]
         if what == "icmd" and word(rest[0]) == "cmds":
             return [Vocab("cmds"), list(self._modes)]
         if what == "icmd" and word(rest[0]) == "cmod":

@@ -97,7 +97,7 @@ class SimulatedCartesian:
             angles = self._joints_at(geometry.pose_from_vector(numbers(message[1:], 6)))
             return Bottle([FAIL] if angles is None else degrees(angles))
         if verbs[0] == "get":
-            return self._tell(verbs[1])
+            return self._get(verbs[1])
         return Bottle([OK if self._obey(verbs, message) else FAIL])
 
     def _obey(self, verbs: list[str], message: Bottle) -> bool:
@@ -133,7 +133,7 @@ class SimulatedCartesian:
                 if angles is not None:
                     self._robot.point_arm(angles)
 
-    def _tell(self, what: str) -> Bottle:
+    def _get(self, what: str) -> Bottle:
         if what == "prms":
             return Bottle([[Vocab(key), value] for key, value in self._settings.items()])
         return Bottle([self._settings.get(what, FAIL)])

@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 UPDATE = 0.01
 "Seconds between two updates of the controllers, as in PAL's configuration of the controller manager."
-TOLD_EVERY = 2
+UPDATES_PER_STATE = 2
 "Updates from one joint state to the next, 0.02 s as on the robot."
 
 
@@ -109,10 +109,10 @@ class TiagoTopics:
             self.arm_topic = topics.arm
         self._updates = 0
         node.create_timer(UPDATE, self._update)
-        self._frames = self._tell_frames(node)
+        self._frames = self._publish_frames(node)
 
     def open(self) -> None:
-        """Obey and tell from now on."""
+        """Take commands and publish from now on."""
         self._ros.start()
 
     def close(self) -> None:
@@ -149,10 +149,10 @@ class TiagoTopics:
     def _update(self) -> None:
         for controller in self.controllers.values():
             controller.update()
-        # No timer of its own: rclpy takes as long for a timer as all of this takes.
+        # Not on a timer of its own: in rclpy a timer takes as long as all of this.
         self._updates += 1
-        if self._updates % TOLD_EVERY == 0:
-            self._tell()
+        if self._updates % UPDATES_PER_STATE == 0:
+            self._publish_state()
 
     def _on_twist(self, message: Any) -> None:
         try:
@@ -160,7 +160,7 @@ class TiagoTopics:
         except RemoteProtocolError as error:
             log.warning("%s: refused %s", self._topics.arm, error)
 
-    def _tell(self) -> None:
+    def _publish_state(self) -> None:
         state = self._robot.state()
         message = self._joint_state(name=[*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS])
         message.header.stamp = self._ros.node.get_clock().now().to_msg()
@@ -168,7 +168,7 @@ class TiagoTopics:
         message.position = [float(angle) for angle in (*(tiago.HEAD_SIGNS * state.head), *arm)]
         self._states.publish(message)
 
-    def _tell_frames(self, node: Any) -> Any:
+    def _publish_frames(self, node: Any) -> Any:
         """Where the camera sits on the head, on `/tf_static`; the publisher, None without tf's messages."""
         try:
             return publish_frame(node, tiago.HEAD, self._topics.camera_frame, self._robot.model.camera)

@@ -1,4 +1,4 @@
-"""What nodes tell of their changes, for days on end."""
+"""Nodes report their changes, for days on end."""
 
 import gc
 import sys

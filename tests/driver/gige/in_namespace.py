@@ -20,10 +20,10 @@ from grabbergui.core.grabber import ConnectionState
 
 EXPOSURE = 1234.0
 MANY = 100
-"""Frames after which it tells that they were many."""
+"""Frames after which it reports that they were many."""
 
 
-def tell(what: str, **more: Any) -> None:
+def report(what: str, **more: Any) -> None:
     # One write a line: `print` writes the end of the line separately, and two threads report here.
     sys.stdout.write(json.dumps({"what": what, "at": time.monotonic(), **more}) + "\n")
     sys.stdout.flush()
@@ -33,7 +33,7 @@ def main(uri: str) -> None:
     awaiting, stopping = threading.Event(), threading.Event()
 
     def on_connection(state: ConnectionState, why: str) -> None:
-        tell(state.value, why=why)
+        report(state.value, why=why)
         if state is ConnectionState.LOST:
             awaiting.set()
 
@@ -47,11 +47,11 @@ def main(uri: str) -> None:
             # After a loss frames are counted anew, so that one which still lay in the queue is not taken.
             if awaiting.is_set() and (grabber.streaming or frame.frame_id < frame_id):
                 awaiting.clear()
-                tell("frame", id=frame.frame_id)
+                report("frame", id=frame.frame_id)
             frame_id = frame.frame_id
             taken += 1
             if taken == MANY:
-                tell("many")
+                report("many")
 
     logging.basicConfig(level="INFO", format="%(asctime)s %(name)s %(message)s")
     grabber = sources.create(uri)
@@ -69,7 +69,7 @@ def main(uri: str) -> None:
     stopping.set()
     consumer.join()
     grabber.close()
-    tell("end", exposure=exposure, **statistics)
+    report("end", exposure=exposure, **statistics)
 
 
 if __name__ == "__main__":

@@ -368,7 +368,7 @@ def test_a_block_with_chunks_is_expected_to_be_as_long_as_the_last() -> None:
     data = bytes(SIZE + 250)
     first, second = (block(index, data=data, payload_type=0x4001) for index in (1, 2))
     bench.feed(first[:3])
-    assert bench.assembler.expected() == 0, "only the trailer tells"
+    assert bench.assembler.expected() == 0, "only the trailer says how many"
     bench.feed(first[3:])
     bench.feed(second[:3])
     assert bench.assembler.expected() == len(second) - 2 - 2 and bench.assembler.block_in_progress

@@ -147,7 +147,7 @@ def test_events_beyond_the_limit_cost_the_oldest() -> None:
 
 # -- a camera ----------------------------------------------------------------------------------------
 class Listener:
-    """An open camera, what it told, and which features changed by that."""
+    """An open camera, the events that it sent, and the features that changed with them."""
 
     def __init__(self, camera: Camera) -> None:
         self.camera = camera
@@ -180,7 +180,7 @@ def test_an_event_arrives_in_the_node_map(kind: str, simulate: Callable[..., Gig
         assert set(event.values) == {"EventExposureEndTimestamp", "EventExposureEndFrameID"}
         assert set(event.values) <= listener.changed
         assert camera.feature("EventExposureEndFrameID").value >= 1
-        assert not camera.feature("EventFrameStartFrameID").access.readable, "this one was never told"
+        assert not camera.feature("EventFrameStartFrameID").access.readable, "this event was never sent"
 
 
 def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(

@@ -132,13 +132,13 @@ class Host:
         )
 
     def wait_for(self, what: str) -> dict[str, Any]:
-        """The next thing of this kind that it tells."""
+        """Return its next report of this kind."""
         assert self._process.stdout is not None
         for line in self._process.stdout:
             reported: dict[str, Any] = json.loads(line)
             if reported["what"] == what:
                 return reported
-        raise AssertionError(f"the host ended without telling of {what}")
+        raise AssertionError(f"the host ended without reporting {what}")
 
     def end(self) -> dict[str, Any]:
         """Its statistics."""
@@ -159,12 +159,12 @@ def network() -> Iterator[Network]:
 def report(record_property: Callable[[str, object], None]) -> Callable[..., None]:
     """Figures into the test report, and to those who run with -s."""
 
-    def tell(**figures: object) -> None:
+    def record(**figures: object) -> None:
         for name, figure in figures.items():
             record_property(name, figure)
         print(json.dumps(figures))
 
-    return tell
+    return record
 
 
 def test_a_bad_network_costs_no_frame(network: Network, report: Callable[..., None]) -> None:

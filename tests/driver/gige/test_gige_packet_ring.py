@@ -52,7 +52,7 @@ def streaming(
 
 
 def check_frames(grabber: FrameGrabber, count: int = 8) -> None:
-    """Every pixel of some frames; a moving ramp tells a packet in the wrong place."""
+    """Every pixel of some frames; a moving ramp shows a packet in the wrong place."""
     queue = grabber.open_queue(4)
     grabber.start()
     for _ in range(count):

@@ -73,7 +73,7 @@ def test_stretches_of_packets_alternate_between_the_sockets(port: Port, extended
                 except BlockingIOError:
                     break
                 if len(datagram) == 1:
-                    assert index == 0, "too short to tell"
+                    assert index == 0, "a datagram that is too short goes to the first socket"
                 else:
                     found.append((PacketHeader.decode(datagram).packet_id, index))
     assert sorted(found) == [(each, each // stretch % MEMBERS) for each in wanted]

@@ -64,7 +64,7 @@ def scripted(domain):
 
 @pytest.fixture
 def events_of():
-    """What is told of one node, from the moment on that we certainly hear it."""
+    """The parameter events of a node, from the moment at which they certainly arrive."""
 
     def events_of(probe, grabber):
         events = probe.subscribe(ParameterEvent, "/parameter_events", 100)
@@ -79,7 +79,7 @@ def events_of():
     return events_of
 
 
-def told_of(events, name):
+def reported_of(events, name):
     """How a parameter fared, and its value, in the next event that has it."""
     while True:
         event = events.get(timeout=PATIENCE)
@@ -167,7 +167,7 @@ def test_vanished_parameters_are_reported_as_deleted_and_returned_ones_as_change
     ):
         grabber.known["Ratio"] = replace(grabber.known["Ratio"], value=value, access=access)
         grabber.features_changed.emit(frozenset(["Ratio"]))
-        assert told_of(events, "Ratio") == reported
+        assert reported_of(events, "Ratio") == reported
 
 
 @pytest.mark.parametrize(
@@ -178,12 +178,12 @@ def test_a_number_that_ends_viewers_is_not_reported(scripted, events_of, feature
     events = events_of(probe, grabber)
 
     grabber.set("Big", 2**40 if feature.kind is FeatureKind.INTEGER else INFINITE)
-    grabber.set("Marker", 9)  # told after it
-    while told_of(events, "Marker")[1] != 9:
+    grabber.set("Marker", 9)  # reported after it
+    while reported_of(events, "Marker")[1] != 9:
         pass
     grabber.set("Big", 7)
 
-    assert told_of(events, "Big") == ("changed", 7)
+    assert reported_of(events, "Big") == ("changed", 7)
     assert parameter_value_to_python(probe.values("Big")[0]) == 7
 
 
@@ -194,7 +194,7 @@ def test_refused_parameters_are_reported_with_their_value(scripted, events_of):
 
     assert not probe.set(Gain=99.0)[0].successful
 
-    assert told_of(events, "Gain") == ("changed", 6.0)
+    assert reported_of(events, "Gain") == ("changed", 6.0)
 
 
 # -- ros2 param ------------------------------------------------------------------------------------------

@@ -64,7 +64,7 @@ class Tool:
 
 
 def listens(names, name):
-    """A YARP port is registered before it listens; only an answer tells that it does."""
+    """A YARP port is registered before it listens; only an answer shows that it does."""
     try:
         return bool(ping(names.query(name).address))
     except GrabberError:

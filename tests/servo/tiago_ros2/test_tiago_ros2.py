@@ -214,9 +214,9 @@ def test_the_commands_reach_the_marker_in_two_processes(listener, tmp_path, caps
         assert receive_camera_info("/camera/image_raw")[0].matrix == pytest.approx(
             closed_loop.calibration().matrix
         )
-        so_long = ("--seconds", str(PROGRAM), "--until-reached")
-        told = ("--report", str(tmp_path), "--publish-ros2")
-        chosen = options("servo", "--robot", "tiago", "--headless", *so_long, *told)
+        duration = ("--seconds", str(PROGRAM), "--until-reached")
+        outputs = ("--report", str(tmp_path), "--publish-ros2")
+        chosen = options("servo", "--robot", "tiago", "--headless", *duration, *outputs)
         assert chosen.run(chosen) == 0
         report = json.loads((tmp_path / "report.json").read_text())
         assert report["reached"]

@@ -16,14 +16,14 @@ class Faulty(TiagoTopics):
         self.silent = self.frozen = False
         self.joint_states = 0
 
-    def _tell(self):
+    def _publish_state(self):
         if self.frozen:
             last = self._robot.state() if self._robot is self.robot else None
             if last is not None:
                 self._robot = Still(self.robot, last)
         if not self.silent:
             self.joint_states += 1
-            super()._tell()
+            super()._publish_state()
 
 
 class Still:
