@@ -18,8 +18,7 @@ from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.config import ini
-from grabbergui.config.allowed_addresses import AllowedAddresses
-from grabbergui.config.serve_options import ServeOptions
+from grabbergui.config.serving import AllowedAddresses, ServeOptions
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value

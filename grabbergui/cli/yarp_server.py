@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.parsing import port
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from grabbergui.net.yarp.os.name_client import NameClient
+
+DEFAULT = "127.0.0.1:10000"
+"""The default address of our name server."""
 
 
 def add_commands(commands: Any) -> None:
@@ -51,13 +57,6 @@ def _run(options: argparse.Namespace) -> int:
         finally:
             server.close()
     return 0
-
-
-if TYPE_CHECKING:
-    from grabbergui.net.yarp.os.name_client import NameClient
-
-DEFAULT = "127.0.0.1:10000"
-"""The default address of our name server."""
 
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from grabbergui.calibration.fitted import FittedCalibration
-from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame

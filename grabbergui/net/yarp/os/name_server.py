@@ -10,7 +10,7 @@ import logging
 import threading
 from typing import Final
 
-from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets, web_page
 from grabbergui.net.yarp.os.admin import PortCommands

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,

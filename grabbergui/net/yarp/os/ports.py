@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 
-from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import mjpeg, sockets

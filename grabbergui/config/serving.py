@@ -1,4 +1,4 @@
-"""Options of `grabbergui serve`, on the command line or in a file.
+"""Options of `grabbergui serve`, on the command line or in a file, and the addresses that are answered.
 
 Keys are those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`, `terminal`) and ours;
 the command line wins over the file.
@@ -7,16 +7,68 @@ the command line wins over the file.
 from __future__ import annotations
 
 import difflib
+import ipaddress
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.ini import Section
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SIMULATED
+
+_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+
+class AllowedAddresses:
+    """A set of networks. Without any, everybody is allowed; this machine always is."""
+
+    def __init__(self, networks: Iterable[_Network] = ()) -> None:
+        self._networks = tuple(networks)
+
+    @classmethod
+    def parse(cls, texts: Iterable[str]) -> AllowedAddresses:
+        """Read `10.0.0.0/24` and `192.168.1.7`. Raises UsageError."""
+        return cls(_network(text) for text in texts)
+
+    @property
+    def everybody(self) -> bool:
+        """Whether no address is kept out."""
+        return not self._networks
+
+    def allows(self, address: str, own: str = "") -> bool:
+        """Whether a peer at `address` is answered; `own` is this machine's end of the connection."""
+        if not self._networks or address == own:
+            return True
+        try:
+            peer = ipaddress.ip_address(address.partition("%")[0])
+        except ValueError:
+            return False
+        if isinstance(peer, ipaddress.IPv6Address) and peer.ipv4_mapped:
+            peer = peer.ipv4_mapped
+        return peer.is_loopback or any(peer in network for network in self._networks)
+
+    @property
+    def hosts(self) -> list[str] | None:
+        """The single addresses; None where a network is allowed, whose addresses are too many to name."""
+        if any(network.num_addresses > 1 for network in self._networks):
+            return None
+        return [str(network.network_address) for network in self._networks]
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self._networks)) or "everybody"
+
+
+EVERYBODY = AllowedAddresses()
+
+
+def _network(text: str) -> _Network:
+    try:
+        return ipaddress.ip_network(text.strip(), strict=False)
+    except ValueError as error:
+        raise UsageError(f"--allow {text}: write an address or a network, as 10.0.0.0/24") from error
+
 
 log = logging.getLogger(__name__)
 
