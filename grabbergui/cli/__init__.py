@@ -44,7 +44,7 @@ EXIT_CODES = {
 
 _FAMILIES = (
     "gui", "machine", "features", "files", "events", "frames", "serve", "simulate",
-    "gige", "calibrate", "servo", "hand_eye", "yarp_server",
+    "gige", "calibrate", "servo", "yarp_server",
 )  # fmt: skip
 """Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""
 
