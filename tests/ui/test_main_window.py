@@ -15,7 +15,7 @@ from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.open_source import LinkState
-from grabbergui.models.source_list import ListedSource
+from grabbergui.models.sources import ListedSource
 from grabbergui.ui import theme
 from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor

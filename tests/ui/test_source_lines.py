@@ -4,7 +4,7 @@ import pytest
 from PyQt5.QtGui import QFontMetrics
 
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.source_list import ListedSource
+from grabbergui.models.sources import ListedSource
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.source_delegate import MOST_LINES, name_lines
 

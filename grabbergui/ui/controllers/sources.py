@@ -10,10 +10,9 @@ from PyQt5.QtCore import QObject, QTimer
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.gallery import GalleryModel, Tile
 from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.source_list import ListedSource, SourceListModel
+from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import Condition, StatusModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.recording import Confirm

@@ -6,7 +6,7 @@ from PyQt5.QtCore import QCoreApplication, QModelIndex, QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette, QTextLayout, QTextOption
 from PyQt5.QtWidgets import QAbstractItemView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
-from grabbergui.models.source_list import ListedSource
+from grabbergui.models.sources import ListedSource
 
 translate = QCoreApplication.translate
 
