@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core import scan3d
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
-from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.components import CameraWatch, is_polarised
@@ -22,6 +21,7 @@ from grabbergui.models.picture.points import PointCloudModel
 from grabbergui.models.picture.quantities import Levels, PolarisedView
 from grabbergui.models.picture.readout import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.picture.rendering import with_levels
+from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -34,7 +34,7 @@ from grabbergui.ui.views.bases import (
     PictureView,
 )
 from grabbergui.ui.views.measuring_panels import HistogramPanel
-from grabbergui.ui.views.point_cloud import PointCloudDialog
+from grabbergui.ui.views.picture_view import PointCloudDialog
 from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200

@@ -1,18 +1,18 @@
-"""The live picture with its readout; over it, work in progress, and a note where there is no picture."""
+"""The live picture with its readout, and work in progress and notes over it; the window of its points."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PyQt5.QtCore import QPoint, QSignalBlocker, Qt, pyqtSignal
-from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import QCheckBox, QLabel, QTabBar, QWidget
+from PyQt5.QtCore import QPoint, QSignalBlocker, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
+from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QTabBar, QVBoxLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.picture.picture import Picture
+from grabbergui.models.picture.points import BACKGROUND
 from grabbergui.models.picture.quantities import ColourScale
-from grabbergui.ui.loader import load_form
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
 from grabbergui.ui.widgets.component_pane import MARGIN, ScaleBar, place_scale
@@ -21,6 +21,8 @@ from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_items import as_qimage
+from grabbergui.ui.windows import load_form
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
@@ -225,3 +227,99 @@ class PictureView(QWidget):
 def _age(seconds: float) -> str:
     minutes = round(seconds) // 60
     return f"{seconds:.0f} s" if minutes < 2 else f"{minutes} min" if minutes < 120 else f"{minutes // 60} h"
+
+
+_DEGREES_PER_PIXEL = 0.4
+_WHEEL_STEP = 1.15
+_TEXT = QColor(220, 220, 220)
+
+
+class PointCloudView(QWidget):
+    """Paints an image as large as itself; signals for what the mouse does."""
+
+    turned = pyqtSignal(float, float)
+    """Degrees to the right and up."""
+    zoomed = pyqtSignal(float)
+    """A factor; above 1 is nearer."""
+    resized = pyqtSignal(int, int)
+    """Width and height in pixels of the screen."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._image: DisplayImage | None = None
+        self._text = ""
+        self._last = QPoint()
+        self.setAccessibleName(self.tr("Point cloud"))
+        self.setToolTip(self.tr("Drag to turn, wheel to zoom"))
+        self.setMinimumSize(240, 180)
+
+    def setImage(self, image: DisplayImage) -> None:
+        """Show an image."""
+        self._image, self._text = image, ""
+        self.update()
+
+    def setProblem(self, text: str) -> None:
+        """Show why there is no image."""
+        self._image, self._text = None, text
+        self.update()
+
+    @property
+    def problem(self) -> str:
+        """Why there is no image; empty if there is one."""
+        return self._text
+
+    def sizeHint(self) -> QSize:
+        """Large enough to see something."""
+        return QSize(640, 480)
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Begin to turn."""
+        if event is not None:
+            self._last = event.pos()
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Turn with the mouse."""
+        if event is not None and event.buttons() & Qt.MouseButton.LeftButton:
+            moved, self._last = event.pos() - self._last, event.pos()
+            self.turned.emit(moved.x() * _DEGREES_PER_PIXEL, -moved.y() * _DEGREES_PER_PIXEL)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Zoom."""
+        if event is not None and event.angleDelta().y():
+            self.zoomed.emit(_WHEEL_STEP ** (event.angleDelta().y() / 120))
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Ask for an image of the new size."""
+        super().resizeEvent(event)
+        ratio = self.devicePixelRatioF()
+        self.resized.emit(round(self.width() * ratio), round(self.height() * ratio))
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw the image, or the reason why there is none."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(BACKGROUND, BACKGROUND, BACKGROUND))
+        if self._image is not None:
+            painter.drawImage(self.rect(), as_qimage(self._image))
+        elif self._text:
+            painter.setPen(_TEXT)
+            flags = int(Qt.AlignmentFlag.AlignCenter) | int(Qt.TextFlag.TextWordWrap)
+            painter.drawText(self.rect().adjusted(16, 16, -16, -16), flags, self._text)
+
+
+class PointCloudDialog(QDialog):
+    """Holds the view; stays open beside the window."""
+
+    hidden = pyqtSignal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Point cloud"))
+        self.view = PointCloudView(self)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.view)
+
+    def hideEvent(self, event: QHideEvent | None) -> None:
+        """Emit `hidden`."""
+        super().hideEvent(event)
+        self.hidden.emit()
