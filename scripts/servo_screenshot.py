@@ -30,9 +30,9 @@ from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.windows import FileDialogs
 
 SECONDS, SHOWN_AT = 9.4, 4.0
 SHOWN_EVERY = 4

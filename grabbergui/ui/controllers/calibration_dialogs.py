@@ -16,7 +16,7 @@ from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
-from grabbergui.ui.views.file_dialogs import FileDialogs
+from grabbergui.ui.windows import FileDialogs
 
 
 class CalibratingController(QObject):

@@ -23,9 +23,9 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
-from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.windows import FileDialogs
 
 log = logging.getLogger(__name__)
 

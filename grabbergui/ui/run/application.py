@@ -26,9 +26,8 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.models.language import set_translator
-from grabbergui.ui import icons
 from grabbergui.ui.preferences import Preferences
-from grabbergui.ui.theme import Theme
+from grabbergui.ui.theme import Theme, window_icon
 
 qt_log = logging.getLogger("Qt")
 
@@ -65,7 +64,7 @@ def application() -> QApplication:
     app.setApplicationName("grabbergui")
     app.setApplicationDisplayName("grabbergui")
     app.setDesktopFileName("grabbergui")
-    app.setWindowIcon(icons.window_icon())
+    app.setWindowIcon(window_icon())
     return app
 
 

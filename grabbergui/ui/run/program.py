@@ -16,7 +16,6 @@ from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
-from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import CurrentMessages, MessageModel
@@ -24,7 +23,7 @@ from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.playback import FrameHistory
 from grabbergui.models.recordings import Recordings
-from grabbergui.models.source_list import SourceListModel
+from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
@@ -48,8 +47,8 @@ from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.windows import FileDialogs
 
 log = logging.getLogger(__name__)
 

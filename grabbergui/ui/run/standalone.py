@@ -20,9 +20,9 @@ from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
-from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.windows import FileDialogs
 
 
 def calibrate(

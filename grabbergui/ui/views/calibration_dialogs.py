@@ -29,12 +29,12 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
-from grabbergui.ui.loader import fit_screen, load_form
 from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.servo_widgets import DrawingItem
+from grabbergui.ui.windows import fit_screen, load_form
 
 NAME_WIDTH = 360
 "Pixels of a camera's name in the title; the tooltip has the whole name."

@@ -13,7 +13,7 @@ from grabbergui.core.features import format_value
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
 from grabbergui.models.features.text import number_text
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.windows import load_form
 
 _WIDTHS = (76, 180, 90, 90, 80)
 """Of the columns at first."""

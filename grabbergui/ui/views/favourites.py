@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QGridLayout, QLabel, QScrollArea, Q
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.windows import load_form
 
 LINE_HEIGHT = 72
 "Pixels of a line of controls, with what is above and below it."

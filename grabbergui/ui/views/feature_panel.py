@@ -12,8 +12,8 @@ from grabbergui.core.features import Category, Feature, FeatureDescription, Visi
 from grabbergui.models.features.shown import visible_names
 from grabbergui.models.language import counted
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
-from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.section import Pacer, Section
+from grabbergui.ui.windows import load_form
 
 MOST_FOUND = 200
 """Rows that a search shows at most; who sees more than that types another letter."""

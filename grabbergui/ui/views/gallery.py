@@ -8,9 +8,9 @@ from PyQt5.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QScrollArea
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
-from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.picture_items import Thumbnail
+from grabbergui.ui.windows import load_form
 
 TILE_WIDTH = 204
 TILE_HEIGHT = 156

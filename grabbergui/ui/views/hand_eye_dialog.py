@@ -30,8 +30,8 @@ from grabbergui.models.language import localized
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_progress import Step
 from grabbergui.servo.overlay import BAD, GOOD
-from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
+from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.widgets.keyboard import StopKeys
@@ -226,7 +226,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop))
         row.setToolTip(1, event.text)
         if event.step in (Step.VIEW, Step.SKIPPED):
-            row.setIcon(1, icons.dot(QColor(*(GOOD if event.step is Step.VIEW else BUSY))))
+            row.setIcon(1, dot(QColor(*(GOOD if event.step is Step.VIEW else BUSY))))
         self.events.addTopLevelItem(row)
         self.events.scrollToItem(row)
 
@@ -252,7 +252,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             row = QTreeWidgetItem([str(number + 1), text, angles])
             row.setTextAlignment(1, int(Qt.AlignmentFlag.AlignRight))
             row.setToolTip(2, angles)
-            row.setIcon(1, icons.dot(QColor(*(BAD if math.isnan(error) else GOOD))))
+            row.setIcon(1, dot(QColor(*(BAD if math.isnan(error) else GOOD))))
             self.poses.addTopLevelItem(row)
         self.mountEdit.setText(solution.placement.mount)
         self.frameEdit.setText(solution.placement.frame)

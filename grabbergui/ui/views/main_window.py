@@ -21,10 +21,8 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.picture.quantities import COLOUR_MAPS, PolarisedView
-from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.loader import TITLE_BAR, load_form
-from grabbergui.ui.theme import Theme
+from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
@@ -37,6 +35,7 @@ from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.keyboard import give_focus
 from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.windows import TITLE_BAR, load_form
 
 FIRST_SHARE = 0.75
 "Of the screen, in width and height, that a window takes that was never moved."
@@ -169,7 +168,7 @@ class MainWindow(QMainWindow):
         self._join_own_actions()
         self._keep_bare_keys_to_picture()
         self._explain_shortcuts()
-        self.setWindowIcon(icons.window_icon())
+        self.setWindowIcon(window_icon())
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
         """Stay open if `mayClose` says no; otherwise announce the end. Never waits."""

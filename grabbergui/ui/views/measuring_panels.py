@@ -26,9 +26,9 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.value_watch import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
-from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow
+from grabbergui.ui.windows import load_form
 
 HEADROOM = 1.1
 "Of the plot, over the highest count between its ends."

@@ -21,9 +21,9 @@ from grabbergui.models.language import counted, localized
 from grabbergui.models.playback import PlaybackState
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.recording.writer import RecordingKind
-from grabbergui.ui import icons
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import ElidedLabel
+from grabbergui.ui.windows import load_form
 
 _OFFERED = (
     RecordingKind.MCAP,
@@ -262,7 +262,7 @@ class PlaybackBar(QWidget):
         name = "pause" if state.playing else "start"
         if self.playButton.property("iconName") != name:
             self.playButton.setProperty("iconName", name)
-            self.playButton.setIcon(icons.icon(name, self.palette()))
+            self.playButton.setIcon(icon(name, self.palette()))
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(0, state.frames - 1))
             if not self.slider.isSliderDown():

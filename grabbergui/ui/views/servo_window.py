@@ -24,14 +24,14 @@ from grabbergui.models.language import localized
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import Drawing, colour_of
 from grabbergui.servo.state_machine import State
-from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_editor import WheelGuard
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.keyboard import StopKeys
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.widgets.servo_widgets import DrawingItem, StateStrip, TimePlot
+from grabbergui.ui.windows import load_form
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 
@@ -123,7 +123,7 @@ class ServoWindow(QWidget):
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""
         row = QTreeWidgetItem([localized(f"{entry.time:.2f} s"), state_text(entry.state), entry.reason])
-        row.setIcon(1, icons.dot(QColor(*colour_of(entry.state))))
+        row.setIcon(1, dot(QColor(*colour_of(entry.state))))
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
         row.setToolTip(2, entry.reason)
         self.history.addTopLevelItem(row)

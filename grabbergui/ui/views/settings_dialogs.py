@@ -24,7 +24,7 @@ from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.ui.loader import fit_screen, load_form
+from grabbergui.ui.windows import fit_screen, load_form
 
 NAME_WIDTH = 160
 "Pixels of a file's name on a button; the tooltip has the whole name."

@@ -17,10 +17,10 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.source_list import ListedSource
-from grabbergui.ui import icons
-from grabbergui.ui.loader import load_form
+from grabbergui.models.sources import ListedSource
+from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.source_delegate import CURRENT_ROLE, SOURCE_ROLE, SourceDelegate
+from grabbergui.ui.windows import load_form
 
 
 class SourceListView(QWidget):
@@ -198,7 +198,7 @@ class SourceListView(QWidget):
         opened = self._connected and bool(items) and items[0].data(SOURCE_ROLE).connected
         text = self.tr("Disconnect") if leaves else self.tr("Show") if opened else self.tr("Connect")
         self.connectButton.setText(text)
-        self.connectButton.setIcon(icons.icon("disconnect" if leaves else "connect", self.palette()))
+        self.connectButton.setIcon(icon("disconnect" if leaves else "connect", self.palette()))
         self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
         self.besideButton.setVisible(self._connected and bool(self._other()))
         self.besideButton.setEnabled(bool(self.addressEdit.text().strip()) or not opened)

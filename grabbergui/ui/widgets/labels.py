@@ -21,7 +21,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.windows import load_form
 
 TEXT_MARGIN = 1
 "Pixels that styles leave before a combo box's text."

@@ -10,9 +10,9 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButto
 
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, MessageModel, Offer, Severity
-from grabbergui.ui import icons
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
+from grabbergui.ui.windows import load_form
 
 LIST_WIDTH = 560
 "Pixels of the list of all messages."
@@ -95,7 +95,7 @@ class MessageLine(QFrame):
         self.setAccessibleName(self.textLabel.text())
         fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:
-            self.iconLabel.setPixmap(icons.pixmap(message_icon(message.severity), self, 18))
+            self.iconLabel.setPixmap(icon_pixmap(message_icon(message.severity), self, 18))
         restyle(self, "message", message.severity.value if message is not None else "")
 
     def _show_more(self) -> None:
@@ -156,7 +156,7 @@ class MessageBar(QFrame):
         self.setProperty("message", message.severity.value)
         self.textLabel.setText(message.sentence)
         self.setAccessibleName(message.sentence)
-        self.iconLabel.setPixmap(icons.pixmap(message_icon(message.severity), self, 18))
+        self.iconLabel.setPixmap(icon_pixmap(message_icon(message.severity), self, 18))
         fill_offers(self.offersLayout, message.offers)
         self.closeButton.clicked.connect(self.dismissed)
 

@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.language import localized
-from grabbergui.ui.loader import load_form
+from grabbergui.ui.windows import load_form
 
 COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
 """Of the channels that have one; all others are drawn in the colour of text."""

@@ -11,9 +11,9 @@ from PyQt5.QtWidgets import QLabel, QWidget
 from grabbergui.models.language import localized
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
-from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.message_stack import MessageLine
+from grabbergui.ui.windows import load_form
 
 LEAST_TITLE = 60
 "Pixels kept for the title before figures make way for it."

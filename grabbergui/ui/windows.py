@@ -1,4 +1,4 @@
-"""Loads Qt Designer forms and fits windows to the screen.
+"""Windows: built from Qt Designer's forms, fitted to the screen, and asking for a file or a folder.
 
 Forms are edited in Designer only; no Python copy of them exists.
 """
@@ -8,13 +8,14 @@ from __future__ import annotations
 import io
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
 from PyQt5 import uic
 from PyQt5.QtCore import QSize
 from PyQt5.QtGui import QGuiApplication
-from PyQt5.QtWidgets import QWidget
+from PyQt5.QtWidgets import QFileDialog, QWidget
 
-from grabbergui.ui import icons
+from grabbergui.ui.theme import apply_icons
 
 # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
 uic.widgetPluginPath.clear()
@@ -29,7 +30,7 @@ def load_form(name: str, into: QWidget) -> None:
     The form's children become attributes of `into`, by their object names.
     """
     uic.loadUi(io.StringIO(_form(name)), into)  # type: ignore[no-untyped-call]
-    icons.apply(into)
+    apply_icons(into)
 
 
 @cache
@@ -51,3 +52,26 @@ def fit_screen(window: QWidget) -> None:
 def has_screen() -> bool:
     """Return whether windows are seen; Qt's offscreen platform only claims a screen of 800 × 800 pixels."""
     return QGuiApplication.platformName() != "offscreen"
+
+
+class FileDialogs:
+    """Asks over a window, and waits for the answer. Fits `bases.FileQuestions`."""
+
+    def __init__(self, window: QWidget) -> None:
+        self._window = window
+
+    def to_open(self, title: str, kinds: str, folder: Path | None = None) -> Path | None:
+        """Ask for a file that exists; `kinds` is a filter such as `Settings (*.yaml)`."""
+        place = str(folder) if folder is not None else ""
+        chosen, _ = QFileDialog.getOpenFileName(self._window, title, place, kinds)
+        return Path(chosen) if chosen else None
+
+    def to_save(self, title: str, name: str, kinds: str) -> Path | None:
+        """Ask for a file to write, `name` being offered."""
+        chosen, _ = QFileDialog.getSaveFileName(self._window, title, name, kinds)
+        return Path(chosen) if chosen else None
+
+    def folder(self, title: str, before: Path) -> Path | None:
+        """Ask for a folder; `before` is the one used so far."""
+        chosen = QFileDialog.getExistingDirectory(self._window, title, str(before))
+        return Path(chosen) if chosen else None
