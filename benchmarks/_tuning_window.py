@@ -141,7 +141,7 @@ class _Session:
     # -- the window ------------------------------------------------------------------------------
     def _open_panel(self) -> None:
         """Show every feature that there is to a guru in the first ten categories."""
-        from grabbergui.ui.widgets.section import Section
+        from grabbergui.ui.views.feature_panel import Section
 
         panel = self.window.features
         panel.levelBox.setCurrentText("Guru")

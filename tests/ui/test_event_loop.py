@@ -13,7 +13,7 @@ from fakes import XmlDevice
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.widgets.section import Section
+from grabbergui.ui.views.feature_panel import Section
 from patience import allowance, little_garbage
 
 ATTEMPTS = 4

@@ -26,8 +26,8 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models import language as models_language
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.run.application import languages, speak
+from grabbergui.ui.views.feature_panel import Section
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.section import Section
 
 ROOT = Path(__file__).parents[2]
 TRANSLATIONS = ROOT / "resources" / "translations"

@@ -21,7 +21,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, PictureView
 
 if TYPE_CHECKING:

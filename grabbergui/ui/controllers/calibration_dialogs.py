@@ -14,7 +14,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 from grabbergui.ui.windows import FileDialogs
 

@@ -19,7 +19,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.settings.feature_set import Progress
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
 T = TypeVar("T")

@@ -14,8 +14,8 @@ from grabbergui.models.changes.tracking import command_line, program, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.editors.feature_row import FeatureRows
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, UndoActions
 from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 

@@ -14,7 +14,7 @@ from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.language import driver_text
 from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.hand_eye_stand import HandEyeStand
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, HandEyePage, HandEyeView
 
 ENDING_S = 10.0

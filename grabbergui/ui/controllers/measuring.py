@@ -21,7 +21,7 @@ from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, PictureView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
 from grabbergui.ui.widgets.drawing import Mark, Purpose

@@ -23,7 +23,7 @@ from grabbergui.models.picture.readout import beside_text, cursor_text, value_at
 from grabbergui.models.picture.rendering import with_levels
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import (
     AcquisitionActions,

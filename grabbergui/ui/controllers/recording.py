@@ -19,7 +19,7 @@ from grabbergui.models.playback import FrameHistory, PlaybackModel, PlaybackStat
 from grabbergui.models.recordings import Recordings
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.recording.writer import RecordingKind
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar

@@ -19,9 +19,9 @@ from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow

@@ -14,8 +14,8 @@ from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import Condition, StatusModel
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.recording import Confirm
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.views.source_list import SourceListView

@@ -12,7 +12,7 @@ from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Seve
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import LivePictureView, StatusView
 
 INTERVAL_MS = 200

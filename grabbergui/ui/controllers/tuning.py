@@ -19,8 +19,8 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
 from grabbergui.models.tuning.run import TuningRun
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.camera_work import CameraAbility
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
 from grabbergui.ui.widgets.drawing import Purpose
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack

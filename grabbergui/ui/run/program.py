@@ -26,7 +26,6 @@ from grabbergui.models.recordings import Recordings
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
@@ -45,6 +44,7 @@ from grabbergui.ui.controllers.settings import SettingsFilesController, UserSets
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController
 from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow

@@ -29,11 +29,10 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
-from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
+from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.servo_widgets import DrawingItem
 from grabbergui.ui.windows import fit_screen, load_form
 
 NAME_WIDTH = 360

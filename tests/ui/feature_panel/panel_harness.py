@@ -6,8 +6,7 @@ from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.favourites import FavouritesStrip
-from grabbergui.ui.views.feature_panel import FeaturePanel
-from grabbergui.ui.widgets.section import Section
+from grabbergui.ui.views.feature_panel import FeaturePanel, Section
 
 K, A = FeatureKind, AccessMode
 MODES = tuple(EnumEntry(name) for name in ("Off", "Once", "Continuous"))

@@ -12,8 +12,7 @@ from grabbergui.core.features import Category
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel
-from grabbergui.ui.widgets.section import Section
+from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel, Section
 from patience import PATIENCE, allowance, attempts, little_garbage
 
 
