@@ -16,9 +16,9 @@ from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.doctor import Level
-from grabbergui.setup import completion, udev
-from grabbergui.setup.desktop import DesktopEntry
+from grabbergui.setup import completion
 from grabbergui.setup.seen import Seen, somebody_types
+from grabbergui.setup.system_files import UDEV_RULE, DesktopEntry, install_udev_rule, remove_udev_rule
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
@@ -82,7 +82,7 @@ def _doctor(options: argparse.Namespace) -> int:
     from grabbergui.doctor import checks, shared_memory
 
     if options.fix_udev:
-        print(f"wrote {udev.install()}; plug the camera in again")
+        print(f"wrote {install_udev_rule()}; plug the camera in again")
         return 0
     if options.clear_shared_memory:
         removed = shared_memory.clear(shared_memory.leftovers(shared_memory.FOLDER))
@@ -184,9 +184,9 @@ def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
 
 def _udev(options: argparse.Namespace) -> tuple[list[Path], str]:
     if options.remove:
-        removed = udev.remove()
+        removed = remove_udev_rule()
         return ([removed] if removed else []), ""
-    return [udev.install()], "plug the camera in again"
+    return [install_udev_rule()], "plug the camera in again"
 
 
 def _desktop(options: argparse.Namespace) -> tuple[list[Path], str]:
@@ -210,7 +210,7 @@ def _paths() -> dict[str, Path]:
     return {
         "resources": RESOURCES,
         "manual": MANUAL,
-        "udev": udev.RULE,
+        "udev": UDEV_RULE,
         "systemd": RESOURCES / "systemd" / "grabbergui.service",
         "ros2": RESOURCES / "ros2",
         "fastdds": RESOURCES / "ros2" / "fastdds.xml",

@@ -19,7 +19,7 @@ from grabbergui.doctor import Finding, good, note, problem, shared_memory
 from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
 from grabbergui.driver.gige.discovery.search import FoundDevice
-from grabbergui.setup import udev
+from grabbergui.setup.system_files import UDEV_RULES, installed_udev_rule
 
 SYSCTL = Path("/proc/sys/net")
 WANTED_RMEM = 32 * 1024 * 1024
@@ -128,14 +128,14 @@ WANTED_USBFS_MB = 256
 
 def check_usb() -> Iterator[Finding]:
     """The udev rule, transfer memory and cameras of USB3 Vision."""
-    yield from udev_rule(udev.RULES)
+    yield from udev_rule(UDEV_RULES)
     yield from transfer_memory(USBFS_MEMORY)
     yield from usb_cameras()
 
 
 def udev_rule(folder: Path) -> Iterator[Finding]:
     """Whether users may open cameras."""
-    rule = udev.installed_rule(folder)
+    rule = installed_udev_rule(folder)
     if rule is not None:
         yield good(f"the udev rule {rule} lets users open USB3 Vision cameras")
     elif os.name == "posix" and folder.parent.is_dir():

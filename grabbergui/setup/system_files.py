@@ -1,6 +1,8 @@
-"""The program's entry in the desktop's menu: entry, icon, description, types of files, and the man page.
+"""Files that the program adds to the desktop and to the system.
 
-Files go into a data folder of the XDG base directory specification: the user's own, or that of a package.
+The entry in the desktop's menu with its icon, description, types of files and man page goes below a data
+folder of the XDG base directory specification, the user's own or that of a package. The udev rule lets users
+open USB3 Vision cameras.
 """
 
 from __future__ import annotations
@@ -11,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grabbergui.core.environment import RESOURCES
-from grabbergui.core.errors import UsageError
+from grabbergui.core.environment import RESOURCES, sudo_command
+from grabbergui.core.errors import AccessDeniedError, UsageError
 
 _SHIPPED = {
     "applications/grabbergui.desktop": "desktop/grabbergui.desktop",
@@ -90,3 +92,58 @@ def _quoted(argument: str) -> str:
         return argument
     quoted = "".join(f"\\{sign}" if sign in '"`$\\' else sign for sign in argument)
     return '"{}"'.format(quoted.replace("\\", "\\\\"))
+
+
+UDEV_RULE_NAME = "70-grabbergui-u3v.rules"
+UDEV_RULE = RESOURCES / "udev" / UDEV_RULE_NAME
+UDEV_RULES = Path("/etc/udev/rules.d")
+
+
+def installed_udev_rule(
+    folder: Path = UDEV_RULES, packaged: Path = Path("/usr/lib/udev/rules.d")
+) -> Path | None:
+    """Return the installed rule, of this user's system or of a package; None without one."""
+    for place in (folder / UDEV_RULE_NAME, packaged / UDEV_RULE_NAME):
+        if place.is_file():
+            return place
+    return None
+
+
+def install_udev_rule(folder: Path = UDEV_RULES) -> Path:
+    """Write the rule and let udev read it; return its path. Raises AccessDeniedError."""
+    target = folder / UDEV_RULE_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        target.write_text(UDEV_RULE.read_text("utf-8"), "utf-8")
+    except PermissionError as error:
+        raise AccessDeniedError(
+            f"{target} cannot be written by this user; run: {sudo_command('setup', 'udev')}"
+        ) from error
+    _reload_udev()
+    return target
+
+
+def remove_udev_rule(folder: Path = UDEV_RULES) -> Path | None:
+    """Remove the rule and let udev know; return where it was, None where there was none.
+
+    Raises AccessDeniedError.
+    """
+    target = folder / UDEV_RULE_NAME
+    try:
+        target.unlink()
+    except FileNotFoundError:
+        return None
+    except PermissionError as error:
+        raise AccessDeniedError(
+            f"{target} cannot be removed by this user; run: {sudo_command('setup', 'udev', '--remove')}"
+        ) from error
+    _reload_udev()
+    return target
+
+
+def _reload_udev() -> None:
+    udevadm = shutil.which("udevadm")
+    if udevadm is not None:
+        for arguments in (["control", "--reload"], ["trigger", "--subsystem-match=usb"]):
+            # A container has no udev to notify; the rule is in place all the same.
+            subprocess.run([udevadm, *arguments], check=False, capture_output=True, timeout=10)
