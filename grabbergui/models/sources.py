@@ -15,6 +15,7 @@ from grabbergui import sources
 from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
+from grabbergui.models.language import translate
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 
@@ -31,7 +32,7 @@ KEEP_MISSES = 2
 
 @dataclass(frozen=True)
 class ListedSource:
-    """One line of the list."""
+    """One source of the list."""
 
     info: DeviceInfo
     manual: bool = False
@@ -40,6 +41,34 @@ class ListedSource:
     "Open: the current one or in the background."
     lost: bool = False
     "Open, but it does not answer."
+
+    @property
+    def details(self) -> list[str]:
+        """The lines below its title, as display text: maker and serial number, place, options, state."""
+        info = self.info
+        maker = " ".join(part for part in (info.vendor, info.model if info.user_name else "") if part)
+        shown_above = not info.serial or info.serial in info.short_title
+        serial = "" if shown_above else translate("Sources", "serial {0}").format(info.serial)
+        place = " · ".join(part for part in (_bus_text(info.bus), info.address) if part)
+        options = info.uri.partition("?")[2]
+        state = ""
+        if self.lost:
+            state = translate("Sources", "lost, reconnecting")
+        elif self.connected:
+            state = translate("Sources", "connected")
+        elif self.manual:
+            state = translate("Sources", "added by hand")
+        lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
+        return [line for line in lines if line and line != info.short_title]
+
+
+def _bus_text(name: str) -> str:
+    """Translate the words; names of standards stay."""
+    words = {
+        "Simulated": translate("Sources", "Simulated"),
+        "File": translate("Sources", "File"),
+    }
+    return words.get(name, name)
 
 
 class SourceListModel:
@@ -103,7 +132,7 @@ class SourceListModel:
         self._wakeup.set()
 
     def add(self, uri: str) -> SourceUri:
-        """Remember a source that was named by hand. Raises UsageError for a malformed one."""
+        """Remember a source that the user adds. Raises UsageError for a malformed one."""
         parsed = SourceUri.parse(uri)
         with self._lock:
             self._manual[str(parsed)] = DeviceInfo(str(parsed), address=parsed.name)
@@ -120,7 +149,7 @@ class SourceListModel:
         self._publish()
 
     @property
-    def named_by_hand(self) -> list[str]:
+    def added_by_user(self) -> list[str]:
         """The addresses that the user typed, unchanged."""
         with self._lock:
             return list(self._manual)

@@ -86,7 +86,7 @@ class Preferences:
 
     @property
     def typed(self) -> list[str]:
-        """URIs of sources that were named by hand."""
+        """URIs of sources that the user added."""
         return self._list("sources/typed")
 
     @typed.setter

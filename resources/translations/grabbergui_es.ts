@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="329"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="199"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="299"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="298"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="207"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="206"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="250"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="249"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="261"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -814,27 +814,27 @@ It {1}.</source>
 <context>
     <name>CoverageView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="88"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="149"/>
         <source>Tilts</source>
         <translation>Inclinaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="90"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="151"/>
         <source>Distances</source>
         <translation>Distancias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
         <source>far</source>
         <translation>lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
         <source>between</source>
         <translation>en medio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
         <source>near</source>
         <translation>cerca</translation>
     </message>
@@ -1337,7 +1337,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="211"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="210"/>
         <source>no more than {0} controls can be pinned; unpin one first</source>
         <translation>no puede haber más de {0} controles fijados; suelte uno antes</translation>
     </message>
@@ -1358,17 +1358,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="131"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="130"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="131"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="133"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="132"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1376,42 +1376,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="275"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="274"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="278"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="277"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="282"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="281"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="290"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="289"/>
         <source>P&amp;in</source>
         <translation>F&amp;ijar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="293"/>
         <source>&amp;Unpin</source>
         <translation>&amp;Soltar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="295"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="295"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="302"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="301"/>
         <source>Pin t&amp;he usual controls</source>
         <translation>Fijar los controles &amp;habituales</translation>
     </message>
@@ -1464,27 +1464,27 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="286"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="307"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="316"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="317"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="307"/>
         <source>1 more matches; type another letter.</source>
         <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
@@ -3122,7 +3122,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="260"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="259"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3317,22 +3317,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="281"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="285"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3590,37 +3590,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="222"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="224"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="171"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="137"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -3736,7 +3736,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/point_cloud.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="316"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3744,12 +3744,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/point_cloud.py" line="33"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="252"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/point_cloud.py" line="34"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="253"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -3800,17 +3800,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="284"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="283"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -4279,22 +4279,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="239"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="240"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="241"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -4673,39 +4673,6 @@ It {1}.</source>
     </message>
 </context>
 <context>
-    <name>SourceDelegate</name>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="99"/>
-        <source>serial {0}</source>
-        <translation>n.º de serie {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="106"/>
-        <source>connected</source>
-        <translation>conectada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="108"/>
-        <source>named by hand</source>
-        <translation>añadida a mano</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="116"/>
-        <source>Simulated</source>
-        <translation>Simulada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="117"/>
-        <source>File</source>
-        <translation>Archivo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="104"/>
-        <source>lost, reconnecting</source>
-        <translation>perdida, reconectando</translation>
-    </message>
-</context>
-<context>
     <name>SourceListView</name>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="18"/>
@@ -4763,7 +4730,7 @@ It {1}.</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
@@ -4773,80 +4740,113 @@ It {1}.</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="177"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="291"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="293"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="210"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="324"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="211"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="325"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="212"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="326"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="213"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="327"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="214"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="215"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="216"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="289"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
     </message>
 </context>
 <context>
+    <name>Sources</name>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="51"/>
+        <source>serial {0}</source>
+        <translation>n.º de serie {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="56"/>
+        <source>lost, reconnecting</source>
+        <translation>perdida, reconectando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="58"/>
+        <source>connected</source>
+        <translation>conectada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="60"/>
+        <source>added by hand</source>
+        <translation>añadida a mano</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="68"/>
+        <source>Simulated</source>
+        <translation>Simulada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="69"/>
+        <source>File</source>
+        <translation>Archivo</translation>
+    </message>
+</context>
+<context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="138"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="137"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -4854,7 +4854,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/servo_widgets.py" line="85"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="102"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>

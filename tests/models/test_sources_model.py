@@ -1,4 +1,4 @@
-"""The sources found and named by hand, steady against a lost answer; small pictures of the open ones."""
+"""The sources found and added by the user, steady against a lost answer; small pictures of the open ones."""
 
 import gc
 import threading
@@ -90,7 +90,7 @@ def test_refresh_searches_at_once(listing):
     until(lambda: network.searches == 2)
 
 
-def test_a_source_named_by_hand_stays_until_removed_and_is_not_listed_twice(listing):
+def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(listing):
     model = listing(Network())
     assert str(model.add("gige://10.0.0.7")) == "gige:10.0.0.7"
     assert [(line.info.uri, line.manual) for line in model.sources] == [("gige:10.0.0.7", True)]
@@ -139,7 +139,7 @@ def test_a_typed_address_and_the_camera_found_there_are_one_line(listing):
     assert [(line.info, line.connected) for line in model.sources] == [(CAMERA, True)]
     model.set_open({})
     assert not model.sources[0].connected
-    assert model.named_by_hand == ["gige:192.168.0.10"]
+    assert model.added_by_user == ["gige:192.168.0.10"]
 
 
 FOUND = DeviceInfo(
@@ -168,7 +168,7 @@ def test_a_typed_camera_with_options_keeps_them_in_its_one_line_and_can_be_forgo
     (line,) = model.sources
     assert (line.info.uri, line.info.model, line.manual) == ("gige:10.0.0.7?packet_size=1500", "One", True)
     model.remove(line.info.uri)
-    assert uris(model) == [FOUND.uri] and model.named_by_hand == []
+    assert uris(model) == [FOUND.uri] and model.added_by_user == []
 
 
 def test_two_cameras_of_one_serial_number_are_two_lines_whichever_is_open(listing):
@@ -194,7 +194,7 @@ def test_a_typed_source_is_forgotten_under_either_name(listing):
     model.set_open({"gige:192.168.0.10": CAMERA})
     model.set_open({})
     model.remove(CAMERA.uri)
-    assert model.sources == () and model.named_by_hand == []
+    assert model.sources == () and model.added_by_user == []
 
 
 def test_a_camera_that_is_lost_stays_listed_and_is_marked(listing):

@@ -13,7 +13,7 @@ from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu,
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.run.window import first_source
 from grabbergui.ui.views.settings_dialogs import SettingsReport
-from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+from grabbergui.ui.views.source_list import SOURCE_ROLE
 from patience import allowance
 
 

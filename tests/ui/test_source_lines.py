@@ -6,7 +6,7 @@ from PyQt5.QtGui import QFontMetrics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui.views.source_list import SourceListView
-from grabbergui.ui.widgets.source_delegate import MOST_LINES, name_lines
+from grabbergui.ui.widgets.labels import MOST_LINES, name_lines
 
 ALIKE = (
     "Front camera of the packing line in hall A, left side",

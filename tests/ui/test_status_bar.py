@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QAbstractButton, QApplication
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.messages import NOTICE_SECONDS
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+from grabbergui.ui.views.source_list import SOURCE_ROLE
 from patience import PATIENCE
 
 SMALL = "sim:?width=320&height=240"

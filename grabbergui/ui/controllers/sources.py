@@ -95,12 +95,12 @@ class SourcesController(QObject):
             self._messages.error(error_text(error))
             return
         self._view.addressEdit.clear()
-        self._preferences.typed = self._model.named_by_hand
+        self._preferences.typed = self._model.added_by_user
         self.connect_to(str(uri))
 
     def _on_view_forget_requested(self, uri: str) -> None:
         self._model.remove(uri)
-        self._preferences.typed = self._model.named_by_hand
+        self._preferences.typed = self._model.added_by_user
 
     def _restore(self) -> None:
         for uri in self._preferences.typed:

@@ -1,11 +1,22 @@
-"""The sources found, and a field for the address of one that was not."""
+"""The sources found, painted with name, address and state; a field for the address of one that was not."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QEvent, QPoint, QStringListModel, Qt, pyqtSignal
+from PyQt5.QtCore import (
+    QEvent,
+    QModelIndex,
+    QPoint,
+    QRect,
+    QSize,
+    QStringListModel,
+    Qt,
+    pyqtSignal,
+)
+from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
 from PyQt5.QtWidgets import (
+    QAbstractItemView,
     QCompleter,
     QLabel,
     QLineEdit,
@@ -13,14 +24,117 @@ from PyQt5.QtWidgets import (
     QListWidgetItem,
     QMenu,
     QPushButton,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QToolButton,
     QWidget,
 )
 
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui.theme import icon
-from grabbergui.ui.widgets.source_delegate import CURRENT_ROLE, SOURCE_ROLE, SourceDelegate
+from grabbergui.ui.widgets.labels import name_lines
 from grabbergui.ui.windows import load_form
+
+SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
+CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
+
+PADDING = 9
+LINE_GAP = 2
+RADIUS = 6
+_SIDES = 2 * PADDING + 5
+"Pixels of a line's width that text does not have."
+
+
+class SourceDelegate(QStyledItemDelegate):
+    """Name, details, and the reason a source cannot be opened; a bar marks the one that is open.
+
+    The name is whole, on several lines where it is long, so that no two cameras seem the same. The vendor is
+    one of the details, so that the name has room for the serial number.
+    """
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
+        """As high as its lines."""
+        title, small = _fonts(option.font)
+        source: ListedSource = index.data(SOURCE_ROLE)
+        view = option.widget
+        viewport = view.viewport() if isinstance(view, QAbstractItemView) else None
+        width = (viewport.width() if viewport is not None else 200) - _SIDES
+        height = len(name_lines(source.info.short_title, title, width)) * QFontMetrics(title).height()
+        height += len(source.details) * (QFontMetrics(small).height() + LINE_GAP)
+        if source.info.note:
+            height += _wrapped(QFontMetrics(small), source.info.note, width) + LINE_GAP
+        return QSize(120, height + 2 * PADDING)
+
+    def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Draw one source."""
+        if painter is None:
+            return
+        source: ListedSource = index.data(SOURCE_ROLE)
+        palette = option.palette
+        painter.save()
+        painter.setRenderHint(QPainter.Antialiasing)
+        card = option.rect.adjusted(1, 2, -1, -2)
+        self._paint_back(painter, option, card, bool(index.data(CURRENT_ROLE)))
+        title, small = _fonts(option.font)
+        hindered = bool(source.info.note)
+        ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
+        line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
+        for part in name_lines(source.info.short_title, title, line.width()):
+            line = _text(painter, line, title, ink, part, gap=0)
+        line.translate(0, LINE_GAP)
+        muted = palette.color(QPalette.PlaceholderText)
+        for detail in source.details:
+            line = _text(painter, line, small, ink if hindered else muted, detail)
+        if hindered:
+            line.setBottom(card.bottom())
+            painter.setPen(palette.color(QPalette.Active, QPalette.Text))
+            painter.drawText(line, Qt.TextFlag.TextWordWrap, source.info.note)
+        painter.restore()
+
+    def _paint_back(
+        self, painter: QPainter, option: QStyleOptionViewItem, card: QRect, current: bool
+    ) -> None:
+        accent = option.palette.color(QPalette.Highlight)
+        if option.state & QStyle.StateFlag.State_Selected:
+            fill = QColor(accent)
+            fill.setAlphaF(0.18)
+        else:
+            fill = option.palette.color(QPalette.Base)
+            if option.state & QStyle.StateFlag.State_MouseOver:
+                fill = option.palette.color(QPalette.AlternateBase)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(fill)
+        painter.drawRoundedRect(card, RADIUS, RADIUS)
+        if current:
+            painter.setBrush(accent)
+            painter.drawRoundedRect(QRect(card.x(), card.y() + 6, 3, card.height() - 12), 1.5, 1.5)
+
+
+def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:
+    """How high a text is in lines of that width."""
+    return metrics.boundingRect(QRect(0, 0, width, 1000), Qt.TextFlag.TextWordWrap, text).height()
+
+
+def _fonts(font: QFont) -> tuple[QFont, QFont]:
+    title, small = QFont(font), QFont(font)
+    title.setWeight(QFont.DemiBold)
+    small.setPointSizeF(font.pointSizeF() * 0.9)
+    return title, small
+
+
+def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str, gap: int = LINE_GAP) -> QRect:
+    """Draw one line and return where the next one begins."""
+    metrics = QFontMetrics(font)
+    painter.setFont(font)
+    painter.setPen(ink)
+    here = QRect(line.x(), line.y(), line.width(), metrics.height())
+    painter.drawText(
+        here,
+        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+        metrics.elidedText(text, Qt.TextElideMode.ElideRight, here.width()),
+    )
+    return here.translated(0, metrics.height() + gap)
 
 
 class SourceListView(QWidget):
@@ -37,7 +151,7 @@ class SourceListView(QWidget):
     disconnectRequested = pyqtSignal()
     refreshRequested = pyqtSignal()
     forgetRequested = pyqtSignal(str)
-    """The URI of a source named by hand that is not wanted any more."""
+    """The URI of a source the user added that is not wanted any more."""
 
     addressEdit: QLineEdit
     refreshButton: QToolButton

@@ -1,11 +1,20 @@
-"""Labels: elided where there is little room, styled by their state, and progress of tasks."""
+"""Labels: broken or elided where there is little room, styled by their state, and progress of tasks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QHelpEvent, QPainter, QPaintEvent, QPalette
+from PyQt5.QtGui import (
+    QFont,
+    QFontMetrics,
+    QHelpEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QTextLayout,
+    QTextOption,
+)
 from PyQt5.QtWidgets import (
     QComboBox,
     QFrame,
@@ -49,6 +58,33 @@ def steps_html(names: Sequence[str], current: int) -> str:
     steps = [f"{number} {name}" for number, name in enumerate(names, 1)]
     steps[current] = f"<b>{steps[current]}</b>"
     return " &nbsp;→&nbsp; ".join(steps)
+
+
+MOST_LINES = 3
+"Of a name; of a longer one the middle is left out."
+
+
+def name_lines(name: str, font: QFont, width: int) -> list[str]:
+    """Break a name into lines of that many pixels at most, between words where there are any."""
+    text, room = name, MOST_LINES * width
+    while len(lines := _broken_lines(text, font, width)) > MOST_LINES and room > width:
+        text = QFontMetrics(font).elidedText(name, Qt.TextElideMode.ElideMiddle, room)
+        room -= width // 8 + 1
+    return lines
+
+
+def _broken_lines(text: str, font: QFont, width: int) -> list[str]:
+    layout = QTextLayout(text, font)
+    option = QTextOption()
+    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    layout.setTextOption(option)
+    lines = []
+    layout.beginLayout()
+    while (line := layout.createLine()).isValid():
+        line.setLineWidth(max(width, 1))
+        lines.append(text[line.textStart() : line.textStart() + line.textLength()].strip())
+    layout.endLayout()
+    return lines
 
 
 class ElidedLabel(QLabel):
