@@ -17,12 +17,12 @@ LAYOUT_VERSION = 2
 
 
 def camera_model(info: DeviceInfo) -> str:
-    """The model of a camera, under which its preferences are kept; of what has none, its URI."""
+    """Return the model of a camera, under which its preferences are kept; its URI if it has no model."""
     return " ".join(part for part in (info.vendor, info.model) if part) or info.uri
 
 
 class Preferences:
-    """A few named settings over QSettings; with None nothing is kept, as in tests and offscreen."""
+    """A few named settings in QSettings; with None nothing is kept, as in tests and offscreen."""
 
     def __init__(self, store: QSettings | None) -> None:
         self._store = store
@@ -31,11 +31,11 @@ class Preferences:
 
     @classmethod
     def of_user(cls) -> Preferences:
-        """Those of the user who runs the program."""
+        """Return the preferences of the user who runs the program."""
         return cls(QSettings("grabbergui", "grabbergui"))
 
     def look_for_now(self, theme: Theme) -> None:
-        """Want this look for this run only, until another is chosen."""
+        """Use this theme for this run only, until another is chosen."""
         self._look = theme
 
     @property
@@ -80,7 +80,7 @@ class Preferences:
         return self._list("sources/recent")
 
     def note_source(self, uri: str) -> None:
-        """A source was opened."""
+        """Remember that a source was opened."""
         others = [known for known in self.recent if known != uri]
         self._set("sources/recent", [uri, *others][:MOST_RECENT])
 
@@ -108,7 +108,7 @@ class Preferences:
 
     @property
     def theme(self) -> Theme:
-        """Which look is wanted."""
+        """The theme chosen."""
         if self._look is not None:
             return self._look
         try:
@@ -122,7 +122,7 @@ class Preferences:
         self._set("window/theme", theme.value)
 
     def _list(self, key: str) -> list[str]:
-        """Several texts; QSettings gives back a single one as such."""
+        """Return several texts; QSettings returns a list of one as a single text."""
         value = self._get(key)
         if isinstance(value, str):
             return [value]
@@ -141,5 +141,5 @@ class Preferences:
 
 
 def _of_model(model: str, what: str) -> str:
-    """A key for a model, whose name may hold what QSettings takes for a path."""
+    """Return the key of a model, whose name may contain a slash, QSettings' separator."""
     return f"cameras/{quote(model, safe=' ')}/{what}"

@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import QAbstractButton, QAction, QApplication, QWidget
 
 
 class Theme(Enum):
-    """Which look is wanted."""
+    """The choice of a theme."""
 
     AUTO = "auto"
     "As the desktop."
@@ -30,11 +30,11 @@ class Theme(Enum):
 
 @dataclass(frozen=True)
 class Colours:
-    """The colours of a look; style.qss uses the same names."""
+    """The colours of a theme; style.qss uses the same names."""
 
     window: str
     panel: str
-    "Behind editors, lists and text fields."
+    "Background of editors, lists and text fields."
     raised: str
     "Buttons, headers."
     hover: str
@@ -54,7 +54,7 @@ class Colours:
     accent_hover: str
     on_accent: str
     progress: str
-    "Of a bar, below text in `text`."
+    "A progress bar, below text in `text`."
     canvas: str
     "Around the picture: neutral, so that it does not change how colours are seen."
     good: str
@@ -120,7 +120,7 @@ PORTAL_PATIENCE_MS = 150
 
 
 def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
-    """Dress the application; may be called again while it runs. Returns the colours used."""
+    """Apply a theme to the application, also while it runs; return the colours used."""
     if theme is Theme.AUTO:
         theme = Theme.DARK if desktop_is_dark(app) else Theme.LIGHT
     colours = DARK if theme is Theme.DARK else LIGHT
@@ -145,12 +145,12 @@ def desktop_is_dark(app: QApplication) -> bool:
             return preference == 1
     given = app.property("desktopPalette") or app.palette()
     if app.property("desktopPalette") is None:
-        app.setProperty("desktopPalette", given)  # before a look of ours replaces it
+        app.setProperty("desktopPalette", given)  # before our own palette replaces it
     return bool(QPalette(given).color(QPalette.Window).lightness() < 128)
 
 
 def _portal_preference() -> int:
-    """1 dark, 2 light, 0 none or unknown (org.freedesktop.appearance, color-scheme)."""
+    """Return 1 for dark, 2 for light, 0 for none or unknown (org.freedesktop.appearance, color-scheme)."""
     bus = QDBusConnection.sessionBus()
     if not bus.isConnected():
         return 0
@@ -171,7 +171,7 @@ def _portal_preference() -> int:
 
 
 def palette(colours: Colours) -> QPalette:
-    """The colours as Qt's roles, for everything the style draws by itself."""
+    """Return the colours as Qt's roles, for everything that the style draws."""
     made = QPalette()
     roles = {
         QPalette.Window: colours.window,
@@ -211,7 +211,7 @@ def _drawing(name: str) -> bytes:
 
 
 def icon(name: str, palette: QPalette) -> QIcon:
-    """The icon of a name, in the palette's text colours, sharp on any screen."""
+    """Return an icon in the palette's text colours, sharp on any screen."""
     made = QIcon()
     for mode, group in ((QIcon.Mode.Normal, QPalette.Active), (QIcon.Mode.Disabled, QPalette.Disabled)):
         colour = palette.color(group, QPalette.ButtonText)
@@ -221,7 +221,7 @@ def icon(name: str, palette: QPalette) -> QIcon:
 
 
 def icon_pixmap(name: str, beside: QWidget, size: int, colour: QColor | None = None) -> QPixmap:
-    """One picture of an icon, `size` logical pixels wide, for a label."""
+    """Return a pixmap of an icon, `size` logical pixels wide, for a label."""
     ratio = beside.devicePixelRatioF()
     drawn = _drawn(name, colour or beside.palette().color(QPalette.WindowText), round(size * ratio))
     drawn.setDevicePixelRatio(ratio)
@@ -242,7 +242,7 @@ def dot(colour: QColor) -> QIcon:
 
 
 def window_icon() -> QIcon:
-    """The program's own icon, in its own colours."""
+    """Return the program's icon, in its own colours."""
     made = QIcon()
     for size in (16, 24, 32, 48, 64, 128, 256):
         made.addPixmap(_drawn("grabbergui", QColor(Qt.GlobalColor.black), size))

@@ -55,7 +55,7 @@ def has_screen() -> bool:
 
 
 class FileDialogs:
-    """Asks over a window, and waits for the answer. Fits `bases.FileQuestions`."""
+    """Qt's modal dialogs for files, over a window. Implements `bases.FileQuestions`."""
 
     def __init__(self, window: QWidget) -> None:
         self._window = window
@@ -67,7 +67,7 @@ class FileDialogs:
         return Path(chosen) if chosen else None
 
     def to_save(self, title: str, name: str, kinds: str) -> Path | None:
-        """Ask for a file to write, `name` being offered."""
+        """Ask for a file to write; `name` is the suggestion."""
         chosen, _ = QFileDialog.getSaveFileName(self._window, title, name, kinds)
         return Path(chosen) if chosen else None
 

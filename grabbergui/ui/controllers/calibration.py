@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 
 class CalibrationOpener(QObject):
-    """Opens the dialog on what the window shows, and closes it with that."""
+    """Opens the calibration dialog for the current source, and closes it with that source."""
 
     saved = pyqtSignal(Path)
-    """A calibration of what the window shows was written."""
+    """A calibration of the current source was written."""
 
     def __init__(self, action: QAction, window: QWidget, connection: Connection) -> None:
         super().__init__(window)
@@ -47,7 +47,7 @@ class CalibrationOpener(QObject):
 
     @property
     def dialog(self) -> CalibrationDialog | None:
-        """The one that is open."""
+        """The open dialog, if any."""
         return self._controller.dialog if self._controller is not None else None
 
     def open(self) -> None:
@@ -67,7 +67,7 @@ class CalibrationOpener(QObject):
             dialog.show()
 
     def close(self) -> None:
-        """Close it where it is open."""
+        """Close the dialog if it is open."""
         if self.dialog is not None:
             self.dialog.reject()
 
@@ -103,7 +103,7 @@ class CalibrationViewController(QObject):
         self._picture = picture
         self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
         self._size = (0, 0)
-        "Of the frames shown last."
+        "Size of the frames shown last."
         actions.actionLoadCalibration.triggered.connect(self._ask)
         actions.actionShowCalibration.toggled.connect(self._apply)
         view.painted.connect(self._on_picture_painted)

@@ -105,7 +105,7 @@ class CalibratingController(QObject):
         self._show_view()
 
     def go(self, step: Step) -> None:
-        """To a page; views are taken on theirs."""
+        """Show a page; views are taken while their page is shown."""
         self._chosen = None
         self.dialog.setStep(step)
         self.model.collect(step is Step.VIEWS)
@@ -154,7 +154,7 @@ class CalibrationChooser(QObject):
         self.choice: CalibrationChoice | None = None
         """The choice of the user."""
         self.calibrating: CalibrationDialog | None = None
-        """Open on top of the dialog."""
+        """The calibration dialog that is open on top, if any."""
         self._dialog, self._grabber = dialog, grabber
         dialog.calibrateRequested.connect(self._calibrate)
         dialog.fileRequested.connect(self._ask_file)

@@ -28,11 +28,11 @@ Work = Callable[[ChangeTrackingGrabber, Progress, threading.Event], T]
 """Works with a camera, reports its progress, and stops once the event is set."""
 
 REPORT_PERIOD = 0.05
-"""Seconds between two reports of how far it is: more often nobody sees."""
+"""Seconds between two reports of progress; nobody sees more."""
 
 
 class CameraWork(QObject):
-    """Runs work for whoever makes the calls, one after the other."""
+    """Runs work on the current camera, one task after another, and shows its progress."""
 
     def __init__(self, tasks: TaskStack, connection: Connection, messages: CurrentMessages) -> None:
         super().__init__(tasks)
@@ -47,12 +47,10 @@ class CameraWork(QObject):
     def run(
         self, title: str, work: Work[T], done: Callable[[T], None], *, undoable: str = "", text: str = ""
     ) -> None:
-        """Show `title` while it is done, then call `done` here with the result.
+        """Run `work` on the camera's thread, with `title` shown; then call `done` here with the result.
 
-        Earlier changes, for instance of a slider that was just released, are written first.
-
-        With `undoable`, all that is written is one step of that name to undo. A failure is reported by
-        `failed`.
+        Earlier changes, for instance of a slider that was just released, are written first. With `undoable`,
+        all that is written is one step of that name to undo. A failure is posted as a message.
         """
         source = self._connection.source
         if source is None or source.tracked_grabber is None or source.features is None:
@@ -104,10 +102,10 @@ class CameraWork(QObject):
 
 
 class CameraAbility(QObject):
-    """Enables actions while a camera is connected that can do it and may be changed."""
+    """Enables actions while the current camera supports them and may be changed."""
 
     ended = pyqtSignal()
-    """The camera that was asked is gone, or another is being opened."""
+    """The camera is gone, or another is being opened."""
 
     def __init__(
         self, owner: QObject, connection: Connection, ask: Callable[[FrameGrabber], bool], *actions: QAction

@@ -20,11 +20,11 @@ from grabbergui.ui.views.bases import FileQuestions, UndoActions
 from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 
 MOST_SHOWN = 60
-"Characters of what would be undone, in the menu."
+"Characters of a step's text in the menu."
 
 
 class ChangesController(QObject):
-    """Each source has its own changes; those of the last one stay to be looked at when it is closed."""
+    """Each source has its own changes; those of a closed source stay visible until another is opened."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class ChangesController(QObject):
             self.save(path)
 
     def save(self, path: Path) -> None:
-        """Save the changes chosen as what the file's ending says."""
+        """Save the selected changes in the format of the file's suffix."""
         kind = {".py": CopyAs.PROGRAM, ".sh": CopyAs.COMMAND}.get(path.suffix, CopyAs.TABLE)
         text = self._text(kind)
         with self._messages.saving(path, self.tr("Saved the changes to {0}")):
@@ -136,7 +136,7 @@ class ChangesController(QObject):
 
 
 def _describe(action: QAction, name: str, what: str) -> None:
-    """Say in the menu what a press would do."""
+    """Name the step in the menu's entry."""
     shown = what if len(what) <= MOST_SHOWN else what[: MOST_SHOWN - 1] + "…"
     action.setText(f"{name} {shown.replace('&', '&&')}".rstrip())
     action.setIconText(name.replace("&", ""))

@@ -27,7 +27,7 @@ from grabbergui.ui.views.feature_panel import FeaturePanel
 
 
 class FeatureController(QObject):
-    """Shows the model's features in both views and passes on what people do there."""
+    """Shows the model's features in both views, and writes what the user changes there."""
 
     def __init__(
         self, panel: FeaturePanel, favourites: FavouritesStrip, parent: QObject | None = None
@@ -37,7 +37,7 @@ class FeatureController(QObject):
         self._favourites = favourites
         self._model: FeatureTreeModel | None = None
         self._chosen: tuple[str, ...] | None = None
-        "Favourites in place of those that suit any camera."
+        "The user's favourites; None for those that suit any camera."
         self._bridge: Bridge | None = None
         self._held: set[str] = set()
         "Names of the controls that are being dragged or typed into."
@@ -70,7 +70,7 @@ class FeatureController(QObject):
         self._show_known()
 
     def forget(self, model: FeatureTreeModel) -> None:
-        """Delete the controls of a source that is closed."""
+        """Delete the controls of a closed source."""
         if model is self._model:
             self.set_model(None)
         self._panel.forget(model)
@@ -167,7 +167,7 @@ class FeatureController(QObject):
 
 
 class FavouritesController(QObject):
-    """Favourites and the layout of the window are remembered for each model of camera."""
+    """Remembers the favourites and the layout of the window for each model of camera."""
 
     def __init__(
         self,
@@ -213,7 +213,7 @@ class FavouritesController(QObject):
         self._change(lambda names: shown.placed(names, name, index))
 
     def add(self, name: str) -> None:
-        """Pin a feature behind the others."""
+        """Pin a feature after the others."""
         self.place(name, len(self.names))
 
     def remove(self, name: str) -> None:
@@ -221,7 +221,7 @@ class FavouritesController(QObject):
         self._change(lambda names: shown.without(names, name))
 
     def move(self, name: str, steps: int) -> None:
-        """Move a pinned control by so many places."""
+        """Move a pinned control by `steps` places."""
         self._change(lambda names: shown.moved(names, name, steps))
 
     def reset(self) -> None:

@@ -1,4 +1,4 @@
-"""The *Help* menu and the log: whatever explains the program."""
+"""The *Help* menu, and the panel of the log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from grabbergui.ui.views.help_views import DoctorDialog, LogPanel, ManualDialog,
 
 
 class HelpController(QObject):
-    """Opens what explains the program. The doctor runs on a thread of its own."""
+    """Opens the manual, the doctor and the list of keys. The doctor runs on a thread of its own."""
 
     def __init__(self, actions: HelpActions, menubar: QMenuBar, window: QWidget) -> None:
         super().__init__(window)
@@ -63,7 +63,7 @@ class HelpController(QObject):
         dialog.show()
 
     def show_doctor(self) -> None:
-        """Check this computer, and show each finding at once."""
+        """Check this computer, and show each finding as it comes."""
         if self.doctor is not None:
             self.doctor.raise_()
             return

@@ -1,4 +1,4 @@
-"""The camera's look-up tables: shown, edited, kept in files, written."""
+"""The camera's look-up tables: read, edited, saved in files, written."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from grabbergui.ui.views.lut_dialog import LutDialog
 
 @dataclass(frozen=True, eq=False)
 class _Present:
-    """The table that the camera has."""
+    """The table in the camera."""
 
     selectors: tuple[str, ...]
     selector: str
@@ -72,11 +72,11 @@ class LutController(QObject):
 
     @property
     def edited(self) -> Table:
-        """The table as it is edited."""
+        """The edited table."""
         return self._edited
 
     def show(self) -> None:
-        """Read the first table of the camera, and show it; only raise a window that is open already."""
+        """Read the camera's first table and open the window; raise the window if it is open already."""
         if self.dialog is None:
             self._read("", self._open)
         else:

@@ -28,7 +28,7 @@ from grabbergui.ui.widgets.drawing import Mark, Purpose
 
 
 class MeasuringController(QObject):
-    """Measures what can be seen in a panel, and nothing else."""
+    """Measures only for the panels that are visible."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class MeasuringController(QObject):
         self._focus_region: Region | None = None
         self._line: Line | None = None
         self._size = (0, 0)
-        "Of the frames that region and line were drawn on."
+        "Size of the frames on which region and line were drawn."
         bridge = Bridge(self)
         bridge.bind(measuring.measured, self._on_measured)
         bridge.bind(connection.opened, lambda _: self._forget())
@@ -70,7 +70,7 @@ class MeasuringController(QObject):
         self._focus_on(None)
 
     def show_marks(self) -> None:
-        """Draw the region and the line where they are seen."""
+        """Draw the region and the line in the orientation that is shown."""
         frame, marks = self._picture.shown, self._view.canvas.marks
         focus = self._focus_region if self._seen_docks[self._panels.focusDock] else None
         line = self._line if self._seen_docks[self._panels.profileDock] else None
@@ -210,7 +210,7 @@ class ValuesController(QObject):
         return self._watch.names
 
     def plot(self, description: FeatureDescription) -> None:
-        """Plot one more value, where it can be seen."""
+        """Plot one more value, and show the panel."""
         if self._watch.full and description.name not in self.names:
             text = self.tr("no more than {0} values can be plotted at once; remove one first")
             self._messages.error(text.format(MOST_FEATURES))
@@ -222,7 +222,7 @@ class ValuesController(QObject):
         self._dock.raise_()
 
     def remove(self, name: str) -> None:
-        """Plot one value less."""
+        """Remove a value from the plot."""
         self._watch.remove(name)
         self._histories.pop(name, None)
         self._panel.removeCurve(name)
@@ -267,7 +267,7 @@ class ValuesController(QObject):
         self._panel.setSamples(self._histories, time.time() if now is None else now)
 
     def _break(self) -> None:
-        """Nothing is known of the time in between: the curves must not pretend."""
+        """Interrupt the curves: nothing is known of the time in between."""
         for history in self._histories.values():
             if len(history):
                 history.add(time.time(), math.nan)

@@ -38,7 +38,7 @@ from grabbergui.ui.views.picture_view import PointCloudDialog
 from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
-"Between two readings of the pixel under the cursor: faster nobody reads."
+"Between two readings of the pixel under the cursor; nobody reads faster."
 
 
 class AcquisitionController(QObject):
@@ -97,7 +97,7 @@ class AcquisitionController(QObject):
         view.painted.connect(self._picture.painted)
 
     def snapshot(self) -> None:
-        """Save the newest frame where snapshots go."""
+        """Save the newest frame in the snapshot folder."""
         frame, source = self._picture.frame, self._connection.source
         if frame is None or source is None or source.grabber is None:
             self._messages.error(
@@ -107,7 +107,7 @@ class AcquisitionController(QObject):
         self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
 
     def save_points(self) -> None:
-        """Save the points of the newest frame where snapshots go."""
+        """Save the points of the newest frame in the snapshot folder."""
         frame, source = self._picture.frame, self._connection.source
         if frame is not None and source is not None and source.grabber is not None:
             folder, scan = self._preferences.snapshot_folder, self._picture.settings.scan
@@ -127,7 +127,7 @@ class AcquisitionController(QObject):
             self._enable_actions()
 
     def _show_values(self, picture: Picture) -> None:
-        """Write the sensor's values on pixels that have room for them."""
+        """Show the sensor's values on pixels that are large enough."""
         canvas, texts = self._view.canvas, {}
         if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
             texts = value_texts(picture, self._picture.settings)
@@ -149,7 +149,7 @@ class AcquisitionController(QObject):
         if source is not self._connection.source or source.grabber is None:
             return
         self._shown = source
-        # One that is lost or waits for a trigger sends nothing now, and its last picture was on its tile.
+        # A source that is lost or waits for a trigger sends nothing now; its tile had its last picture.
         self._picture.attach(source.grabber, self._gallery.picture_of(source))
         self._enable_actions()
 
@@ -180,7 +180,7 @@ class AcquisitionController(QObject):
 
 
 class DisplayController(QObject):
-    """Nothing here changes the camera or saved frames."""
+    """How the picture is displayed. Never changes the camera or saved frames."""
 
     orientationChanged = pyqtSignal()
 
@@ -232,7 +232,7 @@ class DisplayController(QObject):
         self._histogram.setLevels(0.0, 1.0)
 
     def _on_connection_opened(self, _: OpenSource) -> None:
-        self._reset_levels()  # those of another camera would make a riddle of this one's picture
+        self._reset_levels()  # another camera's levels mean nothing here
 
 
 class ComponentController(QObject):
@@ -324,7 +324,7 @@ class PointCloudController(QObject):
         self.model.start((round(size.width() * ratio), round(size.height() * ratio)))
 
     def shut_down(self, timeout: float) -> bool:
-        """Close the window. Whether drawing ended within `timeout` seconds."""
+        """Close the window. Return whether drawing ended within `timeout` seconds."""
         if self.dialog is not None:
             self.dialog.close()
         return self.model.stop(timeout)

@@ -25,16 +25,16 @@ from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
-"""Does something that closes these sources, after asking where one is being recorded."""
+"""Does something that closes these sources; asks first if one of them is being recorded."""
 
 
 class RecordingController(QObject):
-    """Shows and controls the recording of the current source; others go on meanwhile."""
+    """Shows and controls the recording of the current source. Those of other sources continue."""
 
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
     availableChanged = pyqtSignal(bool)
-    """Whether there is something to record, or a recording to stop."""
+    """Whether a recording can be started or stopped."""
 
     def __init__(
         self,
@@ -67,12 +67,12 @@ class RecordingController(QObject):
             self._recordings.begin(source, self._preferences.snapshot_folder, kind, limits)
 
     def stop(self) -> None:
-        """End the recording of the current source; files are finished behind the scenes."""
+        """End the recording of the current source; its file is finished in the background."""
         if (source := self._connection.source) is not None:
             self._recordings.stop(source)
 
     def confirm(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:
-        """Do what closes these sources, at once where none is being recorded, else after asking."""
+        """Do what closes these sources; ask first if one of them is being recorded."""
         recorded = [source for source in closing if source is not None and self._recordings.runs(source)]
         if not recorded:
             proceed()
@@ -126,7 +126,7 @@ class RecordingController(QObject):
 
 
 class PauseController(QObject):
-    """The camera goes on while the picture is paused."""
+    """Pauses the picture and steps through the last frames; the camera continues."""
 
     def __init__(
         self,
@@ -148,7 +148,7 @@ class PauseController(QObject):
         self._frames: tuple[Frame, ...] = ()
         self._index = 0
         self._steps_itself = False
-        "Whether the source is a recording, which is stepped through by itself."
+        "Whether the source is a recording, which steps by its own features."
         bridge = Bridge(self)
         bridge.bind(connection.opened, self._on_connection_opened)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
@@ -208,7 +208,7 @@ class PauseController(QObject):
 
 
 def _seconds(frame: Frame, newest: Frame) -> float:
-    """How much older a frame is, by the camera's clock where it has one."""
+    """Return how many seconds older a frame is, by the camera's clock if it has one."""
     if frame.timestamp_ns and newest.timestamp_ns:
         return (newest.timestamp_ns - frame.timestamp_ns) / 1e9
     return newest.captured - frame.captured

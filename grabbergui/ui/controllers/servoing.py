@@ -49,7 +49,7 @@ class ServoController(QObject):
         """With a `stand` of the runner's robot and gate, hand and eye can be calibrated from here."""
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
-        """Open on top of the window."""
+        """The calibration dialog that is open on top of the window, if any."""
         self.hand_eye: HandEyeController | None = None
         """Of the wizard that is open on top of the window; the loop does not run meanwhile."""
         self._stand = stand
@@ -100,7 +100,7 @@ class ServoController(QObject):
 
         def start() -> None:
             if not runner.running:
-                runner.stop()  # its threads have ended; this takes them off its hands
+                runner.stop()  # its threads have ended; this releases them
                 runner.start()
             if why_not := runner.resume():
                 self.refused.emit(why_not)

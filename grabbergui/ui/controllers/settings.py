@@ -61,7 +61,7 @@ class SettingsFilesController(QObject):
         self._window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Of a window that accepts drops."""
+        """The actions of a window that accepts drops."""
         if isinstance(event, QDropEvent) and (path := _dropped(event)) is not None:
             event.acceptProposedAction()
             if event.type() == QEvent.Type.Drop:
@@ -70,7 +70,7 @@ class SettingsFilesController(QObject):
         return super().eventFilter(watched, event)
 
     def open_file(self, path: Path) -> None:
-        """Play a file with the ending of a recording, load any other as settings."""
+        """Play a file with the suffix of a recording; load any other as settings."""
         if path.is_dir() or path.suffix.lower() in (".mcap", *VIDEO_SUFFIXES):
             self.playRequested.emit(str(SourceUri("file", str(path))))
         else:
@@ -121,7 +121,7 @@ class SettingsFilesController(QObject):
         self._work.run(self.tr("Saving settings"), work, saved, text=path.name)
 
     def load(self, path: Path, only: Collection[SettingKey] | None = None) -> None:
-        """Load settings, all or some of them, and show what became of each."""
+        """Load settings, all or some of them, and show the outcome of each."""
         title = self.tr("Loaded {0}").format(path.name)
 
         def work(
@@ -134,7 +134,7 @@ class SettingsFilesController(QObject):
         self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name)
 
     def compare(self, path: Path) -> None:
-        """Show what loading would change, and offer to."""
+        """Show what loading would change, and offer to load it."""
 
         def work(
             grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
@@ -173,7 +173,7 @@ class SettingsFilesController(QObject):
 
     # -- two files -------------------------------------------------------------------------------
     def compare_files(self, first: Path, second: Path) -> None:
-        """Show what two files differ in, and offer to set the camera as either says."""
+        """Show the differences of two files, and offer to load either."""
         source = self._connection.source
         selectors_of = (
             source.tracked_grabber.selectors_of
@@ -215,7 +215,7 @@ def _dropped(event: QDropEvent) -> Path | None:
 
 
 class UserSetsController(QObject):
-    """Its action can be used where the camera keeps sets."""
+    """The camera's own sets; the action is enabled if the camera keeps any."""
 
     def __init__(
         self,
@@ -277,7 +277,7 @@ class UserSetsController(QObject):
         self._change(self.tr("Telling the camera"), partial(user_sets.start_with, name=name), text)
 
     def _change(self, title: str, change: Callable[[ChangeTrackingGrabber], None], text: str) -> None:
-        """Do something with a set, and show the sets as they are then."""
+        """Do something with a set, and show the sets afterwards."""
 
         def work(
             grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event

@@ -29,7 +29,7 @@ SHOWN_AFTER_MS = 300
 
 
 class SourcesController(QObject):
-    """Shows the sources that are found, and connects to the chosen or typed one."""
+    """Shows the sources found, and connects to the one that is chosen or typed."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class SourcesController(QObject):
         view.setSources(model.sources)
 
     def connect_to(self, uri: str, *, start: bool = True) -> None:
-        """Open a source, and `start` it. A fault of its URI is reported by `failed`."""
+        """Open a source, and `start` it. A malformed URI is posted as a message."""
         try:
             replaced = self._connection.replaced_by(uri)
         except UsageError as error:
@@ -82,7 +82,7 @@ class SourcesController(QObject):
         self._confirm([self._connection.source], self._connection.disconnect)
 
     def open_additional(self, uri: str) -> None:
-        """Open an additional source. A fault of its URI is reported by `failed`."""
+        """Open an additional source. A malformed URI is posted as a message."""
         try:
             self._connection.open_additional(uri)
         except UsageError as error:

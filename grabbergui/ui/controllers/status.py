@@ -1,4 +1,4 @@
-"""Shows how the current source is doing: state, figures, losses, and what hinders the picture."""
+"""Shows the health of the current source: state, figures, losses, and why no picture is shown."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StatusController(QObject):
     titleChanged = pyqtSignal(str)
     """The window's title, without the program's name."""
     lockChanged = pyqtSignal(str)
-    """Why no feature can be written now; empty where they can."""
+    """Why no feature can be written now; empty if they can."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class StatusController(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Look at everything now."""
+        """Read everything now."""
         source = self._connection.source
         now = time.monotonic()
         step, self._looked = min(now - self._looked, MOST_STEP), now
@@ -112,7 +112,7 @@ class StatusController(QObject):
         self._strip.setLosses(status.health.text, status.loss_tone, status.health.detail)
 
     def _show_age(self, status: SourceStatus) -> None:
-        """Of the last picture of a source that is lost."""
+        """Note on the last picture of a source that is lost."""
         last = self._picture.last_received
         lost = status.condition is Condition.LOST and last is not None
         self._view.setAge(time.monotonic() - last if lost and last is not None else None)

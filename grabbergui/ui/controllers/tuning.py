@@ -27,7 +27,7 @@ from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
 
 class TuningController(QObject):
-    """Without a region the camera does it by itself, where it can; on a region it is always done here."""
+    """Without a region the camera tunes itself, if it can; on a region the program always does."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class TuningController(QObject):
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
-    """Let the camera do it where it can."""
+    """Name the tuning of the whole picture: the camera's own, if it can."""
     by_itself = run.call(lambda grabber: has_once(grabber, role))
     return let_camera(run, role) if by_itself else otherwise(run)
 

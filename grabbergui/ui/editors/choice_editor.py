@@ -17,7 +17,7 @@ LONG = 12
 
 
 class _Combo(ElidedComboBox):
-    """A combo box that says when its list opens and closes; a long list is searched by typing into it."""
+    """A combo box with signals for its list opening and closing; typing searches a long list."""
 
     popupShown = pyqtSignal()
     popupHidden = pyqtSignal()
@@ -31,7 +31,7 @@ class _Combo(ElidedComboBox):
         self.popupHidden.emit()
 
     def showEntries(self, model: QStandardItemModel) -> None:
-        """Offer other entries."""
+        """Replace the entries."""
         self.setModel(model)
         searched = model.rowCount() > LONG
         if searched and not self.isEditable():
@@ -56,7 +56,7 @@ class _Combo(ElidedComboBox):
         line.editingFinished.connect(self._show_chosen)
 
     def _take_only_match(self) -> None:
-        """Enter takes the entry that is meant, if it is the only one whose name contains the typed text."""
+        """Choose the only entry whose name contains the typed text, if there is just one."""
         typed, model = self.currentText().casefold(), self.model()
         texts = [self.itemText(index).casefold() for index in range(self.count())]
         found = [index for index, text in enumerate(texts) if typed and typed in text]
@@ -71,7 +71,7 @@ class _Combo(ElidedComboBox):
 
 
 class ChoiceEditor(FeatureEditor):
-    """A combo box; entries that the camera does not take at the moment are grey."""
+    """A combo box; entries that the camera does not accept now are grey."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -86,7 +86,7 @@ class ChoiceEditor(FeatureEditor):
         self.combo.popupHidden.connect(self.editingFinished)
 
     def setFeature(self, feature: Feature) -> None:
-        """Show the entry that is set."""
+        """Show the current entry."""
         self.combo.setAccessibleName(feature.title)
         if feature.entries != self._entries:
             self._entries = feature.entries
@@ -161,7 +161,7 @@ class AutoButton(QToolButton):
         )
 
     def _forget_mouse(self) -> None:
-        """Qt does not say that the mouse has left while the menu was open: it would stay lit."""
+        """End the hover state: Qt sends no leave event while the menu is open."""
         if not self.rect().contains(self.mapFromGlobal(QCursor.pos())):
             self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
             self.update()

@@ -24,9 +24,9 @@ class FeatureEditor(QWidget):
     """
 
     valueEdited = pyqtSignal(object)
-    """The value a person wants (int, float, bool or str); None to run a command."""
+    """The value that the user chose (int, float, bool or str); None to run a command."""
     editingStarted = pyqtSignal()
-    """A person has the control in hand: it is dragged or typed into."""
+    """The user began to drag the control or to type into it."""
     editingFinished = pyqtSignal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -37,14 +37,14 @@ class FeatureEditor(QWidget):
 
     @abstractmethod
     def setFeature(self, feature: Feature) -> None:
-        """Show a feature of the kind this editor is for."""
+        """Show a feature of this editor's kind."""
 
     def slider(self) -> QWidget | None:
-        """A part that wants a line of its own, as wide as it gets; the row places it."""
+        """Return a part that needs a whole line for itself; the row places it."""
         return None
 
     def hold(self, control: QWidget) -> None:
-        """Make a control the editor's, with the focus going to it."""
+        """Make a control the editor's only one, which gets the focus."""
         self._layout.addWidget(control)
         self.setFocusProxy(control)
 
@@ -61,7 +61,7 @@ class SwitchEditor(FeatureEditor):
         self.box.clicked[bool].connect(self._on_box_clicked)
 
     def setFeature(self, feature: Feature) -> None:
-        """Show whether it is on."""
+        """Show the state of the switch."""
         self._integer = feature.kind is FeatureKind.INTEGER
         self.box.setAccessibleName(feature.title)
         self.box.setChecked(bool(feature.value))
@@ -85,7 +85,7 @@ class CommandEditor(FeatureEditor):
 
 
 class ReadingLabel(FeatureEditor):
-    """Text that can be selected and copied, for what cannot be written."""
+    """Text that can be selected and copied, for a value that cannot be written."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -197,7 +197,7 @@ class WheelGuard(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Ignore a wheel event without focus, so that it goes on to the parent."""
+        """Ignore a wheel event without focus, so that the parent gets it."""
         if (
             event is not None
             and event.type() == QEvent.Type.Wheel

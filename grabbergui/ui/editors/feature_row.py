@@ -48,11 +48,11 @@ class RowDrag:
         self._pressed: QPoint | None = None
 
     def press(self, event: QMouseEvent) -> None:
-        """A button went down."""
+        """Remember where a button was pressed."""
         self._pressed = event.pos() if event.button() == Qt.MouseButton.LeftButton else None
 
     def move(self, event: QMouseEvent) -> None:
-        """The mouse moved with a button down; far enough, the row is dragged until it is released."""
+        """Drag the row once the mouse has moved far enough with a button down."""
         if self._pressed is None:
             return
         if (event.pos() - self._pressed).manhattanLength() >= QApplication.startDragDistance():
@@ -76,7 +76,7 @@ _BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
 }
 
 _EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
-"""Shown by their control even where they cannot be used: it says the same and does not move."""
+"""Features that keep their control while they cannot be used, so that nothing moves."""
 
 
 def editor_class(feature: Feature, current: type[FeatureEditor] | None = None) -> type[FeatureEditor]:
@@ -116,7 +116,7 @@ class FeatureRow(QWidget):
     """
 
     edited = pyqtSignal(str, object)
-    """Name and value that a person wants, of the feature or of its automatic mode."""
+    """Name and value that the user chose, of the feature or of its automatic mode."""
     executed = pyqtSignal(str)
     held = pyqtSignal(str)
     released = pyqtSignal(str)
@@ -213,17 +213,17 @@ class FeatureRow(QWidget):
             self.setFeature(self._feature)
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Perhaps the beginning of a drag."""
+        """Remember where a drag may begin."""
         if event is not None:
             self._drag.press(event)
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Drag it to the favourites."""
+        """Begin to drag the feature to the favourites."""
         if event is not None:
             self._drag.move(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
-        """Ask for the menu that all features have."""
+        """Request the context menu that all features have."""
         if event is not None:
             self.menuRequested.emit(self.name, event.globalPos())
             event.accept()
@@ -298,7 +298,7 @@ class _Page:
 
 
 class FeatureRows(QObject):
-    """Brings features to the rows that show them; a feature may have several rows, or none yet.
+    """Passes features to the rows that show them; a feature may have several rows, or none yet.
 
     Each camera has a page of its own, so that switching between cameras rebuilds nothing.
     """

@@ -22,10 +22,10 @@ from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, W
 from grabbergui.ui.editors.value_slider import ValueSlider
 
 LEAST_DIGITS = 4
-"""Significant digits of a fraction that are shown however little room there is."""
+"""Significant digits of a fraction that are shown in any width."""
 
 FOLLOWING_MS = 25
-"""How far the field is behind its slider: laying out text would keep the write from leaving."""
+"""Delay of the field behind its slider: laying out text first would delay the write."""
 
 LINE_EDIT_PADDING = 6
 """Pixels that a line edit keeps free beside its text."""
@@ -75,7 +75,7 @@ class NumberField(QAbstractSpinBox):
             self.selectAll()
 
     def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
-        """Which arrows lead anywhere."""
+        """Return the arrows that have an effect."""
         enabled = QAbstractSpinBox.StepEnabled(QAbstractSpinBox.StepEnabledFlag.StepNone)
         feature = self._feature
         if feature is None or not isinstance(feature.value, int | float) or not feature.access.writable:
@@ -87,13 +87,13 @@ class NumberField(QAbstractSpinBox):
         return enabled
 
     def validate(self, text: str | None, position: int) -> tuple[QValidator.State, str, int]:
-        """Take only what a number can be, so that a letter cannot end up in it."""
+        """Accept only text that can become a number."""
         feature, text = self._feature, text or ""
         possible = feature is not None and can_become_number(text, feature.unit, self._shown_in)
         return QValidator.State.Acceptable if possible else QValidator.State.Invalid, text, position
 
     def sizeHint(self) -> QSize:
-        """Wide enough for twelve characters."""
+        """Return room for twelve characters."""
         hint = super().sizeHint()
         return QSize(hint.width() + self.fontMetrics().horizontalAdvance("0" * 12), hint.height())
 
@@ -162,7 +162,7 @@ class NumberField(QAbstractSpinBox):
         if not self._typing:
             self._typing = True
             self.typingStarted.emit()
-        # "25m ms": the unit that was shown gives way to the one that is being typed.
+        # "25m ms": the typed unit replaces the one that was shown.
         if (typed := without_shown_unit(text, self._shown_in)) != text:
             cursor = self._line.cursorPosition()
             self._line.setText(typed)
@@ -231,11 +231,11 @@ class RangeEditor(NumberEditor):
         self.field.valueEdited.connect(self._on_field_value_edited)
 
     def slider(self) -> ValueSlider:
-        """The slider, for a line of its own."""
+        """Return the slider, which needs a line of its own."""
         return self._slider
 
     def setFeature(self, feature: Feature) -> None:
-        """Show the number in both; a slider in somebody's hand stays."""
+        """Show the number in both; a slider that is being dragged stays."""
         self._feature = feature
         self._slider.setAccessibleName(feature.title)
         if self._slider.isSliderDown():

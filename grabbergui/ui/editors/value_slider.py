@@ -1,4 +1,4 @@
-"""A slider over the part of a feature's range that one works in."""
+"""A slider over the part of a feature's range around its value."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ class ValueSlider(QSlider):
         self._grip = QPointF()
         "Where the mouse was last."
         self._place = 0.0
-        "Position of the handle in the hand; beyond the track while the mouse is."
+        "Position of the dragged handle; beyond the track while the mouse is."
         self._notches = 0.0
-        "Of a fine wheel, what does not make a step yet."
+        "Movement of a fine wheel that does not make a step yet."
         self._guard = WheelGuard(self)
         self._scrolling = QTimer(self)
         self._scrolling.setInterval(SCROLL_MS)
@@ -109,7 +109,7 @@ class ValueSlider(QSlider):
             self._scrolling.stop()
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Let the handle stay where it is."""
+        """Release the handle where it is."""
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
             self.setSliderDown(False)
             super().mouseReleaseEvent(event)
@@ -179,7 +179,7 @@ class ValueSlider(QSlider):
         return text.format(quantity_text(part.minimum, unit, 3), quantity_text(part.maximum, unit, 3))
 
     def _scroll(self) -> None:
-        """Take the range along under a handle that is held beyond the end of the track."""
+        """Move the range along under a handle that is held beyond the end of the track."""
         if self._feature is None or self._whole is None or self._scale is None:
             return
         up = self._place > 0
@@ -204,7 +204,7 @@ class ValueSlider(QSlider):
 
     def _take(self, number: int | float) -> None:
         if self._feature is not None and number != self._feature.value:
-            self.valueEdited.emit(number)  # before anything else: a camera waits for it
+            self.valueEdited.emit(number)  # first of all: the camera waits for it
             self._feature = replace(self._feature, value=number)
 
     def _on_value_changed(self, position: int) -> None:
@@ -212,7 +212,7 @@ class ValueSlider(QSlider):
             self._take(self._scale.to_value(position))
 
     def _pixels(self) -> int:
-        """How many the handle can move by."""
+        """Return the number of positions of the handle."""
         return max(1, self.width() - self._handle().width())
 
     def _handle(self) -> QRect:

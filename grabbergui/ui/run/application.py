@@ -49,7 +49,7 @@ _HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR n
 
 
 def application() -> QApplication:
-    """The one application of this process, made as ours where there is none.
+    """Return the one application of this process; make it if there is none.
 
     Raises SourceUnavailableError where there is no display, for which Qt would abort.
     """
@@ -79,7 +79,7 @@ def require_display() -> None:
 
 
 def look(theme: Theme, screenshot: bool = False) -> Theme:
-    """The look of a window: AUTO is that of the user's preferences, or light in a screenshot."""
+    """Return the theme of a window: AUTO is that of the user's preferences, or light in a screenshot."""
     if theme is not Theme.AUTO:
         return theme
     return Theme.LIGHT if screenshot else Preferences.of_user().theme
@@ -107,7 +107,7 @@ def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iter
 
 
 def log_qt_messages() -> None:
-    """Send what Qt says from here on to the logger `Qt`. May be called again."""
+    """Send Qt's messages to the logger `Qt` from now on. May be called again."""
     qInstallMessageHandler(_log)
 
 
@@ -116,7 +116,7 @@ def _log(kind: QtMsgType, context: QMessageLogContext, message: str | None) -> N
     level = logging.DEBUG if text.startswith(_HARMLESS) else _LEVELS.get(kind, logging.WARNING)
     qt_log.log(level, "%s", text.strip())
     if kind == QtMsgType.QtFatalMsg:
-        # Qt is about to abort, with a core dump; all there is to know has been said.
+        # Qt is about to abort with a core dump, which would add nothing to its message.
         os._exit(EXIT_FATAL)
 
 
@@ -126,7 +126,7 @@ _PREFIX, _SUFFIX = "grabbergui_", ".qm"
 
 
 def languages() -> list[str]:
-    """Codes of the languages there are."""
+    """Return the codes of the languages available."""
     folder = resources.files("grabbergui.resources") / "translations"
     names = [entry.name for entry in folder.iterdir() if entry.name.endswith(_SUFFIX)]
     return sorted({WRITTEN_IN, *(name[len(_PREFIX) : -len(_SUFFIX)] for name in names)})
@@ -135,7 +135,7 @@ def languages() -> list[str]:
 def speak(app: QCoreApplication, language: str | None = None) -> str:
     """Translate windows made from now on; None is the desktop's language. Return the code of the language.
 
-    Windows that are there already stay as they are. Raises UsageError for a language that there is not.
+    Existing windows keep their language. Raises UsageError for an unknown language.
     """
     known = languages()
     if language is not None and language not in known:
@@ -148,19 +148,19 @@ def speak(app: QCoreApplication, language: str | None = None) -> str:
     for translator in translators:
         app.installTranslator(translator)
     locale = QLocale(chosen)
-    QLocale.setDefault(locale)  # of the fields that are Qt's own
+    QLocale.setDefault(locale)  # for Qt's own fields
     set_translator(QCoreApplication.translate if translators else None, locale.decimalPoint())
     return chosen
 
 
 def _of_desktop(known: list[str]) -> str:
-    """The first of the desktop's languages that we have."""
+    """Return the first of the desktop's languages that is available."""
     wanted = [name.replace("_", "-").split("-")[0].lower() for name in QLocale.system().uiLanguages()]
     return next((language for language in wanted if language in known), WRITTEN_IN)
 
 
 def _of_qt(language: str, parent: QObject) -> QTranslator:
-    """For the dialogs that are Qt's own."""
+    """Return the translator of Qt's own dialogs."""
     translator = QTranslator(parent)
     translator.load(f"qtbase_{language}", QLibraryInfo.location(QLibraryInfo.TranslationsPath))
     return translator

@@ -53,9 +53,9 @@ from grabbergui.ui.windows import FileDialogs
 log = logging.getLogger(__name__)
 
 SEARCH_AFTER_MS = 2000
-"When sources are looked for although the one that was named shows no picture yet."
+"When the search begins even if the named source has shown no picture yet."
 CLOSE_TIME = 0.8
-"Seconds that closing the window waits for sources and files; the program waits for the rest without it."
+"Seconds that closing the window waits for sources and files; the program waits longer once it is closed."
 
 
 class Program(QObject):
@@ -161,7 +161,7 @@ class Program(QObject):
         self.sources.connect_to(uri)
 
     def compare_once_open(self, settings: Path) -> None:
-        """Compare the first camera that opens with a file of settings, and offer to load it."""
+        """Compare the first camera that opens with a settings file, and offer to load it."""
         self._settings_to_compare = settings
 
     def _search(self) -> None:
@@ -171,7 +171,7 @@ class Program(QObject):
                 self.window.picture.painted.disconnect(self._search)
 
     def shut_down(self, timeout: float) -> list[str]:
-        """Release everything; return as text what did not end in `timeout` seconds. May be called again."""
+        """Release everything; return the names of what did not end in `timeout` seconds. Can be repeated."""
         if not self._down:
             self._down = True
             self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
@@ -260,7 +260,7 @@ class Program(QObject):
         self.status_bar.refresh()
 
     def _may_close(self) -> bool:
-        """Whether the window may be closed now; where something is being recorded, the user is asked."""
+        """Return whether the window may be closed now; ask the user if something is being recorded."""
         if not self.recordings.running:
             return True
         self.recording.confirm(self.recordings.running, self._close_window)

@@ -36,7 +36,7 @@ _POLL_MS = 10
 
 
 class _Ended(BaseException):
-    """The script must not go on: it ended itself, or the window was closed meanwhile."""
+    """Ends the script: it called `end`, or the window was closed meanwhile."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
@@ -231,7 +231,7 @@ class _FormerName:
 
 
 def load_script(path: Path) -> CodeType:
-    """Read and compile a script of the user's, or one that is shipped. Raises UsageError."""
+    """Read and compile a script, the user's or a shipped one. Raises UsageError."""
     path = find_file(path, "script")
     try:
         return compile(path.read_bytes(), str(path), "exec")
@@ -251,7 +251,7 @@ def run_script(script: CodeType, program: Program) -> int:
     names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "app": app}
     names["desk"] = _FormerName(app)
     try:
-        exec(script, names)  # the user's own script, which the user named
+        exec(script, names)  # the script is the user's own
     except _Ended as ended:
         return ended.code
     except SystemExit as ended:

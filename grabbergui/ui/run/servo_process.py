@@ -31,7 +31,7 @@ from grabbergui.ui.theme import Theme
 log = logging.getLogger(__name__)
 
 PROGRAM = ["-m", "grabbergui.ui.run.servo_process"]
-"What Python runs as the window's process."
+"Python's arguments for the window's process."
 HELD = "ready: nothing moves until Start is pressed"
 "State of the robot after hand and eye were calibrated."
 _LOOK_S = 0.1
@@ -144,12 +144,12 @@ def _close(pipe: IO[bytes]) -> None:
 
 
 def _assumed(calibration: CalibrationFor) -> bool:
-    """Whether nothing but a field of view is known of the camera, which the window offers to improve."""
+    """Return whether only a field of view is known of the camera, which the window offers to improve."""
     if not isinstance(calibration, CalibrationChoice):
         return False
     try:
         return calibration(640, 480).nominal
-    except GrabberError:  # it is of images of another shape
+    except GrabberError:  # the calibration is of images of another shape
         return False
 
 
@@ -158,7 +158,7 @@ def main() -> None:
     # The loop's process gets it too, stops, and closes the window.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     single_threaded()
-    # What prints must not come between the requests.
+    # Nothing that prints may come between the requests.
     to_loop, from_loop = os.fdopen(os.dup(sys.stdout.fileno()), "wb"), sys.stdin.buffer
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     options = pickle.load(from_loop)

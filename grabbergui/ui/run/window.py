@@ -92,7 +92,7 @@ def run(
         app.exec_()
         code = report.finish(interrupted=stop is not None and stop.is_set())
         window.close()
-    # The window is gone: nobody minds the wait, and a movie that is cut off here could not be opened.
+    # The window is gone, so the wait does no harm; a movie that is cut off here could not be opened.
     if late := controller.shut_down(FINISH_TIME):
         log.warning("given up after %g s: %s", FINISH_TIME, ", ".join(late))
     window.deleteLater()
@@ -107,10 +107,10 @@ def first_source(uri: str | None, preferences: Preferences) -> str:
 
 
 class _Report:
-    """Takes the window's picture once frames flow, and says how it went at the end."""
+    """Takes a screenshot once frames flow, and prints the outcome at the end."""
 
     def __init__(self, controller: Program, path: Path | None, *, wanted: bool) -> None:
-        """`wanted` says that a run without a single picture has failed: nobody sees the window."""
+        """`wanted`: nobody sees the window, so a run without a single picture has failed."""
         self._controller = controller
         self._path = path
         self._wanted = wanted
@@ -145,7 +145,7 @@ class _Report:
         QCoreApplication.quit()
 
     def finish(self, *, interrupted: bool) -> int:
-        """Print what came of it; the exit code. A run that a signal ended need not have got anywhere."""
+        """Print the outcome and return the exit code. A run ended by a signal may have shown no picture."""
         if self._code or (interrupted and self._path is None):
             return self._code
         if self._painted == 0 and self._wanted:
@@ -164,7 +164,7 @@ class _Report:
 
 @contextmanager
 def _guarded(messages: MessageModel) -> Iterator[None]:
-    """Log what nobody caught, on any thread, and say it in the window instead of ending."""
+    """Log uncaught exceptions of any thread and show them in the window, instead of ending."""
 
     def show(error: BaseException | None, trace: TracebackType | None) -> None:
         log.error("nobody caught this", exc_info=(type(error), error, trace) if error else None)

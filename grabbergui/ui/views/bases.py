@@ -32,13 +32,13 @@ NOTHING_BESIDE: Mapping[str, str] = MappingProxyType({})
 
 
 class FileQuestions(Protocol):
-    """Questions for the path of a file; None where the user gave none."""
+    """Asks for the path of a file or folder; None if the user cancels."""
 
     def to_open(self, title: str, kinds: str, folder: Path | None = None) -> Path | None:
         """Ask for a file that exists; `kinds` is a filter such as `Settings (*.yaml)`."""
 
     def to_save(self, title: str, name: str, kinds: str) -> Path | None:
-        """Ask for a file to write, `name` being offered."""
+        """Ask for a file to write; `name` is the suggestion."""
 
     def folder(self, title: str, before: Path) -> Path | None:
         """Ask for a folder; `before` is the one used so far."""
@@ -51,7 +51,7 @@ class StatusView(Protocol):
         """Show how the source is doing."""
 
     def setTitle(self, title: str, *shorter: str) -> None:
-        """Show the name of the source."""
+        """Show the name of the source, and shorter ones for little room."""
 
     def setMessages(self, messages: Sequence[Message]) -> None:
         """Show these messages, the newest first."""
@@ -95,10 +95,10 @@ class DrawableView(Protocol):
 
     @property
     def drawing(self) -> DrawingTool:
-        """The tool that turns strokes of the mouse into regions and lines."""
+        """The tool that draws regions and lines with the mouse."""
 
     def draw(self, purpose: Purpose) -> None:
-        """Use the next stroke of the mouse for this, and show a hint."""
+        """Use the next drag of the mouse for this purpose, and show a hint."""
 
 
 class PictureView(DrawableView, LivePictureView, Protocol):
@@ -127,7 +127,7 @@ class PictureView(DrawableView, LivePictureView, Protocol):
         """Offer these components of the frame, or none, and mark the one that is shown."""
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show what the colours mean, or nothing where they show light."""
+        """Show the scale of false colours; None for a picture of light."""
 
     def setBeside(self, pictures: Sequence[Picture]) -> None:
         """Show these components beside the picture, or none."""
@@ -158,24 +158,24 @@ class Layout(Protocol):
     """The arrangement of a window's docks, as Qt stores it."""
 
     def saveState(self, version: int = 0) -> QByteArray:
-        """Return the arrangement."""
+        """Return the arrangement as bytes."""
 
     def restoreState(self, state: QByteArray, version: int = 0) -> bool:
         """Arrange the docks as before."""
 
 
 class Dock(Protocol):
-    """The frame of a panel."""
+    """The dock of a panel."""
 
     @property
     def visibilityChanged(self) -> pyqtBoundSignal:
         """Whether the panel can be seen; one behind another cannot."""
 
     def show(self) -> None:
-        """Open it."""
+        """Open the dock."""
 
     def raise_(self) -> None:
-        """Bring it in front of the others."""
+        """Bring the dock in front of the others."""
 
 
 class AcquisitionActions(Protocol):
@@ -251,7 +251,7 @@ class RegionActions(Protocol):
 
 
 class UndoActions(Protocol):
-    """Back and forth in the change history."""
+    """Undo and redo."""
 
     actionUndo: QAction
     actionRedo: QAction
@@ -337,7 +337,7 @@ class HandEyeView(Protocol):
         """Show whether the camera's frame is on tf."""
 
     def showError(self, text: str) -> None:
-        """Show what did not work."""
+        """Show an error message."""
 
     def showNotice(self, text: str) -> None:
         """Show a message that goes away by itself."""

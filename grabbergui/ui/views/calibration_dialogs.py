@@ -38,7 +38,7 @@ from grabbergui.ui.windows import fit_screen, load_form
 NAME_WIDTH = 360
 "Pixels of a camera's name in the title; the tooltip has the whole name."
 DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
-"""Those that boards are printed with; the command line takes every other."""
+"""The usual ones of printed boards; the command line accepts all others."""
 CROSSES = 110
 """How many times larger the picture is than a cross on a corner."""
 NOT_KEPT = (250, 180, 40)
@@ -102,7 +102,7 @@ class CalibratingDialog(QDialog):
 
 
 class CalibrationDialog(CalibratingDialog):
-    """Setters and signals; the steps themselves are gone through by its controller."""
+    """Setters and signals; the controller leads through the steps."""
 
     boardChosen = pyqtSignal(object)
     """BoardSettings that were changed by hand."""
@@ -156,7 +156,7 @@ class CalibrationDialog(CalibratingDialog):
     # -- setters -----------------------------------------------------------------------------------
     @property
     def step(self) -> Step:
-        """Which page is shown."""
+        """The page that is shown."""
         return Step(self.pages.currentIndex())
 
     def setStep(self, step: Step) -> None:
@@ -176,7 +176,7 @@ class CalibrationDialog(CalibratingDialog):
         self.cells.setVisible(step is Step.VIEWS)
 
     def setBoard(self, settings: BoardSettings) -> None:
-        """Show which board is meant."""
+        """Show the chosen board."""
         blockers = [
             QSignalBlocker(box)
             for box in (self.kindBox, self.columnsBox, self.rowsBox, self.squareBox, self.markerBox,
@@ -252,7 +252,7 @@ class CalibrationDialog(CalibratingDialog):
                 self.views.setCurrentItem(self.views.topLevelItem(current))
 
     def setView(self, image: DisplayImage, solution: Solution, number: int) -> None:
-        """Show a view that was kept, with its errors enlarged, instead of the live picture."""
+        """Show a kept view with its errors enlarged, instead of the live picture."""
         size = solution.result.calibration.width, solution.result.calibration.height
         self.canvas.setPicture(image, *size)
         self.drawing.setDrawing(
@@ -292,7 +292,7 @@ class CalibrationDialog(CalibratingDialog):
             self.viewChosen.emit(self.views.indexOfTopLevelItem(item))
 
     def _said(self, verdict: Verdict) -> tuple[str, str]:
-        """Text and tone of a verdict: what hinders a view matters only where views are taken."""
+        """Return text and tone of a verdict; obstacles to a view matter only while views are taken."""
         if verdict is Verdict.NOT_SEEN or self.step is Step.VIEWS:
             return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
@@ -313,7 +313,7 @@ class CalibrationChoiceDialog(QDialog):
     calibrateRequested = pyqtSignal()
     fileRequested = pyqtSignal()
     nominalRequested = pyqtSignal(float)
-    """Degrees that the picture's width is to be taken for."""
+    """The horizontal field of view to assume, in degrees."""
 
     titleLabel: QLabel
     calibrateButton: QCommandLinkButton
@@ -338,6 +338,6 @@ class CalibrationChoiceDialog(QDialog):
         self.cancelButton.clicked.connect(self.reject)
 
     def setProblem(self, text: str) -> None:
-        """Show why the choice cannot be used; empty: nothing is wrong."""
+        """Show why the choice cannot be used; empty if it can."""
         self.problemLabel.setText(text)
         self.problemLabel.setVisible(bool(text))

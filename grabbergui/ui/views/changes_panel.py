@@ -16,7 +16,7 @@ from grabbergui.models.features.text import number_text
 from grabbergui.ui.windows import load_form
 
 _WIDTHS = (76, 180, 90, 90, 80)
-"""Of the columns at first."""
+"""Initial widths of the columns."""
 ROW_PADDING = 6
 """Pixels of a row above and below its text."""
 
@@ -26,11 +26,11 @@ _WHOSE = (frozenset(Origin), frozenset(Origin) - {Origin.CAMERA}, frozenset({Ori
 
 _ROOT = QModelIndex()
 SOME = 200
-"""Rows forgotten at once."""
+"""Rows removed at once when there are too many."""
 
 
 class ChangeTable(QAbstractTableModel):
-    """One row a change, the oldest first; a change that went on keeps its row."""
+    """One row per change, the oldest first; a change that continues keeps its row."""
 
     TIME, FEATURE, BEFORE, AFTER, BY, CAUSE = range(6)
 
@@ -44,7 +44,7 @@ class ChangeTable(QAbstractTableModel):
             self.tr("By"),
             self.tr("Part of"),
         )
-        "Of the columns."
+        "Titles of the columns."
         self._who = {
             Origin.OPERATOR: self.tr("operator"),
             Origin.CAMERA: self.tr("camera"),
@@ -56,22 +56,22 @@ class ChangeTable(QAbstractTableModel):
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """All of them, the oldest first."""
+        """All changes, the oldest first."""
         return tuple(self._changes)
 
     def change(self, row: int) -> Change:
-        """The change in a row."""
+        """Return the change in a row."""
         return self._changes[row]
 
     def setChanges(self, changes: Sequence[Change]) -> None:
-        """Show these and no others."""
+        """Replace all rows."""
         self.beginResetModel()
         self._changes = list(changes)
         self._rows = {change.number: row for row, change in enumerate(self._changes)}
         self.endResetModel()
 
     def note(self, change: Change) -> None:
-        """Show one more, or one that went on; the oldest make way."""
+        """Add a change, or update one that continues; the oldest are removed."""
         row = self._rows.get(change.number)
         if row is not None:
             self._changes[row] = change
@@ -86,7 +86,7 @@ class ChangeTable(QAbstractTableModel):
             self._forget(SOME)
 
     def texts(self, change: Change) -> tuple[str, ...]:
-        """The columns' texts for a change."""
+        """Return the texts of a change's columns."""
         seconds = time.strftime("%H:%M:%S", time.localtime(change.time))
         moment = f"{seconds}.{int(change.time * 1000) % 1000:03d}"
         values = (self.tr("run"), "") if change.command else (change.before, change.after)
@@ -95,23 +95,23 @@ class ChangeTable(QAbstractTableModel):
 
     # -- Qt's part of a table ----------------------------------------------------------------------
     def rowCount(self, parent: QModelIndex = _ROOT) -> int:
-        """How many changes."""
+        """Return the number of changes."""
         return 0 if parent.isValid() else len(self._changes)
 
     def columnCount(self, parent: QModelIndex = _ROOT) -> int:
-        """How many columns."""
+        """Return the number of columns."""
         return 0 if parent.isValid() else len(self.titles)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> object:
-        """The columns' titles."""
+        """Return a column's title."""
         if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
             return self.titles[section]
         return None
 
     def data(self, index: QModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """A cell's text; in full, with all its digits, as a tooltip."""
+        """Return a cell's text; the tooltip has all of its digits."""
         change = self._changes[index.row()]
         if role == Qt.ItemDataRole.ToolTipRole:
             return self.texts(change)[index.column()]
@@ -150,7 +150,7 @@ class ChangesPanel(QWidget):
     saveRequested = pyqtSignal()
     clearRequested = pyqtSignal()
     whoseChanged = pyqtSignal()
-    """Other changes are to be shown: `setChanges` is to follow."""
+    """The user chose other changes; `setChanges` is expected."""
 
     whoseBox: QComboBox
     copyButton: QPushButton
@@ -164,7 +164,7 @@ class ChangesPanel(QWidget):
         self._changes = ChangeTable(self)
         self.table.setModel(self._changes)
         self._follows = True
-        "Whether new rows are followed: until somebody scrolls up."
+        "Whether to scroll to new rows: until the user scrolls up."
         if (bar := self.table.verticalScrollBar()) is not None:
             bar.valueChanged.connect(self._on_bar_value_changed)
             bar.rangeChanged.connect(self._follow)
@@ -193,13 +193,13 @@ class ChangesPanel(QWidget):
         self._enable()
 
     def setChanges(self, changes: Sequence[Change]) -> None:
-        """Show these changes, as far as they are wanted."""
+        """Show these changes, as far as the filter lets them through."""
         self._changes.setChanges([change for change in changes if self._wanted(change)])
         self._follows = True
         self._follow()
 
     def noteChange(self, change: Change) -> None:
-        """Show one more, or one that went on; follow them unless somebody scrolled up."""
+        """Add a change, or update one that continues; scroll there unless the user scrolled up."""
         if not self._wanted(change):
             return
         self._changes.note(change)
@@ -207,13 +207,13 @@ class ChangesPanel(QWidget):
 
     @property
     def chosen(self) -> tuple[Change, ...]:
-        """The changes selected; with none selected, all that are shown."""
+        """The selected changes; without a selection, all that are shown."""
         selection = self.table.selectionModel()
         rows = sorted(index.row() for index in selection.selectedRows()) if selection is not None else []
         return tuple(self._changes.change(row) for row in rows) or self._changes.changes
 
     def tableText(self, changes: Sequence[Change], separator: str = "\t") -> str:
-        """Changes as lines of text, with the columns' titles."""
+        """Return changes as lines of text, with the columns' titles."""
         lines = [self._changes.titles, *(self._changes.texts(change) for change in changes)]
         return "".join(f"{separator.join(line)}\n" for line in lines)
 

@@ -22,17 +22,17 @@ from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_f
 from grabbergui.ui.windows import load_form
 
 LINE_HEIGHT = 72
-"Pixels of a line of controls, with what is above and below it."
+"Height of a line of controls in pixels, with its margins."
 CARD_WIDTH = 160
-"""Least width of one; as many stand in a line as there is room for."""
+"""Least width of a card; a line has as many as fit."""
 MOST_WIDTH = 460
 
 
 class FavouritesStrip(QWidget):
-    """Some features side by side, larger than in the panel. Others can be dropped among them."""
+    """Some features side by side, larger than in the panel. Other features can be dropped among them."""
 
     dropped = pyqtSignal(str, int)
-    """The name of a feature, and before which of those shown it was dropped."""
+    """The name of a dropped feature, and the index of the card before which it was dropped."""
 
     cards: QGridLayout
     hintLabel: QLabel
@@ -48,7 +48,7 @@ class FavouritesStrip(QWidget):
         "Cards of cameras that may be shown again, and the features they are of."
         self._columns = 1
         self._place: int | None = None
-        "Before which card the hand is that drags a feature."
+        "Index of the card before which the dragged feature would go."
         self.setAcceptDrops(True)
 
     def setFavourites(self, descriptions: Sequence[FeatureDescription], camera: Hashable = None) -> None:
@@ -87,7 +87,7 @@ class FavouritesStrip(QWidget):
         self.rows.setFeature(feature)
 
     def minimumSizeHint(self) -> QSize:
-        """One card wide, as the others go to further lines."""
+        """Return the width of one card: the others go to further lines."""
         return QSize(CARD_WIDTH, max(LINE_HEIGHT, super().minimumSizeHint().height()))
 
     def heightsOfLines(self, width: int) -> list[int]:
@@ -102,25 +102,25 @@ class FavouritesStrip(QWidget):
         return heights or [self.sizeHint().height()]
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Put as many into a line as there is room for."""
+        """Fill the lines again for the new width."""
         super().resizeEvent(event)
         if self._fitting(self.width()) != self._columns:
             self._arrange()
 
     # -- dropping ----------------------------------------------------------------------------------
     def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
-        """Take features."""
+        """Accept features only."""
         if event is not None and dragged_feature(event):
             event.acceptProposedAction()
 
     def dragMoveEvent(self, event: QDragMoveEvent | None) -> None:
-        """Show where it would be dropped."""
+        """Show where the feature would be dropped."""
         if event is not None and dragged_feature(event):
             event.acceptProposedAction()
             self._show_place(self.place_at(event.pos()))
 
     def dragLeaveEvent(self, event: QDragLeaveEvent | None) -> None:
-        """It is dropped elsewhere."""
+        """Remove the mark."""
         self._show_place(None)
 
     def dropEvent(self, event: QDropEvent | None) -> None:
@@ -131,7 +131,7 @@ class FavouritesStrip(QWidget):
             self.dropped.emit(name, self.place_at(event.pos()))
 
     def place_at(self, position: QPoint) -> int:
-        """Before which card a position is; one beyond the last is the end."""
+        """Return the index of the card before which a position is; their number at the end."""
         for index, card in enumerate(self._shown):
             box = card.geometry()
             below = position.y() > box.bottom() + self.cards.verticalSpacing()
@@ -143,7 +143,7 @@ class FavouritesStrip(QWidget):
         return len(self._shown)
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Draw the place where something would be dropped."""
+        """Draw the place where the feature would be dropped."""
         super().paintEvent(event)
         if self._place is None or not self._shown:
             return
@@ -194,7 +194,7 @@ class FavouritesStrip(QWidget):
 
 
 class FavouritesArea(QScrollArea):
-    """As high as all lines of pinned controls; where there is little room, some whole lines that scroll."""
+    """As high as all lines of pinned controls; with little room, it shows whole lines and scrolls."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -202,22 +202,22 @@ class FavouritesArea(QScrollArea):
 
     @property
     def height_taken(self) -> int:
-        """Pixels of its height in the room that it was given."""
+        """Return its height in pixels within the room that it was given."""
         lines = self._lines()
         return max([height for height in lines if height <= self._room], default=lines[0])
 
     @property
     def least_height(self) -> int:
-        """Pixels of its first line."""
+        """Return the height of its first line in pixels."""
         return self._lines()[0]
 
     @property
     def most_height(self) -> int:
-        """Pixels of all lines."""
+        """Return the height of all lines in pixels."""
         return self._lines()[-1]
 
     def setRoom(self, height: int) -> None:
-        """Take no more than so many pixels of height, but for one line."""
+        """Take no more than `height` pixels, but at least one line."""
         if height != self._room:
             self._room = height
             self.updateGeometry()
@@ -227,17 +227,17 @@ class FavouritesArea(QScrollArea):
         return QSize(CARD_WIDTH, self.height_taken)
 
     def minimumSizeHint(self) -> QSize:
-        """A card, and beside it the bar that scrolls."""
+        """Return room for a card and the scroll bar."""
         bar = self.verticalScrollBar()
         return QSize(CARD_WIDTH + (bar.sizeHint().width() if bar is not None else 0), self.least_height)
 
     def viewportEvent(self, event: QEvent | None) -> bool:
-        """Follow the controls, which may need another height."""
+        """Adapt to the controls, which may need another height."""
         if event is not None and event.type() == QEvent.Type.LayoutRequest:
             self.updateGeometry()
         return super().viewportEvent(event)
 
     def _lines(self) -> list[int]:
         strip = self.widget()
-        # Without the bar that scrolls: whether it is needed must not depend on its width.
+        # Without the scroll bar: whether it is needed must not depend on its width.
         return strip.heightsOfLines(self.width()) if isinstance(strip, FavouritesStrip) else [LINE_HEIGHT]

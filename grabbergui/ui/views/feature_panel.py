@@ -49,7 +49,7 @@ class Section(QWidget):
     """
 
     toggled = pyqtSignal()
-    """A person opened or closed this section or one below."""
+    """The user opened or closed this section or one below."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Section(QWidget):
         opened: frozenset[str] = frozenset(),
         parent: QWidget | None = None,
     ) -> None:
-        """Open at first where it holds a feature of `opened`."""
+        """Open at first if it holds a feature of `opened`."""
         super().__init__(parent)
         self.category = category
         self._opened = opened
@@ -85,14 +85,14 @@ class Section(QWidget):
         self._update_open()
 
     def removeHeader(self) -> None:
-        """Be open for ever, without header or margins: the root of a tree."""
+        """Stay open, without header or margins: the root of a tree."""
         self.setOpen(True)
         self.header.hide()
         self._body_layout.setContentsMargins(0, 0, 0, 0)
 
     @property
     def open(self) -> bool:
-        """Whether the rows can be seen: opened by a person, or because something below was searched for."""
+        """Whether the rows can be seen: the user opened it, or a search found something below."""
         return self._searching or self._open
 
     def setOpen(self, opened: bool) -> None:
@@ -166,13 +166,13 @@ class Section(QWidget):
 
 
 MOST_FOUND = 200
-"""Rows that a search shows at most; who sees more than that types another letter."""
+"""Most rows that a search shows; another letter narrows it down."""
 
 _LEVELS = (Visibility.BEGINNER, Visibility.EXPERT, Visibility.GURU)
 
 
 class FeaturePanel(QWidget):
-    """Sections with a row for each feature, a filter, and for whom: beginners, experts, gurus.
+    """Sections with a row for each feature, a filter, and the choice of a visibility level.
 
     Rows are made when their section is first opened, a few milliseconds a turn of the event loop.
     """
@@ -204,7 +204,7 @@ class FeaturePanel(QWidget):
         self._arrange()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Escape in the filter shows everything again."""
+        """Clear the filter on Escape."""
         if (
             isinstance(event, QKeyEvent)
             and event.type() == QEvent.Type.KeyPress
@@ -278,7 +278,7 @@ class FeaturePanel(QWidget):
         return self.rows.make(description, parent, indented=indented)
 
     def _arrange(self) -> None:
-        """Show what level and filter let through."""
+        """Show the features that pass level and filter."""
         root = self._section.category if self._section is not None else None
         self.filterEdit.setEnabled(root is not None)
         self.levelBox.setEnabled(root is not None)

@@ -14,18 +14,18 @@ from grabbergui.ui.windows import load_form
 
 TILE_WIDTH = 204
 TILE_HEIGHT = 156
-"Pixels of a tile."
+"Width of a tile in pixels."
 COMPACT_WIDTH = 152
 COMPACT_HEIGHT = 62
-"Of a tile where there is little height: two stand beside each other on 800 pixels."
+"Width of a compact tile: two fit beside each other on 800 pixels."
 PICTURE = (150, 84)
 COMPACT_PICTURE = (44, 50)
-"Least pixels of a tile's picture."
+"Least size of a tile's picture in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 
 
 class CameraTile(QFrame):
-    """A click, Enter or Space chooses the source; Delete, or the button, lets it go."""
+    """A click, Enter or Space makes the source current; Delete, or the button, closes it."""
 
     chosen = pyqtSignal()
     closeRequested = pyqtSignal()
@@ -52,7 +52,7 @@ class CameraTile(QFrame):
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
 
     def setCompact(self, compact: bool, width: int = COMPACT_WIDTH) -> None:
-        """Take little height: the picture stands beside the words instead of above them."""
+        """Take little height: the picture is beside the text instead of above it."""
         self.verticalLayout.setDirection(
             QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
         )
@@ -65,8 +65,8 @@ class CameraTile(QFrame):
             self.setFixedSize(TILE_WIDTH, TILE_HEIGHT)
 
     def setState(self, text: str, tone: Tone) -> None:
-        """How it is doing, in a word or a figure, and how good that is."""
-        self.stateLabel.setTexts(text, text.partition(",")[0])  # the tone says the rest
+        """Show the source's state, in a word or a figure, and how good that is."""
+        self.stateLabel.setTexts(text, text.partition(",")[0])  # the tone shows the rest
         restyle(self.stateLabel, "tone", (tone if tone is not Tone.GOOD else Tone.IDLE).value)
 
     def setRecording(self, recording: bool) -> None:
@@ -89,14 +89,14 @@ class CameraTile(QFrame):
         self.thumbnail.setPicture(image)
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Choose it."""
+        """Make the source current."""
         super().mouseReleaseEvent(event)
         left = event is not None and event.button() == Qt.MouseButton.LeftButton
         if left and event is not None and self.rect().contains(event.pos()):
             self.chosen.emit()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Choose it, or let it go."""
+        """Make the source current, or close it."""
         if event is not None and event.key() in _CHOOSING:
             self.chosen.emit()
         elif event is not None and event.key() == Qt.Key.Key_Delete:
@@ -106,7 +106,7 @@ class CameraTile(QFrame):
 
 
 class Gallery(QWidget):
-    """A row of tiles, in the order they were added; not there while it is empty."""
+    """A row of tiles in the order they were added; hidden while it is empty."""
 
     scrollArea: QScrollArea
     tilesLayout: QHBoxLayout
@@ -121,7 +121,7 @@ class Gallery(QWidget):
 
     @property
     def tiles(self) -> list[CameraTile]:
-        """From left to right."""
+        """The tiles from left to right."""
         return list(self._tiles)
 
     def setCompact(self, compact: bool) -> None:
@@ -133,14 +133,14 @@ class Gallery(QWidget):
         self.setFixedHeight(self.heightAs(compact))
 
     def heightAs(self, compact: bool) -> int:
-        """Pixels of its height, taking little of it or as much as it likes."""
+        """Return its height in pixels, compact or not."""
         bar = self.scrollArea.horizontalScrollBar()
         below = bar.sizeHint().height() if bar is not None else 0
         # A compact tile has no room at its foot that the scroll bar could cover.
         return COMPACT_HEIGHT + 10 + below if compact else TILE_HEIGHT + 10 + below // 2
 
     def addTile(self) -> CameraTile:
-        """One more, on the right."""
+        """Add a tile on the right."""
         tile = CameraTile(self)
         self.tilesLayout.insertWidget(len(self._tiles), tile)
         self._tiles.append(tile)
@@ -149,7 +149,7 @@ class Gallery(QWidget):
         return tile
 
     def removeTile(self, tile: CameraTile) -> None:
-        """Take one away."""
+        """Remove a tile."""
         self._tiles.remove(tile)
         self.tilesLayout.removeWidget(tile)
         tile.hide()
@@ -158,12 +158,12 @@ class Gallery(QWidget):
         self.setVisible(bool(self._tiles))
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Share the width."""
+        """Share the width among the tiles."""
         super().resizeEvent(event)
         self._arrange()
 
     def _arrange(self) -> None:
-        """Tiles that take little height are as wide as all of them have room to be, within bounds."""
+        """Compact tiles share the whole width, within bounds."""
         margins, count = self.tilesLayout.contentsMargins(), max(1, len(self._tiles))
         room = self.width() - margins.left() - margins.right() - (count - 1) * self.tilesLayout.spacing()
         width = max(COMPACT_WIDTH, min(room // count, TILE_WIDTH))

@@ -53,7 +53,7 @@ BUSY = (240, 160, 30)
 
 
 class HandEyeDialog(calibration_dialogs.CalibratingDialog):
-    """Setters and signals, without logic. Fits `bases.HandEyeView`."""
+    """Setters and signals, without logic. Implements `bases.HandEyeView`."""
 
     setupChanged = pyqtSignal(object)
     """A Setup that was changed by hand."""
@@ -135,7 +135,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     # -- setters -----------------------------------------------------------------------------------
     @property
     def page(self) -> HandEyePage:
-        """Which page is shown."""
+        """The page that is shown."""
         return HandEyePage(self.pages.currentIndex())
 
     def setPage(self, page: HandEyePage) -> None:
@@ -277,7 +277,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             edit.setEnabled(not published)
 
     def showError(self, text: str) -> None:
-        """Show what did not work."""
+        """Show an error message."""
         self.messages.showError(text)
 
     def showNotice(self, text: str) -> None:

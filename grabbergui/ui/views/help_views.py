@@ -43,7 +43,7 @@ _PICTURE = re.compile(r'<picture>.*?<img src="([^"]*)" alt="([^"]*)">\s*</pictur
 
 
 class ManualBrowser(QTextBrowser):
-    """Shows Markdown pages; pictures are made to fit, and those in HTML are shown too."""
+    """Shows Markdown pages, with pictures scaled to fit, also those in HTML."""
 
     def loadResource(self, kind: int, name: QUrl) -> Any:
         """Read a page or a picture from its file."""
@@ -88,7 +88,7 @@ class ManualDialog(QDialog):
 
 
 class DoctorDialog(QDialog):
-    """Findings as they come, each with what to do about it."""
+    """Shows findings as they come, each with its remedy."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -110,7 +110,7 @@ class DoctorDialog(QDialog):
         fit_screen(self)
 
     def addFinding(self, finding: Finding) -> None:
-        """Show one more."""
+        """Add a finding."""
         self._problems += finding.level is Level.PROBLEM
         line = f"<b>{self._names[finding.level]}</b>: {html.escape(finding.text)}"
         if finding.remedy:
@@ -118,7 +118,7 @@ class DoctorDialog(QDialog):
         self.text.append(f"<p>{line}</p>")
 
     def finish(self) -> None:
-        """Say that nothing more comes."""
+        """Show that the check is complete."""
         found = counted(self._problems, self.tr("1 problem found"), self.tr("{0} problems found"))
         self.stateLabel.setText(found if self._problems else self.tr("Nothing is wrong"))
 
@@ -128,13 +128,13 @@ KEY_WIDTH = 110
 SCROLL_BAR = 20
 "Pixels that the scroll bar may take beside the tables."
 MOST_OF_SCREEN = 0.9
-"In width and height."
+"Share of the screen's width and height."
 KEY_GAP = "&nbsp;" * 4
 "Behind the keys, whose names are longer in other languages: rich text of Qt knows no padding of cells."
 
 
 class ShortcutsDialog(QDialog):
-    """Two columns of menus; deleted when it is closed."""
+    """The keys of all menus in two columns; deleted when it is closed."""
 
     scrollArea: QScrollArea
     content: QWidget
@@ -147,7 +147,7 @@ class ShortcutsDialog(QDialog):
         load_form("shortcuts_dialog", self)
         tables = [table for action in menubar.actions() if (table := self._table(action.menu()))]
         columns = ["", ""]
-        # As high as each other: the longest menu first, each where there is more room.
+        # Columns of equal height: the longest menu first, each into the shorter column.
         for table in sorted(tables, key=_height, reverse=True):
             columns[_height(columns[1]) < _height(columns[0])] += table
         self.leftLabel.setText(columns[0])
@@ -205,10 +205,10 @@ _LEVELS = (logging.NOTSET, logging.WARNING, logging.ERROR)
 
 
 class LogPanel(QWidget):
-    """Shows entries, the newest last, and follows them unless somebody scrolled up."""
+    """Shows entries, the newest last, and scrolls to them unless the user scrolled up."""
 
     levelChanged = pyqtSignal()
-    """Other entries are to be shown: `setLines` is to follow."""
+    """The user chose another level; `setLines` is expected."""
     clearRequested = pyqtSignal()
 
     levelBox: QComboBox
@@ -225,13 +225,13 @@ class LogPanel(QWidget):
         self.copyButton.clicked.connect(self._on_copy_clicked)
 
     def setLines(self, lines: Sequence[LogLine]) -> None:
-        """Show these entries, as far as they are serious enough."""
+        """Show the entries of the chosen level and above."""
         self.text.setPlainText("\n".join(_text(line) for line in lines if self._shown(line)))
         if (bar := self.text.verticalScrollBar()) is not None:
             bar.setValue(bar.maximum())
 
     def addLine(self, line: LogLine) -> None:
-        """Show one more."""
+        """Add an entry."""
         if self._shown(line):
             self.text.appendPlainText(_text(line))
 

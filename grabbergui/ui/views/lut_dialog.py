@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.ui.widgets.plots import ChannelPlot
 
 _MOST_POINTS = 2048
-"Of a curve that is drawn; no screen shows more."
+"Most points of a curve that are drawn; no screen shows more."
 _EDITED = "#3e7bfa"
 
 
@@ -72,7 +72,7 @@ class LutDialog(QDialog):
         self._join()
 
     def setSelectors(self, names: tuple[str, ...]) -> None:
-        """Offer these tables; a single one needs no choice."""
+        """Offer these tables; the choice is hidden if there is only one."""
         with QSignalBlocker(self.selectorBox):
             self.selectorBox.clear()
             self.selectorBox.addItems(names)
@@ -97,11 +97,11 @@ class LutDialog(QDialog):
         self.stateLabel.setText(f"{size} · {state}")
 
     def setUndoable(self, undoable: bool) -> None:
-        """Whether the table before can be written back."""
+        """Enable the undo of the last write."""
         self.undoButton.setEnabled(undoable)
 
     def setGamma(self, gamma: float) -> None:
-        """Show a gamma."""
+        """Show the exponent of a gamma curve."""
         with QSignalBlocker(self.gammaBox):
             self.gammaBox.setValue(gamma)
 

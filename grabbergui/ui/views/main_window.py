@@ -38,9 +38,9 @@ from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.windows import TITLE_BAR, load_form
 
 FIRST_SHARE = 0.75
-"Of the screen, in width and height, that a window takes that was never moved."
+"Share of the screen's width and height for a window that was never moved."
 TOOLS_HEIGHT = 210
-"Of the panels below the picture at first."
+"Initial height of the panels below the picture."
 
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
@@ -53,7 +53,7 @@ _FIRST_NAMED = int(Qt.Key.Key_Escape)
 
 
 class MainWindow(QMainWindow):
-    """Holds the views; its actions are joined to what they do by controllers."""
+    """Holds the views; controllers connect its actions."""
 
     closing = pyqtSignal()
     """The user closes the window; emitted once, before it disappears."""
@@ -153,7 +153,7 @@ class MainWindow(QMainWindow):
         super().__init__(parent)
         load_form("main_window", self)
         self.mayClose: Callable[[], bool] = lambda: True
-        """Asked when the user closes the window; who answers no may close it later."""
+        """Called when the user closes the window; if it returns False, it may close the window later."""
         self._quitting = False
         self.status = StatusStrip(self)
         self.messages = self.status.messages
@@ -179,14 +179,14 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Enter and Escape that no control wanted: back to the picture, whose keys are letters."""
+        """Give the focus back to the picture on an Enter or Escape that no control used."""
         if event is not None and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape):
             self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         super().keyPressEvent(event)
 
     def takeRoom(self) -> None:
-        """Be as large as a first look wants it: most of a large screen, and never more than there is."""
+        """Resize to most of a large screen, and never to more than the screen."""
         if (screen := self.screen()) is not None:
             room = screen.availableGeometry().size() - QSize(0, TITLE_BAR)
             self.resize(self.size().expandedTo(room * FIRST_SHARE).boundedTo(room))
@@ -203,7 +203,7 @@ class MainWindow(QMainWindow):
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
         docks = self.findChildren(QDockWidget)
-        # Of docks that lie over each other Qt takes all for visible.
+        # Qt reports all docks of a tabbed group as visible.
         shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
         regions = [self.sourcesDock, *cards, self.picture, self.gallery, self.recordingBar,
@@ -211,7 +211,7 @@ class MainWindow(QMainWindow):
         return give_focus(regions, focused, forward=forward)
 
     def setTheme(self, theme: Theme) -> None:
-        """Show which look is chosen."""
+        """Mark the chosen theme."""
         self._themes[theme].setChecked(True)
 
     def _arrange_tools(self) -> None:
@@ -357,7 +357,7 @@ class MainWindow(QMainWindow):
             self.showNormal()
 
     def _explain_shortcuts(self) -> None:
-        """Say each action's shortcut in its tooltip too."""
+        """Add each action's shortcut to its tooltip."""
         for action in self.findChildren(QAction):
             if not action.shortcut().isEmpty():
                 action.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")

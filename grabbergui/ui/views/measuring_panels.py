@@ -31,7 +31,7 @@ from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow
 from grabbergui.ui.windows import load_form
 
 HEADROOM = 1.1
-"Of the plot, over the highest count between its ends."
+"Share of the plot's height left above the highest count between its ends."
 
 
 class HistogramPanel(QWidget):
@@ -84,7 +84,7 @@ class HistogramPanel(QWidget):
             self.levels.setRegion((black * self._range, white * self._range))
 
     def clear(self) -> None:
-        """Nothing is measured."""
+        """Show nothing."""
         self._histogram = None
         self.figuresLabel.clear()
         self.plot.clearChannels()
@@ -128,7 +128,7 @@ class FocusPanel(QWidget):
     """Setters for the scores; signals for the requested region."""
 
     regionRequested = pyqtSignal()
-    """A region is to be drawn."""
+    """The user wants to draw a region."""
     wholeRequested = pyqtSignal()
     resetRequested = pyqtSignal()
 
@@ -176,14 +176,14 @@ class FocusPanel(QWidget):
         self.scoreLabel.setToolTip(region or self.tr("of the whole picture"))
 
     def clear(self) -> None:
-        """Nothing was scored."""
+        """Show nothing."""
         self.plot.clearChannels()
         self._best.hide()
         self.scoreLabel.setText("–")
 
 
 class ProfilePanel(QWidget):
-    """Setters for the values; a signal where another line is to be drawn."""
+    """Setters for the values; a signal for a request to draw another line."""
 
     lineRequested = pyqtSignal()
     rawToggled = pyqtSignal()
@@ -204,7 +204,7 @@ class ProfilePanel(QWidget):
         self.clear()
 
     def setLine(self, line: Line | None) -> None:
-        """Say where the line is, in the frame's pixels."""
+        """Show the ends of the line, in the frame's pixels."""
         if line is None:
             self.lineLabel.setText(self.tr("Draw a line through the picture to see its values."))
         else:
@@ -218,13 +218,13 @@ class ProfilePanel(QWidget):
         self._give_room(True)
 
     def clear(self) -> None:
-        """Nothing was measured."""
+        """Remove the values."""
         self.plot.clearChannels()
         self.plot.showAxes(False)  # they would be of nothing
         self._give_room(False)
 
     def _give_room(self, needed: bool) -> None:
-        """Be no higher than the line that says what to do, until there is something to show."""
+        """Be no higher than the hint until there is something to show."""
         self.plot.setVisible(needed)
         self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())
 
@@ -241,22 +241,22 @@ class MeasuringPanels(Protocol):
 
 
 _SPANS = (10.0, 60.0, 600.0, 3600.0)
-"""Seconds, as in the form's box."""
+"""Time spans in seconds, in the order of the form's box."""
 
 COLOURS = ("#2f7ed8", "#d9480f", "#2b8a3e", "#9c36b5", "#c92a2a", "#0b7285")
-"""Of curves in one plot, in their order; legible on light and dark."""
+"""Colours of the curves in one plot, in their order; legible on light and dark."""
 
 
 class ValuesPanel(QWidget):
     """Setters for the curves and their samples; signals for the requested actions."""
 
     removed = pyqtSignal(str)
-    """A curve is not wanted any more."""
+    """The user removed a curve."""
     pauseToggled = pyqtSignal(bool)
     clearRequested = pyqtSignal()
     saveRequested = pyqtSignal()
     spanChanged = pyqtSignal()
-    """Another part of the past is to be shown: `setSamples` is to follow."""
+    """The user chose another time span; `setSamples` is expected."""
 
     spanBox: QComboBox
     togetherBox: QCheckBox
@@ -292,7 +292,7 @@ class ValuesPanel(QWidget):
         return self._rows.get(name)
 
     def addCurve(self, description: FeatureDescription) -> None:
-        """Make room for one more curve; does nothing where it is shown already."""
+        """Add a curve; does nothing if it is shown already."""
         if description.name in self._rows:
             return
         row = CurveRow(description, self.content)
@@ -302,13 +302,13 @@ class ValuesPanel(QWidget):
         self._arrange()
 
     def setUnits(self, units: Mapping[str, str]) -> None:
-        """Say what the values are in."""
+        """Show the units of the values."""
         for name, unit in units.items():
             if (row := self._rows.get(name)) is not None:
                 row.setUnit(unit)
 
     def removeCurve(self, name: str) -> None:
-        """Show one curve less."""
+        """Remove a curve."""
         row = self._rows.pop(name, None)
         if row is not None:
             self.curves.removeWidget(row)

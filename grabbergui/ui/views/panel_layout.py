@@ -21,7 +21,7 @@ LEAST_CENTRE = 380
 LEAST_TOOL = 150
 "Pixels of the width to which the window may squeeze two panels beside each other."
 SETTLING_MS = 300
-"Until all panels are laid out again, with Qt's animations."
+"Milliseconds until all panels are laid out again, with Qt's animations."
 
 
 class Arranged(Protocol):
@@ -38,7 +38,7 @@ class Arranged(Protocol):
 
 
 class PanelLayout(QObject):
-    """Watches the sizes of the window's parts, and changes those of the others.
+    """Watches the sizes of the window's parts, and adapts the others.
 
     In a low window tiles become compact and pinned controls scroll, so that the image keeps some height. In a
     narrow one the panels at the sides become narrower until it is wide again, and the focus aid moves behind
@@ -52,7 +52,7 @@ class PanelLayout(QObject):
         self._sides = (parts.sourcesDock, parts.featuresDock)
         self._tools = (parts.focusDock, parts.histogramDock)
         self._widths: dict[QDockWidget, int] = {}
-        "Of the panels at the sides, as they were made last."
+        "Widths of the panels at the sides, as the user left them."
         self._settled_width = -1
         "Of the window, once its panels are laid out in it."
         self._squeezed: list[QWidget] = []
@@ -78,7 +78,7 @@ class PanelLayout(QObject):
         return False
 
     def _follow_window(self, before: QSize, now: QSize) -> None:
-        """Give the panels at the sides the width back that a narrow window took from them."""
+        """Give the panels at the sides back the width that a narrow window took from them."""
         self._settled_width = now.width()
         # Once the window has laid itself out.
         if now.width() > before.width():
@@ -90,7 +90,7 @@ class PanelLayout(QObject):
         self._resize_sides(narrow)  # it may still be too narrow
 
     def make_room_for_image(self) -> None:
-        """Let the panels give the image what they can spare where it has little width or height."""
+        """Let the panels give the image the room that they can spare."""
         sides = [dock for dock in self._sides if dock.isVisible() and not dock.isFloating()]
         spare = {dock: max(0, dock.width() - dock.minimumSizeHint().width()) for dock in sides}
         missing = min(LEAST_CENTRE - self._parts.centre.width(), sum(spare.values()))
