@@ -25,8 +25,7 @@ from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trai
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.channel import make_pool
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_source import PlainSource
-from grabbergui.driver.gige.stream.receiver import StreamReceiver
+from grabbergui.driver.gige.stream.receiver import PlainSource, StreamReceiver
 from grabbergui.driver.gige.stream.recvmmsg import IOVEC, MMSGHDR, BatchSource
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 from grabbergui.driver.gige.stream.sockets import buffer_bytes, open_stream_socket

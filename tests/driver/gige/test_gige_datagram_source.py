@@ -10,8 +10,8 @@ from contextlib import ExitStack
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige.stream import packet_source, recvmmsg
-from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
+from grabbergui.driver.gige.stream import receiver, recvmmsg
+from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource
 from patience import attempts
 
 DEVICE = "127.0.0.7"
@@ -155,7 +155,7 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
 ) -> None:
     monkeypatch.setattr(recvmmsg, "SLOTS", 4)
     monkeypatch.setattr(recvmmsg, "BATCHES", 1)
-    monkeypatch.setattr(packet_source, "OVERRUN", 0.0)
+    monkeypatch.setattr(receiver, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
         wire = Wire(stack, recvmmsg.BatchSource)

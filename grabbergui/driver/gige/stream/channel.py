@@ -40,8 +40,7 @@ from grabbergui.driver.gige.stream.packet_settings import (
     PacketSizer,
     settle_delay,
 )
-from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
-from grabbergui.driver.gige.stream.receiver import StreamReceiver
+from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource, StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 from grabbergui.driver.gige.stream.sockets import (
     buffer_bytes,

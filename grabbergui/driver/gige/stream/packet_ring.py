@@ -35,7 +35,7 @@ from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
 from grabbergui.driver.gige.stream.packet_filters import TRAILERS, attach, detach, stream_filter
-from grabbergui.driver.gige.stream.packet_source import DatagramSource, PacedSource
+from grabbergui.driver.gige.stream.receiver import DatagramSource, PacedSource
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
 

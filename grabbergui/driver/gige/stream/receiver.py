@@ -1,4 +1,8 @@
-"""The receiving thread: datagrams from the socket to the assembler, finished frames to the consumer."""
+"""The receiving thread: packets from a source to the assembler, finished frames to the consumer.
+
+`PlainSource` runs everywhere. A `PacedSource` (`recvmmsg`, `packet_ring`) takes packets in batches, and lets
+them gather as long as that delays no frame.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +10,146 @@ import logging
 import socket
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.discovery.interfaces import readable
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_source import DatagramSource
+from grabbergui.driver.gige.stream.pace import Pace
 
 log = logging.getLogger(__name__)
+
+MAX_DATAGRAM = 65536
+BURST = 64
+"Datagrams taken before timers and finished frames have their turn."
+
+
+class DatagramSource(ABC):
+    """Feeds an assembler from a socket. One thread."""
+
+    @abstractmethod
+    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
+        """Wait at most `timeout` seconds for a datagram, then take what is there. Raises OSError."""
+
+    def close(self) -> None:  # noqa: B027 - most own nothing
+        """Close what the source opened itself."""
+
+
+class PlainSource(DatagramSource):
+    """A system call for each datagram: runs everywhere."""
+
+    def __init__(self, receiver: socket.socket, device_ip: str) -> None:
+        self._socket = receiver
+        self._device_ip = device_ip
+        self._scratch = memoryview(bytearray(MAX_DATAGRAM))
+        receiver.setblocking(False)
+
+    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
+        """Take up to `BURST` datagrams, a system call each."""
+        receive_into, scratch, device_ip = self._socket.recvfrom_into, self._scratch, self._device_ip
+        for count in range(BURST):
+            try:
+                size, (source, _) = receive_into(scratch)
+            except BlockingIOError:
+                if count:
+                    return
+                readable([self._socket], timeout)
+                continue
+            if source == device_ip:
+                assembler.receive(scratch[:size], time.monotonic())
+            else:
+                assembler.ignore(1)
+
+
+ANSWER_PAUSE = 0.001
+"Seconds that packets may gather while a block waits for lost ones."
+OVERRUN = 0.03
+"""Seconds of work without once emptying the buffer, with more incomplete frames than complete ones, after
+which all waiting packets are discarded: a full buffer makes holes in every frame, and holes cost time."""
+
+
+class PacedSource(DatagramSource):
+    """Takes packets in batches. One thread."""
+
+    def __init__(self, pace: Pace) -> None:
+        self._pace = pace
+        self._drained = True
+        "Whether the last read emptied the buffer."
+        self._busy_since = 0.0
+        "The thread's CPU time when the buffer was last empty, or overrun was last checked."
+        self._lost_by_then = 0
+        "Incomplete less complete frames at that time."
+        self._overrun_logged = False
+        self._flowing = False
+        "Whether the last read found packets."
+
+    @abstractmethod
+    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
+        """Wait at most `timeout` seconds for packets and take all; return the time of the last read.
+
+        Clears `_drained` if more may be left. Raises OSError.
+        """
+
+    @abstractmethod
+    def _discard(self) -> None:
+        """Discard all waiting packets."""
+
+    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
+        """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
+        before = assembler.statistics.packets
+        if self._overrun(assembler.statistics):
+            assembler.note_overrun()
+            self._skip()
+        paused = self._drained and self._flowing and self._gather(assembler, timeout)
+        wait = timeout if self._drained and not paused else 0.0
+        self._drained = True
+        now = self._take_all(assembler, wait)
+        packets = assembler.statistics.packets - before
+        self._flowing = packets > 0
+        self._pace.took(packets, now, more=assembler.block_in_progress)
+
+    def _overrun(self, statistics: StreamStatistics) -> bool:
+        """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
+        worked = time.thread_time()
+        if not self._drained and worked - self._busy_since <= OVERRUN:
+            return False
+        lost = statistics.incomplete - statistics.frames
+        overrun = not self._drained and lost > self._lost_by_then
+        self._busy_since, self._lost_by_then = worked, lost
+        return overrun
+
+    def _skip(self) -> None:
+        """Discard waiting packets, so that the next frames are complete again."""
+        self._discard()
+        self._drained = True
+        if not self._overrun_logged:
+            self._overrun_logged = True
+            log.warning(
+                "packets arrive faster than this machine takes them: waiting packets are discarded;"
+                " larger packets or a lower frame rate help"
+            )
+
+    def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
+        """Let packets gather if that delays no frame; return whether there was time."""
+        begun = time.monotonic()
+        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
+        if assembler.block_waits:
+            pause = min(pause, ANSWER_PAUSE)
+        if not pause:
+            return False
+        if self._rest(pause):
+            self._pace.slept(pause, time.monotonic() - begun)
+        return True
+
+    def _rest(self, seconds: float) -> bool:
+        """Wait; return False if that ended early, because a block did."""
+        time.sleep(seconds)
+        return True
+
 
 IDLE_WAIT = 0.03
 "Seconds that the thread waits for a datagram before it checks whether to stop, as long as `pace` pauses."

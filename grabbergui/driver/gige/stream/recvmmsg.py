@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.discovery.interfaces import waiter
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
-from grabbergui.driver.gige.stream.packet_source import MAX_DATAGRAM, PacedSource
+from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM, PacedSource
 from grabbergui.driver.gige.stream.sockets import buffer_bytes
 
 __all__ = ["BatchSource", "available"]
