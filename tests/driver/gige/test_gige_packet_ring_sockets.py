@@ -16,9 +16,9 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream import packet_ring
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.packet_filters import NOTHING, attach
 from grabbergui.driver.gige.stream.packet_ring import Geometry, PacketRing
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT, BatchSource
+from grabbergui.driver.gige.stream.sockets import NOTHING, attach
 from patience import PATIENCE
 
 pytestmark = pytest.mark.skipif(not may_open_packet_sockets(), reason="packet sockets need CAP_NET_RAW")

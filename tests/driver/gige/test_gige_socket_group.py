@@ -128,7 +128,7 @@ def test_one_socket_that_holds_enough_stays_alone(port: Port) -> None:
 def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
 
-    def refuse(receiver: socket.socket, program: bytes) -> None:
+    def refuse(receiver: socket.socket, option: int, program: list[sockets.Instruction]) -> None:
         opened.append(len(program))
         raise OSError("not here")
 

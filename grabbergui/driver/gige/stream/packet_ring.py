@@ -34,10 +34,9 @@ from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
-from grabbergui.driver.gige.stream.packet_filters import TRAILERS, attach, detach, stream_filter
 from grabbergui.driver.gige.stream.receiver import DatagramSource, PacedSource
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
-from grabbergui.driver.gige.stream.sockets import kernel_bytes
+from grabbergui.driver.gige.stream.sockets import TRAILERS, attach, detach, kernel_bytes, stream_filter
 
 log = logging.getLogger(__name__)
 
