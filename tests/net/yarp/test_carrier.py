@@ -6,7 +6,7 @@ from yarp_transcripts import read, streams
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, mjpeg, web_page
+from grabbergui.net.yarp.os import datagrams, mjpeg
 from grabbergui.net.yarp.os.framing import Receiver
 from grabbergui.net.yarp.os.sockets import Handshake
 from grabbergui.net.yarp.os.values import Stamp
@@ -145,8 +145,8 @@ def test_unknown_carriers_are_named():
 
 def test_real_mjpeg_stream_in_pieces():
     conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
-    assert conversation.client == web_page.STREAM_REQUEST % b"127.0.0.1"
-    assert conversation.server.startswith(web_page.STREAM_RESPONSE)
+    assert conversation.client == wire.STREAM_REQUEST % b"127.0.0.1"
+    assert conversation.server.startswith(wire.STREAM_RESPONSE)
     whole = mjpeg.StreamReader().feed(conversation.server)
     reader = mjpeg.StreamReader()
     assert [

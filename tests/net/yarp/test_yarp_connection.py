@@ -13,7 +13,6 @@ from yarp_transcripts import Conversation, read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import web_page
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Ack, Closed, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.connection import (
@@ -195,9 +194,9 @@ def test_a_name_servers_lines(step):
     ("request_", "header", "reply"),
     [
         (
-            web_page.STREAM_REQUEST % b"127.0.0.1",
+            wire.STREAM_REQUEST % b"127.0.0.1",
             Header(wire.MJPEG, "mjpeg reader", "GET /?action=stream"),
-            web_page.STREAM_RESPONSE,
+            wire.STREAM_RESPONSE,
         ),
         (
             b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
@@ -216,7 +215,7 @@ def test_http_follows_the_header_reply(request_, header, reply, step):
 
 def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
     reader = Connection(opener=True)
-    assert reader.send(Header(wire.MJPEG, "127.0.0.1")) == [web_page.STREAM_REQUEST % b"127.0.0.1"]
+    assert reader.send(Header(wire.MJPEG, "127.0.0.1")) == [wire.STREAM_REQUEST % b"127.0.0.1"]
     assert arriving(reader, b"HTTP/1.0 200 OK\r\n") == [HeaderReply()]
     assert reader.trailing_data == b"HTTP/1.0 200 OK\r\n" and reader.phase is Phase.SWITCHED
 

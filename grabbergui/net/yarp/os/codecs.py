@@ -12,7 +12,6 @@ from typing import Final
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import web_page
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
@@ -109,7 +108,7 @@ class HeaderCodec(Codec):
         super().__init__(allocate, limit)
         self._lines = LineReader()
         self._request: list[str] = []
-        self._request_lines = LineReader(web_page.LINE_LIMIT)
+        self._request_lines = LineReader(wire.REQUEST_LINE_LIMIT)
 
     def read_header(self, data: ReceiveBuffer) -> Header | None:
         """Read the carrier and the sender's name."""
@@ -149,7 +148,7 @@ class HeaderCodec(Codec):
                     return Header(wire.MJPEG, "mjpeg reader", first)
                 return Header(wire.HTTP, "browser", first)
             self._request.append(line)
-            if len(self._request) > web_page.REQUEST_LINES:
+            if len(self._request) > wire.REQUEST_LINES:
                 raise RemoteProtocolError("HTTP request without an end")
         return None
 
@@ -365,9 +364,9 @@ class HttpCodec(Codec):
         """Return the request, or the response's head for mjpeg."""
         match event:
             case Header() if event.carrier is wire.MJPEG:
-                return [web_page.STREAM_REQUEST % event.sender.encode()]
+                return [wire.STREAM_REQUEST % event.sender.encode()]
             case HeaderReply():  # that of a page has its length in it, so the page's writer makes it
-                return [web_page.STREAM_RESPONSE] if self._carrier is wire.MJPEG else []
+                return [wire.STREAM_RESPONSE] if self._carrier is wire.MJPEG else []
         return super().write(event)
 
 

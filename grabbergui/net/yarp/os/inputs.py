@@ -23,8 +23,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.costly_work import costly_work
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, sockets, web_page
-from grabbergui.net.yarp.os.admin import PortCommands
+from grabbergui.net.yarp.os import datagrams, sockets
+from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.carrier import Reply as ReplyEvent
@@ -287,7 +287,7 @@ class Input:
         if header.carrier is wire.MJPEG:
             self._serve_images(link)
         elif header.carrier is wire.HTTP:
-            page = self._owner.commands.page() if web_page.wanted(header.request) else web_page.NOT_FOUND
+            page = self._owner.commands.page() if page_wanted(header.request) else PAGE_NOT_FOUND
             sockets.send(self._sock, [page])
         return not header.carrier.pull
 

@@ -13,7 +13,7 @@ from grabbergui.core import encoded_image
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.web_page import BOUNDARY
+from grabbergui.net.yarp.os.carrier import BOUNDARY
 
 HEADER_LIMIT: Final = 8192
 JPEG_LIMIT: Final = 64 << 20

@@ -12,8 +12,8 @@ from typing import Final
 
 from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
-from grabbergui.net.yarp.os import sockets, web_page
-from grabbergui.net.yarp.os.admin import PortCommands
+from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.admin import PortCommands, encode_page
 from grabbergui.net.yarp.os.bottle_text import quoted
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import DEFAULT_NAMESPACE, authentication_key
@@ -263,7 +263,7 @@ class _Commands(PortCommands):
         """Return a page with all registered names."""
         known = contacts(self._ask("list"))
         lines = [f"{one.name} at {one.carrier}://{one.host}:{one.port}/" for one in known]
-        return web_page.encode_page(f"Name server {self._server.name}", lines)
+        return encode_page(f"Name server {self._server.name}", lines)
 
     def answer_name_query(self, line: str, asker: str) -> str:
         """Answer a line of YARP's own name client."""
