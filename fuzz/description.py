@@ -20,12 +20,12 @@ from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config import ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
+from grabbergui.driver.bootstrap_reading import fetch_description, parse_url
 from grabbergui.driver.device import DataLayout, Device, unpack
 from grabbergui.driver.genapi import loading, node_features
 from grabbergui.driver.genapi import port as genapi_port
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.port import RegisterPort
-from grabbergui.driver.gige.control.description import fetch_description, parse_url
 
 URLS = (
     b"Local:arv-fake-camera.xml;10000;3e67",

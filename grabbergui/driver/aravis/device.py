@@ -38,7 +38,7 @@ from grabbergui.driver.aravis.library import (
     load,
 )
 from grabbergui.driver.aravis.stream import AravisStream
-from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 

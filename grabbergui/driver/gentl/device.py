@@ -35,7 +35,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
-from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.bootstrap_reading import fetch_description, with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 from grabbergui.driver.gentl.producer import (
@@ -48,7 +48,6 @@ from grabbergui.driver.gentl.producer import (
     text_of,
 )
 from grabbergui.driver.gentl.stream import GentlStream
-from grabbergui.driver.gige.control.description import fetch_description
 
 log = logging.getLogger(__name__)
 

@@ -23,11 +23,11 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo, describe, require_same
 from grabbergui.core.uri import is_ip_address
+from grabbergui.driver.bootstrap_reading import fetch_description
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control.channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
-from grabbergui.driver.gige.control.description import fetch_description
 from grabbergui.driver.gige.control.events import MessageChannel
 from grabbergui.driver.gige.control.link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import search

@@ -30,7 +30,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.uri import SourceUri, U3vOptions, read_options
-from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.u3v.bootstrap import (

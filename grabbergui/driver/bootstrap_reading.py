@@ -1,8 +1,9 @@
-"""The GenICam XML: its place as the device reports it, and fetching it.
+"""A camera's identity and GenICam XML, read from its memory over whichever transport or library reads it.
 
-The first URL, then the second: `Local:name.zip;address;length` in the device's memory (numbers in
-hexadecimal), `File:` on this host. Data from a device is not trusted: sizes are limited before
-anything is read, and only files below a folder that the user named are.
+The identity comes from the bootstrap registers: GigE Vision 2.x, section 28 (0x0000 to 0x00F7); GenCP 1.3,
+section 4 (ABRM). The XML is behind GigE Vision's first URL, then the second: `Local:name.zip;address;length`
+in the device's memory (numbers in hexadecimal), `File:` on this host. Data from a device is not trusted:
+sizes are limited before anything is read, and only files below a folder that the user named are.
 """
 
 from __future__ import annotations
@@ -12,14 +13,42 @@ import os
 import re
 import stat
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
-from grabbergui.driver.device import unpack
+from grabbergui.core.identity import DeviceInfo
+from grabbergui.driver.device import DataLayout, unpack
+from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES
+from grabbergui.driver.gige.discovery.search import NO_MAC
+from grabbergui.driver.gige.gvcp_messages import Identity
+from grabbergui.driver.u3v.bootstrap import STRING_SIZE, Abrm, string
 
 log = logging.getLogger(__name__)
+
+_ABRM_STRINGS = {
+    "vendor": Abrm.MANUFACTURER_NAME,
+    "model": Abrm.MODEL_NAME,
+    "version": Abrm.DEVICE_VERSION,
+    "serial": Abrm.SERIAL_NUMBER,
+    "user_name": Abrm.USER_DEFINED_NAME,
+}
+
+
+def with_identity(info: DeviceInfo, layout: DataLayout, read: Callable[[int, int], bytes]) -> DeviceInfo:
+    """Return `info` with what the registers of an open camera say of it; fields they leave empty stay.
+
+    `read` takes an address and a length in bytes. Raises what it raises, RemoteProtocolError.
+    """
+    if layout is DataLayout.GIGE_VISION:
+        identity = Identity.decode(read(0, IDENTITY_BYTES))
+        said = {name: getattr(identity, name) for name in _ABRM_STRINGS}
+        said["hardware_id"] = identity.mac if identity.mac != NO_MAC else ""
+    else:
+        said = {name: string(read(address, STRING_SIZE)) for name, address in _ABRM_STRINGS.items()}
+    return replace(info, **{name: text for name, text in said.items() if text})
+
 
 MAX_STORED_BYTES = 16 << 20
 "Of a description in a device's memory, or in a file."
