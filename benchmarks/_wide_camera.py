@@ -5,8 +5,7 @@ import struct
 
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.sim.device import SimulatedDevice
-from grabbergui.driver.sim.source import create_device
+from grabbergui.driver.sim.device import SimulatedDevice, create_device
 
 BASE = 0x4000_0000
 "Registers from here on are the added ones."

@@ -56,7 +56,7 @@ class SourceKind(str, Enum):
 
 
 _MODULES: dict[str, str] = {
-    SourceKind.SIM: "grabbergui.driver.sim.source",
+    SourceKind.SIM: "grabbergui.driver.sim.device",
     SourceKind.GIGE: "grabbergui.driver.gige.source",
     SourceKind.U3V: "grabbergui.driver.u3v.device",
     SourceKind.GENTL: "grabbergui.driver.gentl.device",

@@ -8,7 +8,7 @@ import pytest
 from grabbergui.cli import reference
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri, option_rows, read_options
-from grabbergui.driver.sim import source as simulated
+from grabbergui.driver.sim import device as simulated
 from grabbergui.sources import SourceKind
 
 ROOT = Path(__file__).parents[1]

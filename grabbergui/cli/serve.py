@@ -217,7 +217,7 @@ def _nth_camera(index: int) -> str:
 
 def _with_own_serial(uri: str, place: str) -> str:
     """Give a simulated camera a serial number that no other server's has, unless it was given one."""
-    from grabbergui.driver.sim.source import served_at
+    from grabbergui.driver.sim.device import served_at
 
     source = SourceUri.parse(uri)
     return str(served_at(source, place)) if source.scheme == "sim" and place else uri

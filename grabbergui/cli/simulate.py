@@ -101,9 +101,9 @@ def _simulate_camera(options: argparse.Namespace) -> int:
 
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
+    from grabbergui.driver.sim.device import power_on_values
     from grabbergui.driver.sim.gige.server import serve
     from grabbergui.driver.sim.gige.stream import Faults
-    from grabbergui.driver.sim.source import power_on_values
 
     faults = Faults(
         loss=options.loss,
@@ -125,7 +125,7 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
 
 
 def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
-    from grabbergui.driver.sim.source import create_device, served_at
+    from grabbergui.driver.sim.device import create_device, served_at
     from grabbergui.driver.sim.u3v.device import U3vFaults
     from grabbergui.driver.sim.u3v.serve import place_of, serve
 

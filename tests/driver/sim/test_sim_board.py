@@ -6,10 +6,10 @@ import pytest
 
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
+from grabbergui.driver.sim.device import create
 from grabbergui.driver.sim.rendered import scene as board
 from grabbergui.driver.sim.rendered.scene import pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
-from grabbergui.driver.sim.source import create
 from patience import PATIENCE
 
 PERIOD = board.MOVE_S + board.REST_S

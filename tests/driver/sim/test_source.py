@@ -14,7 +14,7 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.source import create, create_device, discover, served_at
+from grabbergui.driver.sim.device import create, create_device, discover, served_at
 from patience import PATIENCE
 
 

@@ -7,7 +7,7 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.pixels import Region
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.sim import source
+from grabbergui.driver.sim.device import create
 from grabbergui.models.features import sensor_region
 from patience import PATIENCE
 
@@ -19,7 +19,7 @@ def axis(name, value, low, high, step):
 
 @pytest.fixture
 def camera():
-    camera = source.create(SourceUri.parse("sim:"))
+    camera = create(SourceUri.parse("sim:"))
     camera.open()
     yield camera
     camera.close()
