@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
@@ -25,10 +26,25 @@ LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown in any width."""
 
 FOLLOWING_MS = 25
-"""Delay of the field behind its slider: laying out text first would delay the write."""
+"""Delay of the shown text behind the user's hand: laying out text first would delay the write."""
 
 LINE_EDIT_PADDING = 6
 """Pixels that a line edit keeps free beside its text."""
+
+
+class Follower(QTimer):
+    """Shows an edited number a little later: after its write has left, not between the two."""
+
+    def __init__(self, parent: QWidget, show: Callable[[], None]) -> None:
+        super().__init__(parent)
+        self.setSingleShot(True)
+        self.setInterval(FOLLOWING_MS)
+        self.timeout.connect(show)
+
+    def begin(self) -> None:
+        """Show it within FOLLOWING_MS, also while edits go on."""
+        if not self.isActive():
+            self.start()
 
 
 class NumberField(QAbstractSpinBox):
@@ -49,6 +65,7 @@ class NumberField(QAbstractSpinBox):
         self._typing = False
         self._shown_in = ""
         "The unit of the shown value, which may be larger than the feature's own."
+        self._following = Follower(self, self._show)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setAccelerated(True)
         self._wheel_guard = WheelGuard(self)
@@ -62,8 +79,8 @@ class NumberField(QAbstractSpinBox):
     def setFeature(self, feature: Feature) -> None:
         """Show a number feature. A text that is being typed stays."""
         self._feature = feature
-        if not self._typing:
-            self._show()
+        self._following.stop()
+        self._show()
 
     # -- Qt's part of a spin box -----------------------------------------------------------------
     def stepBy(self, steps: int) -> None:
@@ -115,14 +132,12 @@ class NumberField(QAbstractSpinBox):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Show as many digits as there is room for."""
         super().resizeEvent(event)
-        if not self._typing:
-            self._show()
+        self._show()
 
     def showEvent(self, event: QShowEvent | None) -> None:
         """Show as many digits as there is room for."""
         super().showEvent(event)
-        if not self._typing:
-            self._show()
+        self._show()
 
     def selectAll(self) -> None:
         """Select the number without its unit."""
@@ -130,6 +145,8 @@ class NumberField(QAbstractSpinBox):
 
     # -- ours ------------------------------------------------------------------------------------
     def _show(self) -> None:
+        if self._typing:
+            return
         feature = self._feature
         if feature is None or not isinstance(feature.value, int | float):
             text = ""
@@ -137,7 +154,10 @@ class NumberField(QAbstractSpinBox):
             self._shown_in = shown_unit(feature.value, feature.unit)
             text = self._fitting(feature.value, feature.unit)
         if text != self._line.text():
+            selected = self._line.hasSelectedText()
             self._line.setText(text)
+            if selected:
+                self.selectAll()
             # Twenty digits need the room of the arrows more than they need the arrows.
             symbols = QAbstractSpinBox.ButtonSymbols
             self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
@@ -153,10 +173,13 @@ class NumberField(QAbstractSpinBox):
         return text
 
     def _edit(self, number: int | float) -> None:
-        assert self._feature is not None
-        if number != self._feature.value:
-            self.valueEdited.emit(number)
-        self._show()
+        before = self._feature
+        assert before is not None
+        if number != before.value:
+            self.valueEdited.emit(number)  # before anything else: a camera waits for it
+            if self._feature is before:
+                self._feature = replace(before, value=number)  # the next step begins there
+        self._following.begin()
 
     def _on_line_edit_text_edited(self, text: str) -> None:
         if not self._typing:
@@ -176,9 +199,11 @@ class NumberField(QAbstractSpinBox):
         except (ValueError, OverflowError):
             below = self.mapToGlobal(self.rect().bottomLeft())
             QToolTip.showText(below, self.tr("“{0}” is not a number").format(self._line.text()), self)
+            self._stop_typing()
         else:
+            self._typing = False
             self._edit(number)
-        self._stop_typing()
+            self.typingFinished.emit()
 
     def _typed_number(self, feature: Feature) -> int | float:
         return parse_number(self._line.text(), feature, self._shown_in)
@@ -218,17 +243,13 @@ class RangeEditor(NumberEditor):
         self._waiting: int | float | None = None
         "A number on the slider that is not emitted yet."
         self._number: int | float = 0
-        "The number that the slider was moved to last."
-        self._following = QTimer(self)
-        "Fires when the field is to follow the slider: after the write has left, not between the two."
-        self._following.setSingleShot(True)
-        self._following.setInterval(FOLLOWING_MS)
-        self._following.timeout.connect(self._follow_slider)
+        "The number that either was moved to last."
+        self._following = Follower(self, self._follow)
         self._slider = ValueSlider(self)
         self._slider.sliderPressed.connect(self.editingStarted)
         self._slider.sliderReleased.connect(self._on_slider_released)
         self._slider.valueEdited.connect(self._on_slider_value_edited)
-        self.field.valueEdited.connect(self._on_field_value_edited)
+        self.field.valueEdited.connect(self._follow_to)
 
     def slider(self) -> ValueSlider:
         """Return the slider, which needs a line of its own."""
@@ -242,23 +263,20 @@ class RangeEditor(NumberEditor):
             return
         self._following.stop()
         super().setFeature(feature)
+        self._show_on_slider(feature)
+
+    def _show_on_slider(self, feature: Feature) -> None:
         scale = SliderScale.of(feature)
         if scale is not None and isinstance(feature.value, int | float):
             self._slider.show_feature(scale, feature)
 
     def _on_slider_value_edited(self, number: int | float) -> None:
         assert self._feature is not None
-        self._number = number
         if self._feature.pauses_stream and self._slider.isSliderDown():
             self._waiting = number
         else:
             self.valueEdited.emit(number)
-        if not self._following.isActive():
-            self._following.start()
-
-    def _follow_slider(self) -> None:
-        assert self._feature is not None
-        self.field.setFeature(replace(self._feature, value=self._number))
+        self._follow_to(number)
 
     def _on_slider_released(self) -> None:
         if (number := self._waiting) is not None:
@@ -266,9 +284,16 @@ class RangeEditor(NumberEditor):
             self.valueEdited.emit(number)
         if self._following.isActive():
             self._following.stop()
-            self._follow_slider()
+            self._follow()
         self.editingFinished.emit()
 
-    def _on_field_value_edited(self, number: int | float) -> None:
+    def _follow_to(self, number: int | float) -> None:
+        self._number = number
+        self._following.begin()
+
+    def _follow(self) -> None:
         assert self._feature is not None
-        self.setFeature(replace(self._feature, value=number))
+        shown = replace(self._feature, value=self._number)
+        self.field.setFeature(shown)
+        if not self._slider.isSliderDown():
+            self._show_on_slider(shown)

@@ -9,6 +9,8 @@ from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QShortcut
 from sample_features import EXPOSURE, FREE, WIDE, WIDTH, K, feature
 
+from grabbergui.ui.editors.number_editors import FOLLOWING_MS
+
 
 def test_a_number_is_shown_with_its_unit_and_typed_without(take, qtbot):
     hand = take(EXPOSURE)
@@ -22,7 +24,7 @@ def test_a_number_is_shown_with_its_unit_and_typed_without(take, qtbot):
     qtbot.keyClick(field, Qt.Key_Return)
     assert hand.values == [25000.0]
     assert hand.holds == ["start", "finish"]
-    assert field.text() == "25 ms"
+    qtbot.waitUntil(lambda: field.text() == "25 ms")
 
 
 @pytest.mark.parametrize(
@@ -83,12 +85,55 @@ def test_the_windows_keys_are_the_windows_with_a_field_in_focus(take, qtbot, key
 def test_a_step_is_one_percent_finer_with_shift_coarser_with_ctrl(take, qtbot, modifier, taken):
     hand = take(EXPOSURE)
     qtbot.keyClick(hand.editor.field, Qt.Key_Up, modifier)
+    qtbot.waitUntil(lambda: hand.editor.field.text() != "10 ms")
     qtbot.keyClick(hand.editor.slider(), Qt.Key_Down, modifier)
     assert hand.values[0] == taken
     assert hand.values[1] == pytest.approx(10000, rel=0.02)
     if modifier == Qt.NoModifier:
         qtbot.keyClick(hand.editor.slider(), Qt.Key_Home)
         assert hand.values[-1] == 10
+
+
+@pytest.mark.parametrize("shown", [WIDTH, WIDE], ids=["with a slider", "without one"])
+def test_steps_faster_than_the_camera_answers_all_count(take, shown):
+    hand = take(shown)
+    for _ in range(5):
+        hand.editor.field.stepBy(1)
+    assert len(set(hand.values)) == 5
+    assert hand.values == sorted(hand.values)
+
+
+def test_a_number_leaves_before_it_is_shown_and_is_shown_while_more_follow(take, qtbot):
+    """The write waits for the GIL, which laying out a text would keep for a while."""
+    hand = take(WIDTH)
+    field = hand.editor.field
+    shown = []
+    hand.editor.valueEdited.connect(lambda number: shown.append(field.text()))
+    field.stepBy(1)
+    assert shown == ["640"] == [field.text()]
+
+    def stepped():
+        field.stepBy(1)
+        return field.text() != "640"
+
+    qtbot.waitUntil(stepped)
+
+
+def test_what_is_typed_right_after_a_step_stays(take, qtbot):
+    field = take(WIDTH).editor.field
+    field.setFocus()
+    qtbot.keyClick(field, Qt.Key_Up)
+    qtbot.keyClicks(field, "12")
+    qtbot.wait(2 * FOLLOWING_MS)
+    assert field.text() == "12"
+
+
+def test_a_number_that_is_selected_to_be_replaced_stays_selected_when_the_camera_changes_it(take, qtbot):
+    hand = take(EXPOSURE)
+    hand.editor.field.selectAll()
+    hand.editor.setFeature(replace(EXPOSURE, value=20000.0))
+    qtbot.keyClicks(hand.editor.field, "5")
+    assert hand.editor.field.text() == "5 ms"
 
 
 @pytest.mark.parametrize(("typed", "taken"), [("100", 96), ("99999", 2448), ("-3", 16), ("0x20", 32)])
@@ -186,7 +231,7 @@ def test_arrow_keys_step_until_the_end_of_the_range(take, qtbot):
     field.setFocus()
     qtbot.keyClick(field, Qt.Key_Up)
     assert hand.values == [2448]
-    assert hand.editor.slider().value() == hand.editor.slider().maximum()
+    qtbot.waitUntil(lambda: hand.editor.slider().value() == hand.editor.slider().maximum())
     hand.editor.setFeature(replace(WIDTH, value=2448))
     assert not field.stepEnabled() & field.StepUpEnabled
     assert field.stepEnabled() & field.StepDownEnabled

@@ -125,7 +125,7 @@ def test_slider_and_field_follow_each_other(take, qtbot):
     qtbot.waitUntil(lambda: hand.editor.field.text() == moved)
     before = slider.value()
     hand.editor.field.stepBy(-10)
-    assert slider.value() < before
+    qtbot.waitUntil(lambda: slider.value() < before)
 
 
 def test_the_slider_hands_on_its_number_before_the_field_shows_it(take, qtbot):
