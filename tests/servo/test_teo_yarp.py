@@ -20,8 +20,8 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
-from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

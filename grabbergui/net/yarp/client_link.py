@@ -21,8 +21,8 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
 )
 from grabbergui.net.yarp.dev.grabber_values import Value
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect
 
 TIMEOUT = 2.0

@@ -12,12 +12,11 @@ from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import name_client, ports
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import administer, ping
+from grabbergui.net.yarp.os.link import RpcClient, administer, ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.names import Contact
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
 from patience import PATIENCE, until
 
