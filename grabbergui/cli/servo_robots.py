@@ -113,17 +113,17 @@ def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> S
 
 
 def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> None:
-    """Tell the networks what the loop sees and does, and take their stops; until `stack` closes."""
+    """Publish what the loop sees and does, and take stops from the networks, until `stack` closes."""
     if options.publish:
         from grabbergui.net.yarp.os.name_client import NameClient
         from grabbergui.net.yarp.os.names import check_port_name
-        from grabbergui.servo.publisher_yarp import YarpPublisher
+        from grabbergui.servo.publishers import YarpPublisher
 
         ports = YarpPublisher(runner, NameClient.find(options.nameserver), check_port_name(options.publish))
         ports.open()
         stack.callback(ports.close)
     if options.publish_ros2:
-        from grabbergui.servo.publisher_ros2 import Ros2Publisher
+        from grabbergui.servo.publishers import Ros2Publisher
 
         topics = Ros2Publisher(runner, options.publish_ros2, options.camera_frame or "camera")
         topics.open()

@@ -26,7 +26,7 @@ from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
+from grabbergui.servo.publishers import YarpPublisher, markers_bottle
 from grabbergui.servo.robots import teo, teo_messages, teo_yarp
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard

@@ -218,7 +218,7 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
 
 
 def test_without_ros_every_way_to_it_says_what_to_do(model, monkeypatch):
-    from grabbergui.servo.publisher_ros2 import Ros2Publisher
+    from grabbergui.servo.publishers import Ros2Publisher
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 

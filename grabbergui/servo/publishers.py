@@ -1,6 +1,10 @@
-"""Publishes the loop's detections and state on ROS 2, and accepts a stop from anybody on the network.
+"""Publish the loop's detections and state on YARP and ROS 2, and accept a stop from anybody on the network.
 
-Topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker or
+YARP ports below a prefix: `/heads:o` x y z in metres per picture that shows a head (the camera's frame),
+`/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every cycle, and `/rpc:s`,
+which understands `stop`, `resume` and `state`.
+
+ROS 2 topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker or
 board that is looked for), `marker_with_covariance` (`geometry_msgs/PoseWithCovarianceStamped`: the same and
 how sure it is), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
 installed `heads` and `markers` (`vision_msgs/Detection3DArray`, the id in `id`, with covariances). Poses are
@@ -12,16 +16,22 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation
+from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation, vector_from_pose
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Request
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.ros2 import PUBLISHER, require_packages
@@ -34,6 +44,107 @@ HEAD_SIZE = (0.19, 0.25, 0.2)
 "Metres; of a head nothing but its place is measured."
 
 
+def errors(cycle: ControlCycle) -> dict[str, float]:
+    """Return the known errors of a cycle, of the hand and of the gaze, by their published names."""
+    measured = {
+        "distance_mm": 1e3 * cycle.error[0],
+        "angle_degrees": math.degrees(cycle.error[1]),
+        "right_degrees": math.degrees(cycle.off_centre[0]),
+        "down_degrees": math.degrees(cycle.off_centre[1]),
+    }
+    return {name: float(value) for name, value in measured.items() if math.isfinite(value)}
+
+
+# -- YARP ----------------------------------------------------------------------------------------
+class YarpPublisher:
+    """Publishes one runner. `open` and `close` from one thread; the rest happens on the runner's."""
+
+    def __init__(self, runner: Runner, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
+        self._runner = runner
+        self._heads = OutputPort(f"{prefix}/heads:o", names)
+        self._markers = OutputPort(f"{prefix}/markers:o", names)
+        self._state = OutputPort(f"{prefix}/state:o", names)
+        self._rpc = RpcServer(f"{prefix}/rpc:s", self._answer, names)
+        self._count = 0
+        self._cycle: ControlCycle | None = None
+
+    def open(self) -> None:
+        """Open the ports and follow the runner. Raises SourceUnavailableError, TransportError."""
+        try:
+            for port in self._ports:
+                port.open()
+        except BaseException:
+            self.close()
+            raise
+        self._runner.cycle_done.connect(self._on_cycle)
+
+    def close(self) -> None:
+        """Drop the ports. May be called twice; never raises."""
+        self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
+        for port in self._ports:
+            port.close()
+
+    @property
+    def _ports(self) -> tuple[OutputPort | RpcServer, ...]:
+        return self._heads, self._markers, self._state, self._rpc
+
+    def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        self._cycle = cycle
+        self._count += 1
+        envelope = Stamp(self._count, time.time()).encode()
+        self._state.write_bottle(state_bottle(cycle), envelope)
+        sighting = self._runner.loop.sighting
+        if frame is None or sighting is None:
+            return
+        head = sighting.nearest_face
+        if head is not None:
+            self._heads.write_bottle(Bottle(map(float, head.position)), envelope)
+        self._markers.write_bottle(markers_bottle(sighting), envelope)
+
+    def _answer(self, request: Request) -> Bottle:
+        verb = word(next(iter(request.bottle()), "")).lower()
+        if verb == "stop":
+            self._runner.emergency_stop(f"stopped by {request.info.peer}")
+        elif verb == "resume":
+            why_not = self._runner.resume()
+            if why_not:
+                return Bottle([Vocab("fail"), why_not])
+        elif verb == "state":
+            return state_bottle(self._cycle) if self._cycle else Bottle([Vocab("fail"), "no cycle yet"])
+        else:
+            return Bottle([Vocab("fail"), "there are stop, resume and state"])
+        return Bottle([Vocab("ok")])
+
+
+def state_bottle(cycle: ControlCycle) -> Bottle:
+    """State, reason, and `errors` as pairs."""
+    pairs: list[Item] = [[name, value] for name, value in errors(cycle).items()]
+    return Bottle([cycle.state.value, cycle.reason, *pairs])
+
+
+def markers_bottle(sighting: Sighting) -> Bottle:
+    """A list of pairs for each marker: id, and its pose or why there is none.
+
+    The pose is x y z in metres, the rotation vector in radians, and 36 numbers of its covariance, row by row:
+    metres along, then radians about the camera's axes.
+    """
+    found: list[Item] = []
+    for marker in sighting.markers:
+        pairs: list[Item] = [["id", marker.marker_id]]
+        if marker.pose is not None:
+            values = map(float, vector_from_pose(marker.pose))
+            pairs += [
+                [key, value] for key, value in zip(("x", "y", "z", "rx", "ry", "rz"), values, strict=True)
+            ]
+            if marker.covariance is not None:
+                pairs.append(["covariance", [float(value) for value in marker.covariance.ravel()]])
+        else:
+            pairs.append(["problem", marker.problem])
+        found.append(pairs)
+    return Bottle(found)
+
+
+# -- ROS 2 ---------------------------------------------------------------------------------------
 class Ros2Publisher:
     """Publishes one runner. `open` and `close` from one thread; stops arrive on the node's."""
 
@@ -151,18 +262,10 @@ def pose_with_covariance(placed: Pose, covariance: NDArray[np.float64]) -> Any:
 
 
 def status(cycle: ControlCycle) -> Any:
-    """State, reason, and the known errors as pairs: millimetres, degrees."""
+    """State, reason and `errors` as ROS's diagnostics."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-    values = {"state": cycle.state.value}
-    for name, value, factor in (
-        ("distance_mm", cycle.error[0], 1e3),
-        ("angle_degrees", cycle.error[1], 180 / math.pi),
-        ("right_degrees", cycle.off_centre[0], 180 / math.pi),
-        ("down_degrees", cycle.off_centre[1], 180 / math.pi),
-    ):
-        if math.isfinite(value):
-            values[name] = f"{value * factor:.3f}"
+    values = {"state": cycle.state.value} | {name: f"{value:.3f}" for name, value in errors(cycle).items()}
     levels = {
         State.STOPPED: DiagnosticStatus.ERROR,
         State.LOST: DiagnosticStatus.WARN,
