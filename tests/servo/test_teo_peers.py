@@ -13,8 +13,8 @@ from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
-from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
 from grabbergui.servo.robots.teo_messages import FAIL, OK
+from grabbergui.servo.robots.teo_ports import SimulatedCartesian
 
 DATA = Path(__file__).parents[1] / "data" / "yarp"
 

@@ -19,7 +19,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.guardian_link import GuardianLink
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
+from grabbergui.servo.robots.teo_ports import SimulatedCartesian
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from patience import PATIENCE, until
 

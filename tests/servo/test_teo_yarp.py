@@ -30,8 +30,7 @@ from grabbergui.servo.publishers import YarpPublisher, markers_bottle
 from grabbergui.servo.robots import teo, teo_messages, teo_yarp
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
-from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
-from grabbergui.servo.robots.teo_ports import TeoPorts
+from grabbergui.servo.robots.teo_ports import SimulatedCartesian, TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from patience import PATIENCE, attempts, until
 

@@ -1,21 +1,229 @@
-"""The simulated TEO behind the YARP ports that the real one has, for any client of them."""
+"""The simulated TEO behind the YARP ports that the real one has, for any client of them.
+
+`teo_board` is its head's control board. Its arm's Cartesian controller is here, as roboticslab's
+CartesianControlServer presents one; and `TeoPorts`, which opens and steps both.
+"""
 
 from __future__ import annotations
 
 import threading
 import time
 
+import numpy as np
+
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.ports import OutputPort
-from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import teo_messages
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
-from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
+from grabbergui.servo.robots.teo_messages import FAIL, OK, degrees, numbers
 from grabbergui.servo.robots.teo_yarp import ARM, ARM_BOARD, HEAD
 
 PERIOD = 0.01
 "Seconds between two readings that are streamed."
+MOVING = {"movj": Vocab("ccjc"), "relj": Vocab("ccjc"), "movl": Vocab("cclc"), "movv": Vocab("ccvc")}
+"The states in which motions are."
+ARRIVED = (5e-4, 2e-3)
+"Metres and radians from a target within which a move is done."
+GAIN = 8.0
+"1/s of the way that is left to a target."
+TURN = 0.6
+"Rad/s at most on the way to a target."
+
+
+class SimulatedCartesian:
+    """Ports `NAME/rpc:s`, `/command:i` and `/state:o` of a robot's arm. Any thread.
+
+    It follows BasicCartesianControl: streamed commands are obeyed only once they were announced (`cpsc`),
+    while the state says that nothing is controlled; any other motion and any stop end that. A twist goes on
+    until another command, as drives in velocity mode do; a streamed pose is gone to at once, as drives in
+    position direct mode do. Joint moves go straight, too; forces and tools are refused.
+    """
+
+    def __init__(
+        self,
+        robot: SimRobot,
+        names: NameClient,
+        name: str,
+        dialect: Dialect = Dialect.YARP3,
+        pose_word: Vocab = messages.POSE_WORDS[-1],
+    ) -> None:
+        """`pose_word` announces and begins streamed poses; it depends on the version of the controller."""
+        self._robot = robot
+        self._dialect = dialect
+        self._pose_word = str(pose_word)
+        self._changed = threading.Condition(threading.RLock())
+        self._state = messages.NOT_CONTROLLING
+        self._twist: Vector | None = None
+        self._target: Pose | None = None
+        self._settings: dict[str, Item] = {
+            **{"cpf": Vocab("cpfb"), "cpsc": Vocab("nset"), "cpcg": 0.05, "cptd": 0.0},
+            **{"cpts": 0.05, "cpta": 0.02, "cpcp": 50.0, "cpwp": 30.0},
+        }
+        self._stream = OutputPort(f"{name}/state:o", names)
+        self.ports = (
+            RpcServer(f"{name}/rpc:s", self.answer, names),
+            RpcServer(f"{name}/command:i", self._command, names),
+            self._stream,
+        )
+
+    def step(self) -> None:
+        """Let the arm go on, and stream where it is. To be called every few milliseconds."""
+        with self._changed:
+            if self._target is not None:
+                self._approach(self._robot.state().hand, self._target)
+            elif self._twist is not None:
+                self._robot.move_hand(self._in_base(self._twist))
+            status = self._status()
+        self._stream.write(status.encode(self._dialect))
+
+    def stop(self) -> None:
+        """End the current motion; callers that wait for it return."""
+        with self._changed:
+            self._rest()
+
+    def answer(self, request: Request) -> Reply:
+        """Return a Cartesian controller's reply to a request; `wait` returns after the motion."""
+        message = request.bottle()
+        with self._changed:
+            try:
+                reply = self._answer([word(item) for item in [*message[:3], "", "", ""]], message)
+            except (IndexError, RemoteProtocolError):
+                reply = Bottle([FAIL])
+        return reply if self._dialect is Dialect.YARP3 else reply.encode(self._dialect)
+
+    def _answer(self, verbs: list[str], message: Bottle) -> Bottle:
+        if verbs[0] == "stat":
+            return self._status()
+        if verbs[0] == "inv":
+            angles = self._joints_at(geometry.pose_from_vector(numbers(message[1:], 6)))
+            return Bottle([FAIL] if angles is None else degrees(angles))
+        if verbs[0] == "get":
+            return self._get(verbs[1])
+        return Bottle([OK if self._obey(verbs, message) else FAIL])
+
+    def _obey(self, verbs: list[str], message: Bottle) -> bool:
+        if verbs[0] in MOVING:
+            return self._begin(verbs[0], numbers(message[1:], 6))
+        if verbs[0] == "stop":
+            self._rest()
+        elif verbs[0] == "wait":
+            seconds = float(numbers(message[1:], 1)[0]) if len(message) > 1 else 0.0
+            return self._wait(seconds or None)
+        elif verbs[:2] == ["set", "prms"]:
+            pairs = [item if isinstance(item, list) else [] for item in message[2:]]
+            return bool(pairs) and all(self._set(word(pair[0]), pair[1]) for pair in pairs)
+        elif verbs[0] == "set":
+            return self._set(verbs[1], message[2])
+        else:
+            return False
+        return True
+
+    def _command(self, request: Request) -> None:
+        message = request.bottle()
+        with self._changed:
+            # As the reference: a stream is obeyed only once it has been announced.
+            announced = word(self._settings["cpsc"])
+            values = messages.read_cartesian_command(message, announced)
+            if values is None:
+                return
+            if announced == "twst":
+                self._twist = values
+                self._robot.move_hand(self._in_base(values))
+            else:
+                angles = self._joints_at(self._absolute(values))
+                if angles is not None:
+                    self._robot.point_arm(angles)
+
+    def _get(self, what: str) -> Bottle:
+        if what == "prms":
+            return Bottle([[Vocab(key), value] for key, value in self._settings.items()])
+        return Bottle([self._settings.get(what, FAIL)])
+
+    def _set(self, what: str, value: Item) -> bool:
+        """Change a setting; False for one that is unknown, out of range, or while something moves."""
+        if self._state != messages.NOT_CONTROLLING or what not in self._settings:
+            return False
+        if what == "cpsc":
+            allowed = word(value) in ("twst", self._pose_word)
+        elif what == "cpf":
+            allowed = word(value) in ("cpfb", "cpft")
+        else:
+            least = float(numbers([value], 1)[0])
+            allowed = least > 0 or (least == 0 and what in ("cpcg", "cptd"))
+        if not allowed:
+            return False
+        if what == "cpsc":
+            self._rest()
+        self._settings[what] = Vocab(word(value)) if word(value) else value
+        return True
+
+    def _begin(self, how: str, values: Vector) -> bool:
+        target = None
+        if how != "movv":
+            if how == "relj" and not self._in_hand:  # the numbers are added up, as the reference does
+                values = values + geometry.vector_from_pose(self._robot.state().hand)
+            target = self._absolute(values)
+            if self._joints_at(target) is None:
+                return False
+        self._rest()
+        self._state, self._target = MOVING[how], target
+        self._twist = values if how == "movv" else None
+        return True
+
+    def _approach(self, hand: Pose, target: Pose) -> None:
+        off = geometry.diff(hand, target)
+        if geometry.distance(hand, target) < ARRIVED[0] and np.linalg.norm(off[3:]) < ARRIVED[1]:
+            if self._state != messages.NOT_CONTROLLING:
+                self._rest()
+            return
+        speed = float(self._settings["cpts"])  # type: ignore[arg-type]
+        for part, fastest in ((off[:3], speed), (off[3:], TURN)):
+            part *= min(GAIN, fastest / max(float(np.linalg.norm(part)), 1e-9))
+        self._robot.move_hand(off)
+
+    def _rest(self) -> None:
+        self._state, self._settings["cpsc"] = messages.NOT_CONTROLLING, Vocab("nset")
+        self._target = self._twist = None
+        self._robot.move_hand(np.zeros(6))
+        self._changed.notify_all()
+
+    def _wait(self, seconds: float | None) -> bool:
+        """Until a move is done; stops it, and is False, where that takes too long."""
+
+        def done() -> bool:
+            return self._target is None or self._state == messages.NOT_CONTROLLING
+
+        if not self._changed.wait_for(done, seconds):
+            self._rest()
+            return False
+        return True
+
+    def _absolute(self, values: Vector) -> Pose:
+        pose = geometry.pose_from_vector(values)
+        return self._robot.state().hand @ pose if self._in_hand else pose
+
+    def _in_base(self, twist: Vector) -> Vector:
+        """A twist along the axes that are set, along the base's."""
+        turn = self._robot.state().hand[:3, :3] if self._in_hand else np.eye(3)
+        return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
+
+    @property
+    def _in_hand(self) -> bool:
+        return self._settings["cpf"] == Vocab("cpft")
+
+    def _joints_at(self, target: Pose) -> Vector | None:
+        arm = self._robot.state().arm
+        return self._robot.model.arm.inverse(target, self._robot.model.home if arm is None else arm)
+
+    def _status(self) -> Bottle:
+        return messages.status(self._state, self._robot.state().hand, time.time())
 
 
 class TeoPorts:
@@ -27,7 +235,7 @@ class TeoPorts:
         names: NameClient,
         prefix: str = "/teoSim",
         dialect: Dialect = Dialect.YARP3,
-        pose_word: Vocab = teo_messages.POSE_WORDS[-1],
+        pose_word: Vocab = messages.POSE_WORDS[-1],
     ) -> None:
         """`dialect` is that of the YARP behind all ports, `pose_word` as for SimulatedCartesian."""
         self._robot = robot
@@ -73,4 +281,4 @@ class TeoPorts:
         self._arm.step()
         state = self._robot.state()
         if state.arm is not None:
-            self._arm_encoders.write(teo_messages.encoders(state.arm).encode(self._dialect))
+            self._arm_encoders.write(messages.encoders(state.arm).encode(self._dialect))
