@@ -17,8 +17,7 @@ from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import Guard, Verdict
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import RobotState
-from grabbergui.servo.state_machine import State
-from grabbergui.servo.watch import EncoderWatch
+from grabbergui.servo.state_machine import EncoderWatch, State
 from patience import PATIENCE, until
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)

@@ -16,8 +16,7 @@ from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.state_machine import State
-from grabbergui.servo.watch import ProgressWatch
+from grabbergui.servo.state_machine import ProgressWatch, State
 
 DT = 0.02
 REACHABLE = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
