@@ -258,7 +258,6 @@ class ServoModel:
         if state is None:
             return None
         robot, config = self._runner.robot, self._runner.config
-        arm = config.arm
         return Posture(
             robot.skeleton(state),
             state.hand,
@@ -268,7 +267,7 @@ class ServoModel:
             newest.goal,
             newest.person,
             config.marker.extent,
-            (np.array([arm.x_low, arm.y_low, arm.z_low]), np.array([arm.x_high, arm.y_high, arm.z_high])),
+            config.arm.workspace,
         )
 
 

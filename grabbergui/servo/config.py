@@ -12,7 +12,10 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from grabbergui.calibration import markers
+from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.marker_boards import BOARD_KINDS, MarkerBoard
 from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
@@ -144,6 +147,12 @@ class ArmConfig:
     y_high: float = 0.35
     z_low: float = -0.30
     z_high: float = 0.95
+
+    @property
+    def workspace(self) -> tuple[Vector, Vector]:
+        """The low and the high corner of the workspace."""
+        low, high = (self.x_low, self.y_low, self.z_low), (self.x_high, self.y_high, self.z_high)
+        return np.array(low), np.array(high)
 
 
 _NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")

@@ -143,7 +143,7 @@ class ArmController:
 
     def inside(self, position: Vector) -> bool:
         """Whether a point lies in the workspace."""
-        low, high = self._box()
+        low, high = self._config.workspace
         return bool(((low <= position) & (position <= high)).all())
 
     def approach(self, hand: Pose, marker: Pose, seconds: float, velocity: Vector | None = None) -> Vector:
@@ -219,14 +219,10 @@ class ArmController:
 
     def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
         """As fast towards the workspace's edge as it would reach the edge `AHEAD_S` from now, no faster."""
-        low, high = self._box()
+        low, high = self._config.workspace
         ahead, here = max(seconds, AHEAD_S), hand[:3, 3]
         # A hand that is outside may come back, in its own time.
         slowest, fastest = np.minimum(low - here, 0.0) / ahead, np.maximum(high - here, 0.0) / ahead
         velocity = np.clip(twist[:3], slowest, fastest)
         self.confined = bool((velocity != twist[:3]).any())
         return np.concatenate((velocity, twist[3:]))
-
-    def _box(self) -> tuple[Vector, Vector]:
-        c = self._config
-        return np.array([c.x_low, c.y_low, c.z_low]), np.array([c.x_high, c.y_high, c.z_high])

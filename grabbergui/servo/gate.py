@@ -295,10 +295,8 @@ class CommandGate:
 
     def _danger(self, state: RobotState, hand: Vector) -> str:
         """Why a twist of the hand must not go on for `LOOKAHEAD_S`; empty if it may."""
-        arm, place = self._config.arm, state.hand[:3, 3]
-        low = np.array([arm.x_low, arm.y_low, arm.z_low])
-        high = np.array([arm.x_high, arm.y_high, arm.z_high])
-        ahead = place + hand[:3] * LOOKAHEAD_S
+        low, high = self._config.arm.workspace
+        ahead = state.hand[:3, 3] + hand[:3] * LOOKAHEAD_S
         # A hand that is outside may come back.
         leaving = ((ahead < low - EDGE_M) & (hand[:3] < 0)) | ((ahead > high + EDGE_M) & (hand[:3] > 0))
         if leaving.any():
@@ -318,10 +316,9 @@ class CommandGate:
 
     def obstruction(self, arm: Vector) -> str:
         """Return why the arm must not rest at joint angles (radians), as display text; empty if it may."""
-        model, limits = self._robot.model, self._config.arm
+        model = self._robot.model
         place = model.arm.forward(arm)[:3, 3]
-        low = np.array([limits.x_low, limits.y_low, limits.z_low])
-        high = np.array([limits.x_high, limits.y_high, limits.z_high])
+        low, high = self._config.arm.workspace
         if ((place < low) | (place > high)).any():
             return "it would be outside the workspace"
         if model.body is None:

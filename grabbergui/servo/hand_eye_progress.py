@@ -82,14 +82,14 @@ def plan(eye: str, model: KinematicModel, config: Config, views: int) -> Plan:
         seconds = views * (HEAD_S / speed + REST_S)
         limits = (_degrees(model.head.low), _degrees(model.head.high))
         return Plan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
-    arm = config.arm
+    low, high = config.arm.workspace
     return Plan(
         eye,
         views,
         min(FIRST_VIEWS, views),
-        speed * arm.fastest,
-        (arm.x_low, arm.y_low, arm.z_low),
-        (arm.x_high, arm.y_high, arm.z_high),
+        speed * config.arm.fastest,
+        tuple(low),
+        tuple(high),
         config.safety.clearance if model.body is not None else 0.0,
         views * (ARM_S / speed + REST_S),
     )
