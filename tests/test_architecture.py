@@ -21,7 +21,7 @@ HOMES = {
         "driver/h264.py",
         "driver/sim/contents.py",
     ),
-    "numba": ("core/compiled_loops.py",),
+    "numba": ("core/compiled.py",),
     "psutil": ("driver/gige/discovery/interfaces.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
