@@ -90,8 +90,9 @@ def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
         return path
     parts = path.parts[1:] if path.parts[:1] == ("resources",) else path.parts
     if not path.is_absolute() and parts and ".." not in parts:
-        alone = len(parts) == 1
-        found = sorted((RESOURCES / folder).rglob(parts[0])) if alone else [RESOURCES.joinpath(*parts)]
+        found = [RESOURCES.joinpath(*parts)]
+        if len(parts) == 1:  # compared, as the name itself may look like a pattern
+            found = [each for each in sorted((RESOURCES / folder).rglob("*")) if each.name == parts[0]]
         for shipped in found:
             if shipped.is_file():
                 return shipped

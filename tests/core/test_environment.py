@@ -27,7 +27,7 @@ def test_a_name_alone_is_looked_for_in_the_folder_of_its_kind(tmp_path, monkeypa
         find_file(Path("camera.yaml"), "calibration", "servo")
 
 
-@pytest.mark.parametrize("name", ["no.ini", "../resources/servo/servo.ini", "/servo.ini"])
+@pytest.mark.parametrize("name", ["no.ini", "../resources/servo/servo.ini", "/servo.ini", "*.ini", "servo**"])
 def test_nothing_else_is_taken_for_one(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MissingFileError, match="there is no configuration"):
