@@ -43,6 +43,12 @@ _ACCESS = {
 }
 _READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
 
+READ_ERRORS = (genapi.GenericException, RuntimeError, ValueError, OverflowError)
+"""What C++ throws, what our port raised, and what Python raises for text that is no UTF-8 or a huge number.
+
+Each makes one node unusable, not the others.
+"""
+
 _REPRESENTATIONS = {
     genapi.ERepresentation.Linear: Representation.LINEAR,
     genapi.ERepresentation.Logarithmic: Representation.LOGARITHMIC,
@@ -135,8 +141,7 @@ class NodeFeature:
             if access.readable and self._read is not None:
                 known["value"] = self._standing(self._read, access)
             return Feature(**known)
-        # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
-        except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
+        except READ_ERRORS as error:
             return Feature(**{**known, "access": AccessMode.NOT_AVAILABLE, "problem": reason_of(error)})
 
     def value(self) -> FeatureValue | None:
@@ -145,7 +150,7 @@ class NodeFeature:
             if self._read is None or self._value.get_access_mode() not in _READABLE:
                 return None
             return self._read(self._value)
-        except (genapi.GenericException, RuntimeError, ValueError, OverflowError):
+        except READ_ERRORS:
             return None
 
     def _standing(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:

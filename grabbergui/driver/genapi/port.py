@@ -226,8 +226,8 @@ class ChunkReader:
             try:
                 if node_features.access_of(node) in (AccessMode.READ_ONLY, AccessMode.READ_WRITE):
                     values.append((name, node_features.READERS[kind](node)))
-            except (genapi.GenericException, RuntimeError):
-                continue  # one that leans on the camera's registers
+            except node_features.READ_ERRORS:
+                continue  # it depends on the camera's registers, or is no text
         return values
 
 

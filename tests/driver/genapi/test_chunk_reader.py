@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui import sources
+from grabbergui.core.features import Category, FeatureDescription, FeatureKind
 from grabbergui.driver import acquisition
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
+from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, ChunkReader, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE
 
@@ -44,6 +45,33 @@ def test_any_bytes_give_no_more_than_went_in(data, layout):
 def test_small_chunks_pass_as_they_are(chunks):
     payload = payload_of(*chunks)
     assert without_pictures(payload, GEV) == payload.tobytes()
+
+
+_TEXT_AND_NUMBER = b"""<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription ModelName="C" VendorName="V" StandardNameSpace="None" SchemaMajorVersion="1"
+ SchemaMinorVersion="1" SchemaSubMinorVersion="0" MajorVersion="1" MinorVersion="0" SubMinorVersion="0"
+ ProductGuid="11111111-2222-3333-4444-555555555555" VersionGuid="11111111-2222-3333-4444-555555555556"
+ xmlns="http://www.genicam.org/GenApi/Version_1_1">
+<Category Name="Root"><pFeature>ChunkDataControl</pFeature></Category>
+<Category Name="ChunkDataControl"><pFeature>ChunkText</pFeature><pFeature>ChunkNumber</pFeature></Category>
+<StringReg Name="ChunkText"><Address>0</Address><Length>4</Length><AccessMode>RO</AccessMode>
+ <pPort>TextPort</pPort></StringReg>
+<IntReg Name="ChunkNumber"><Address>0</Address><Length>4</Length><AccessMode>RO</AccessMode>
+ <pPort>NumberPort</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+<Port Name="Device"/>
+<Port Name="TextPort"><ChunkID>1001</ChunkID></Port><Port Name="NumberPort"><ChunkID>1002</ChunkID></Port>
+</RegisterDescription>"""
+
+
+def test_a_chunk_that_is_no_text_costs_only_itself():
+    descriptions = (
+        FeatureDescription(name="ChunkText", kind=FeatureKind.STRING, category=""),
+        FeatureDescription(name="ChunkNumber", kind=FeatureKind.INTEGER, category=""),
+    )
+    reader = ChunkReader(_TEXT_AND_NUMBER, Category("Root", members=descriptions), GEV)
+    number = (0x1002, (7).to_bytes(4, "big"))
+    assert reader.read(payload_of((0x1001, b"left"), number)) == {"ChunkText": "left", "ChunkNumber": 7}
+    assert reader.read(payload_of((0x1001, b"\xff\xfe\xfd\xfc"), number)) == {"ChunkNumber": 7}
 
 
 @pytest.fixture
