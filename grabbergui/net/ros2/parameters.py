@@ -56,6 +56,8 @@ class ParameterEvents:
 
     def _run(self) -> None:
         while (names := self._names.get()) is not None:
+            if not self._publisher.get_subscription_count():
+                continue  # the values would be read from the camera for nobody
             event = self._event(names)
             if event.changed_parameters or event.deleted_parameters:
                 event.stamp = self._node.get_clock().now().to_msg()

@@ -1,5 +1,7 @@
 """With real rclpy: our server seen by an independent node, our client, and somebody else's driver."""
 
+import queue
+import threading
 import time
 
 import numpy as np
@@ -12,6 +14,7 @@ pytest.importorskip("grabber_interfaces", reason="the interface package is not b
 pytestmark = pytest.mark.ros2
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
+from rcl_interfaces.msg import ParameterEvent  # noqa: E402
 from ros2_peers import until  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
@@ -48,6 +51,26 @@ def test_nothing_is_published_while_nobody_listens(server, camera):
         queue.get(PATIENCE)
 
     assert server.published == 0
+
+
+def test_changes_are_not_read_for_parameter_events_while_nobody_listens(server, probe, camera, monkeypatch):
+    read = queue.Queue()
+
+    def feature(name, of_camera=camera.feature):
+        if threading.current_thread().name == "ros2 parameter events":
+            read.put(name)
+        return of_camera(name)
+
+    def change():
+        camera.write_feature("ExposureTime", 4000 + time.monotonic() % 100)
+
+    monkeypatch.setattr(camera, "feature", feature)
+    change()
+    with pytest.raises(queue.Empty):
+        read.get(timeout=0.5)
+
+    probe.subscribe(ParameterEvent, "/parameter_events", 10)
+    until(lambda: change() or not read.empty())
 
 
 def test_an_incompatible_qos_request_is_logged(serve, probe, caplog):
