@@ -59,7 +59,7 @@ def serve(fps: float, board: bool) -> None:
         age = (camera.model.timestamp() - device_ns) * 1e-9
         return robot.camera_at(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
 
-    scene.mount(pose)
+    scene.mount(pose, closed_loop.DRAWN_AHEAD_S)
     server = NameServer("127.14.79.1", 0)
     server.open()
     ports = TeoPorts(robot, NameClient(server.contact))

@@ -42,6 +42,11 @@ WIDTH, HEIGHT = 608, 512
 OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
 OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0
+DRAWN_AHEAD_S = 0.012
+"""Seconds before its exposure ends at which an image is drawn, for where the robot will be by then.
+
+Drawing takes half of that, and would otherwise come on top of what a real camera takes to deliver an image.
+"""
 AT_BOARD = (-0.42, 0.1)
 "Pan and tilt, radians, at which TEO looks at the board that the person holds."
 ON_HAND = geometry.pose(geometry.rotation_from_vector((0.1, -0.2, 0.3)), (0.03, -0.05, 0.04))
@@ -126,7 +131,7 @@ def mounted_camera(
         age = (model.timestamp() - device_ns) * 1e-9
         return (camera_at or robot.camera_at)(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
 
-    scene.mount(pose)
+    scene.mount(pose, DRAWN_AHEAD_S)
     info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")
     return Camera(SimulatedDevice(info, model))
 

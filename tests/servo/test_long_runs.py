@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot
 
+from grabbergui.calibration import geometry
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -69,6 +70,20 @@ def test_an_hour_at_rest_is_passed_at_once_and_nothing_is_moved_by_it(monkeypatc
     assert np.allclose(after.arm, before.arm, atol=1e-6)
     assert len(steps) < 300
     assert np.allclose(robot.camera_at(1800.0), robot.camera_at(now[0]), atol=1e-6)
+
+
+def test_where_the_camera_will_be_is_foretold_while_no_command_changes_it():
+    now = [0.0]
+    robot = SimRobot(teo.MODEL, lambda: now[0])
+    robot.COMMAND_TIMEOUT = 10.0
+    robot.move_head(np.array([0.5, -0.1]))
+    now[0] = 0.5
+    foretold = robot.camera_at(0.515)
+    at_rest = robot.camera_at(0.5)
+    now[0] = 0.515
+    there = robot.camera_at(0.515)
+    assert geometry.angle_between(at_rest, there) > 0.005
+    assert geometry.angle_between(foretold, there) < 1e-4
 
 
 def test_a_motion_does_not_depend_on_how_often_it_is_sampled():

@@ -40,7 +40,7 @@ from grabbergui.driver.sim.timing import DeviceClock, Sequencer, Thermometer, Ti
 
 @dataclass(frozen=True)
 class FramePlan:
-    """A frame that has been exposed and waits to be rendered."""
+    """A frame that has been exposed, or soon will be, and waits to be rendered."""
 
     frame_id: int
     "Counts from 1 in each acquisition."
@@ -147,35 +147,50 @@ class CameraModel:
 
     # -- the stream's side -----------------------------------------------------------------------
     def next_frame(self, timeout: float) -> FramePlan | None:
-        """Wait until an exposure ends; None after `timeout` seconds without one."""
+        """Wait until an exposure ends, or its image is to be drawn; None after `timeout` seconds without."""
         deadline = self._clock() + int(timeout * 1e9)
+        ahead = int(self.sensor.scene.ahead * 1e9)
         with self._changed:
             while True:
                 now = self._clock()
                 exposure = int(self.memory.number(reg.EXPOSURE_TIME) * 1000)
                 due = self._sequencer.due(self._timing())
-                if due is not None and due + exposure <= now:
+                if due is not None and due + exposure - ahead <= now:
                     plan = self._take(now - exposure)
                     break
                 if now >= deadline:
                     return None
-                wake = deadline if due is None else min(deadline, due + exposure)
+                wake = deadline if due is None else min(deadline, due + exposure - ahead)
                 self._changed.wait((wake - now) * 1e-9)
-        self._send_events()
+        if not ahead:
+            self._send_events()
         return plan
 
     def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
-        """Write a frame's payload into `out`, let the automatic modes see it; returns its length."""
+        """Write a frame's payload into `out`, let the automatic modes see it; returns its length.
+
+        Not before the end of its exposure, even where the image was drawn ahead.
+        """
         settings = plan.settings
         begin = first_piece(settings, tuple(plan.chunk_values))
         image = out[begin:] if settings.payload_type is not PayloadType.CHUNK else self._scratch(settings)
         values = self.sensor.render(settings, plan.frame_id, plan.timestamp_ns, image)
         with self._changed:
             regulate(self.memory, settings, values)
+            self._await_end(plan)
+        self._send_events()
         little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
         return complete(
             settings, plan.frame_id, values, plan.chunk_values, out, self._video, little_endian=little
         )
+
+    def _await_end(self, plan: FramePlan) -> None:
+        """Wait for the end of an exposure. With the lock, which is free meanwhile."""
+        end = self._device_clock.to_monotonic(plan.timestamp_ns) + int(plan.settings.exposure_us * 1000)
+        # No longer than it was early, if the device's clock was set meanwhile.
+        end = min(end, self._clock() + int(self.sensor.scene.ahead * 1e9))
+        while (left := end - self._clock()) > 0 and self.streaming:
+            self._changed.wait(left * 1e-9)
 
     def _scratch(self, settings: FrameSettings) -> NDArray[np.uint8]:
         """Return room for an image that is not sent: the automatic modes need it."""

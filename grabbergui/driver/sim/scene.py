@@ -42,6 +42,12 @@ class SceneView:
 class Scene(ABC):
     """Something to look at. Used from one thread, the one that renders."""
 
+    ahead = 0.0
+    """Seconds before an exposure's end at which its image may be drawn, if what it shows can be foretold.
+
+    A sensor has its image when the exposure ends; one that is only drawn then comes late by the drawing.
+    """
+
     @abstractmethod
     def view(self, time_ns: int) -> SceneView:
         """Return the view at a time on the device's clock; at least a sensor's size from (x, y) on."""

@@ -22,6 +22,10 @@ from grabbergui.servo.tracking import JointHistory
 
 STEP = 0.01
 "Seconds of one step of integration."
+RESOLUTION = 0.002
+"Seconds within which it counts as being where it was: several readings of one moment are one step."
+FORESEEN_S = 0.02
+"Seconds ahead for which it is said where the camera will be, if no command changes that."
 SETTLED = 1.0
 "Seconds that nobody asked for it after which a robot at rest is not integrated through them."
 RESPONSE = 0.03
@@ -57,6 +61,8 @@ class SimRobot(Robot):
         "Of its motion, or on the way to its target the highest."
         self._twist = np.zeros(6)
         self._head_until = self._arm_until = -math.inf
+        self._state: RobotState | None = None
+        "Of `_time`, once it was asked for."
         self._history = JointHistory(400)
         self._history.add(self._time, self._head.angles)
 
@@ -73,12 +79,10 @@ class SimRobot(Robot):
         """Always of this moment."""
         with self._lock:
             self._advance()
-            return RobotState(
-                self._time,
-                self._head.angles.copy(),
-                self.model.arm.forward(self._arm.angles),
-                self._arm.angles.copy(),
-            )
+            if self._state is None:
+                hand = self.model.arm.forward(self._arm.angles)
+                self._state = RobotState(self._time, self._head.angles, hand, self._arm.angles)
+            return self._state
 
     @override
     def move_head(self, velocity: Vector) -> None:
@@ -135,11 +139,14 @@ class SimRobot(Robot):
         return True
 
     def camera_at(self, moment: float) -> Pose:
-        """Where in the room the camera was at a moment on the robot's clock, or is if that is to come."""
+        """Where in the room the camera was at a moment on the robot's clock, or soon will be."""
         with self._lock:
             self._advance()
-            angles = self._history.at(min(moment, self._time))
-            return self.model.stands @ self.model.camera_pose(self._head.angles if angles is None else angles)
+            angles = self._history.at(moment) if moment <= self._time else None
+            if angles is None:
+                ahead = min(max(moment - self._time, 0.0), FORESEEN_S)
+                angles = self.model.head.clamped(self._head.angles + self._head.velocity * ahead)
+            return self.model.stands @ self.model.camera_pose(angles)
 
     @property
     def speed(self) -> float:
@@ -151,6 +158,9 @@ class SimRobot(Robot):
     def _advance(self) -> None:
         with self._lock:
             now = self._clock()
+            if now - self._time < RESOLUTION - 1e-9:
+                return
+            self._state = None
             while self._time < now - 1e-9:
                 if now - self._time > SETTLED and self._rests():
                     self._time = now - STEP  # nothing happened meanwhile, however long nobody asked

@@ -1,13 +1,16 @@
 """What the registers do, without any transport."""
 
+import threading
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.registers import Auto, Event
+from patience import PATIENCE, until
 
 SMALL = {reg.WIDTH: 128, reg.HEIGHT: 128, reg.OFFSET_X: 900, reg.OFFSET_Y: 900}
 CHART = {reg.WIDTH: 1224, reg.HEIGHT: 1024}
@@ -130,6 +133,25 @@ def test_a_frame_is_ready_only_when_its_exposure_is_over(bench):
     assert bench.model.next_frame(0) is None
     bench.clock.advance(0.0011)
     assert bench.model.next_frame(0).timestamp_ns == 0
+
+
+def test_a_scene_that_can_be_foretold_is_drawn_ahead_and_its_frame_leaves_when_the_exposure_is_over(bench):
+    bench.model.sensor.scene.ahead = 0.004
+    bench.start()
+    bench.clock.advance(0.0059)
+    assert bench.model.next_frame(0) is None
+    bench.clock.advance(0.0002)
+    plan = bench.model.next_frame(0)
+    assert plan.timestamp_ns == 0
+    out = np.zeros(plan.payload_bytes, np.uint8)
+    drawing = threading.Thread(target=bench.model.render, args=(plan, out))
+    drawing.start()
+    until(out.any)
+    drawing.join(0.1)
+    assert drawing.is_alive()
+    bench.clock.advance(0.0040)
+    drawing.join(PATIENCE)
+    assert not drawing.is_alive()
 
 
 def test_single_and_multi_frame_end_by_themselves(make_bench):

@@ -129,10 +129,13 @@ class RenderedScene(Scene):
         self._seen: tuple[tuple[bytes, bytes, tuple[int, ...]], NDArray[np.uint16]] | None = None
         "The empty room as it was seen last, and from where."
 
-    def mount(self, camera_pose: Callable[[int], Matrix]) -> None:
-        """Put the camera on something: device time in ns → pose (z forward, x right, y down)."""
+    def mount(self, camera_pose: Callable[[int], Matrix], ahead: float = 0.0) -> None:
+        """Put the camera on something: device time in ns → pose (z forward, x right, y down).
+
+        `ahead` is how many seconds before an exposure's end its pose may be asked for.
+        """
         with self._lock:
-            self._camera = camera_pose
+            self._camera, self.ahead = camera_pose, ahead
 
     def view(self, time_ns: int) -> SceneView:
         """Return the whole sensor's picture."""
