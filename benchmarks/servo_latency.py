@@ -48,11 +48,11 @@ as they have their own computers; TEO's camera is a GigE Vision device (Mono8), 
 and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins in the true
 middle of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms), by the
 simulated camera's own clock, and ends when the command was given to the robot's connection. The rest of the
-exposure and transport are in it: *image here* is how much passes until the loop has the image. Drawing is not, as
-a sensor has its image when the exposure ends: it is drawn from {1e3 * closed_loop.DRAWN_AHEAD_S:g} ms before that,
-for where the robot will be by then. But its processor time is taken from the same two cores. *face*: no marker is there, and the head follows a face;
-*marker, face*: faces are searched although a marker is seen, which the program never does. Busy programs
-compute without a pause beside it."""
+exposure and transport are in it: *image here* is how much passes until the loop has the image. Drawing is
+not, as a sensor has its image when the exposure ends: it begins {1e3 * closed_loop.DRAWN_AHEAD_S:g} ms
+before that, for where the robot will be by then. But its processor time is taken from the same two cores.
+*face*: no marker is there, and the head follows a face; *marker, face*: faces are searched although a
+marker is seen, which the program never does. Busy programs compute without a pause beside it."""
 
 
 @dataclass(frozen=True)
