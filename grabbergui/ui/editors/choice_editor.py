@@ -56,7 +56,7 @@ class _Combo(ElidedComboBox):
         line.editingFinished.connect(self._show_chosen)
 
     def _take_only_match(self) -> None:
-        """Choose the only entry whose name contains the typed text, if there is just one."""
+        """Choose the entry whose name contains the typed text, if there is only one."""
         typed, model = self.currentText().casefold(), self.model()
         texts = [self.itemText(index).casefold() for index in range(self.count())]
         found = [index for index, text in enumerate(texts) if typed and typed in text]

@@ -31,7 +31,7 @@ from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow
 from grabbergui.ui.windows import load_form
 
 HEADROOM = 1.1
-"Share of the plot's height left above the highest count between its ends."
+"Height of the plot, as a multiple of the highest count between its ends."
 
 
 class HistogramPanel(QWidget):

@@ -29,7 +29,7 @@ NOTE_MARGIN = 16
 
 
 class PictureView(QWidget):
-    """Setters for what to show; signals for the part of it that is viewed, and for the cursor."""
+    """Setters for the picture and its readout; signals for the visible part and the cursor."""
 
     viewChanged = pyqtSignal(object, object)
     """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
@@ -68,12 +68,12 @@ class PictureView(QWidget):
         """Work in progress, over the lower edge of the picture, which does not move."""
         self.tasks.changed.connect(self._place_tasks)
         self.ageLabel = QLabel(self)
-        """How old the picture is, where it is the last of a source that is lost."""
+        """The age of the last picture of a lost source."""
         self.ageLabel.setProperty("age", True)
         self.ageLabel.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.ageLabel.hide()
         self.scaleBar = ScaleBar(self)
-        """What the colours mean, over the right edge of the picture."""
+        """The scale of false colours, over the right edge of the picture."""
         self.componentTabs.setDrawBase(False)
         self.componentTabs.setExpanding(False)
         self.componentTabs.currentChanged.connect(self._on_tab_changed)
@@ -82,7 +82,7 @@ class PictureView(QWidget):
         self.paneArea.canvasPlaced.connect(self._place_scale)
         self.paneArea.paneChosen.connect(self._on_pane_chosen)
         self.drawing = DrawingTool(self.canvas)
-        """Takes strokes of the mouse over the picture."""
+        """Draws regions and lines with the mouse."""
         self.drawing.ended.connect(self.hintLabel.clear)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.canvas.cursorMoved.connect(self.cursorMoved)
@@ -114,7 +114,7 @@ class PictureView(QWidget):
             self._asked = ""
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show what the colours mean, or nothing where they show light."""
+        """Show the scale of false colours; None for a picture of light."""
         if self.scaleBar.setScale(scale):
             self._place_scale()
 
@@ -128,7 +128,7 @@ class PictureView(QWidget):
         return self.canvas.empty
 
     def setAge(self, seconds: float | None) -> None:
-        """Dim a picture that nothing follows, and say how old it is; with None, show it as it is."""
+        """Dim a picture that nothing follows, and show its age; with None, show it as it is."""
         stale = seconds is not None and not self.empty
         self.canvas.setDimmed(stale)
         self.paneArea.setDimmed(stale)
@@ -158,7 +158,7 @@ class PictureView(QWidget):
             self.paneArea.setValueTexts(beside)
 
     def draw(self, purpose: Purpose) -> None:
-        """Take the next stroke of the mouse for this, and say so."""
+        """Use the next drag of the mouse for this purpose, and show a hint."""
         self.hintLabel.setText(self._hint(purpose))
         self.drawing.begin(purpose)
 
@@ -172,7 +172,7 @@ class PictureView(QWidget):
         }.get(purpose, purpose.value)
 
     def setClippingText(self, text: str) -> None:
-        """How much of the frame is saturated and black."""
+        """Show how much of the frame is saturated and black."""
         self.clippingLabel.setText(text)
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
@@ -235,7 +235,7 @@ _TEXT = QColor(220, 220, 220)
 
 
 class PointCloudView(QWidget):
-    """Paints an image as large as itself; signals for what the mouse does."""
+    """Paints an image as large as itself; signals for the actions of the mouse."""
 
     turned = pyqtSignal(float, float)
     """Degrees to the right and up."""
@@ -269,22 +269,22 @@ class PointCloudView(QWidget):
         return self._text
 
     def sizeHint(self) -> QSize:
-        """Large enough to see something."""
+        """Return a size in which points can be seen."""
         return QSize(640, 480)
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Begin to turn."""
+        """Remember where the drag begins."""
         if event is not None:
             self._last = event.pos()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Turn with the mouse."""
+        """Turn the cloud with the mouse."""
         if event is not None and event.buttons() & Qt.MouseButton.LeftButton:
             moved, self._last = event.pos() - self._last, event.pos()
             self.turned.emit(moved.x() * _DEGREES_PER_PIXEL, -moved.y() * _DEGREES_PER_PIXEL)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Zoom."""
+        """Zoom with the wheel."""
         if event is not None and event.angleDelta().y():
             self.zoomed.emit(_WHEEL_STEP ** (event.angleDelta().y() / 120))
 
@@ -307,7 +307,7 @@ class PointCloudView(QWidget):
 
 
 class PointCloudDialog(QDialog):
-    """Holds the view; stays open beside the window."""
+    """The window of the point cloud; stays open beside the main window."""
 
     hidden = pyqtSignal()
 

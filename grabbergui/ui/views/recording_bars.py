@@ -35,15 +35,15 @@ _OFFERED = (
     RecordingKind.PNG,
     RecordingKind.TIFF,
 )
-"""In the order of the form's `kindBox`: the first is the usual one."""
+"""In the order of the form's `kindBox`; the first is the default."""
 
 
 @dataclass(frozen=True)
 class _Limit:
-    """One way for a recording to end, as it is typed."""
+    """One way for a recording to end, as the user enters it."""
 
     field: str
-    "Of RecordingLimits."
+    "Name of the field of RecordingLimits."
     unit: str
     usual: float
     "The initial value."
@@ -60,9 +60,9 @@ _LIMITS = (
 )
 """In the order of the form's `limitBox`."""
 NARROW, VERY_NARROW = 480, 340
-"Pixels below which *Play* is an icon, the folder is in the menu alone, and the progress takes no room."
+"Width below which *Play* is an icon, the folder is only in the menu, and the progress is hidden."
 _LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
-"Pixels of the box that says when a recording ends, in a narrow bar and in a wide one."
+"Width of the box for the end of a recording, in a narrow and in a wide bar."
 _ICON_ROOM = 20
 "Pixels beside the icon of a button without text."
 
@@ -96,7 +96,7 @@ class RecordingBar(QWidget):
         self.playButton.clicked.connect(self.playRequested)
 
     def minimumSizeHint(self) -> QSize:
-        """That of the narrow bar, so that the window can become as narrow."""
+        """Return that of the narrow bar, so that the window can become as narrow."""
         width, layout = super().minimumSizeHint().width(), self.layout()
         spacing = layout.spacing() if layout is not None else 0
         for widget in self._spared():
@@ -114,11 +114,11 @@ class RecordingBar(QWidget):
         self._arrange()
 
     def setAvailable(self, available: bool) -> None:
-        """Whether there is a source to record."""
+        """Show whether there is a source to record."""
         self.recordButton.setEnabled(available)
 
     def setRecording(self, recording: bool) -> None:
-        """Whether a recording runs."""
+        """Show whether a recording runs."""
         self.recordButton.setChecked(recording)
         self.recordButton.setText(self.tr("Stop recording") if recording else self.tr("Record"))
         # A running recording cannot be changed, and its progress needs the space.
@@ -140,13 +140,13 @@ class RecordingBar(QWidget):
             parts.append(self.tr("first image of {0}").format(progress.left_out + 1))
         if progress.free and not progress.ended:
             parts.append(self.tr("{0} free").format(_bytes(progress.free)))
-        # A figure that is cut off is another figure: where there is no room, there are fewer, or none.
+        # A truncated figure reads as another one: with little room there are fewer figures, or none.
         fewer = (" · ".join(parts[:count]) for count in range(len(parts) - 1, 0, -1))
         self.progressLabel.setTexts(" · ".join(parts), *fewer, "")
 
     @property
     def limits(self) -> RecordingLimits:
-        """Where a recording is to end by itself."""
+        """Return the limits at which a recording ends by itself."""
         limit, amount = _LIMITS[self.limitBox.currentIndex()], self.amountBox.value()
         if limit is None:
             return RecordingLimits()
@@ -155,7 +155,7 @@ class RecordingBar(QWidget):
         return RecordingLimits(**{limit.field: round(amount * limit.scale)})
 
     def setPlayable(self, name: str) -> None:
-        """A recording is finished; its name."""
+        """Show the name of a finished recording."""
         self.playButton.setVisible(True)
         self._arrange()
         self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
@@ -186,7 +186,7 @@ class RecordingBar(QWidget):
         self.playButton.setText("" if narrow else self.tr("Play"))
 
     def _spared(self) -> tuple[QWidget, ...]:
-        """The parts that a narrow bar hides."""
+        """Show or hide the parts that a narrow bar hides."""
         recording = self.recordButton.isChecked()
         return (self.folderButton,) if recording else (self.folderButton, self.progressLabel)
 
@@ -224,7 +224,7 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
 class PlaybackBar(QWidget):
-    """Setters in, signals out; hidden while the source is no recording."""
+    """Controls of a recording that is played; hidden while the source is no recording."""
 
     playRequested = pyqtSignal(bool)
     stepRequested = pyqtSignal(int)
@@ -278,7 +278,7 @@ class PlaybackBar(QWidget):
 
     def _show_speed(self, speed: float) -> None:
         index = self.speedBox.findData(speed)
-        if index < 0:  # set elsewhere, e.g. in the panel of features
+        if index < 0:  # set elsewhere, e.g. in the feature panel
             self.speedBox.addItem(_times(speed), speed)
             index = self.speedBox.count() - 1
         self.speedBox.setCurrentIndex(index)
@@ -294,10 +294,10 @@ def _clock(seconds: float) -> str:
 
 
 class PauseBar(QWidget):
-    """Hidden while the picture is live."""
+    """Steps through the last frames; hidden while the picture is live."""
 
     frameChosen = pyqtSignal(int)
-    """Which of the frames kept is to be shown; 0 is the oldest."""
+    """Index of the frame to show; 0 is the oldest."""
     liveRequested = pyqtSignal()
 
     placeLabel: QLabel
@@ -312,7 +312,7 @@ class PauseBar(QWidget):
         self.hide()
 
     def setPlace(self, index: int, count: int, age: float) -> None:
-        """Show which of `count` frames is seen, `age` seconds older than the newest of them."""
+        """Show that frame `index` of `count` is shown, `age` seconds older than the newest."""
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(0, count - 1))
             self.slider.setValue(index)

@@ -37,18 +37,18 @@ from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.windows import load_form
 
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
-"From one to the next when all goes well."
+"The states of a run without incidents, in order."
 
 
 _APART = (State.FOLLOWING, State.STUCK, State.LOST, State.STOPPED)
-"From anywhere."
+"States that any other may lead to."
 
 
 _GAP, _ARROW, _PADDING = 6.0, 16.0, 11.0
 
 
 class StateStrip(QWidget):
-    """One setter."""
+    """Names all states in a row, and lights the current one."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -61,22 +61,22 @@ class StateStrip(QWidget):
         return self._state
 
     def setState(self, state: State) -> None:
-        """Light one."""
+        """Light a state."""
         if state is not self._state:
             self._state = state
             self.setAccessibleName(state_text(state))
             self.update()
 
     def sizeHint(self) -> QSize:
-        """All of them in a row."""
+        """Return room for all states in a row."""
         return QSize(round(self._places()[-1][1].right()) + 2, self.fontMetrics().height() + 12)
 
     def minimumSizeHint(self) -> QSize:
-        """None is ever left out."""
+        """Return room for all states: none is left out."""
         return self.sizeHint()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Draw them."""
+        """Draw the states."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         line = self.palette().color(QPalette.ColorRole.Mid)
@@ -98,7 +98,7 @@ class StateStrip(QWidget):
         painter.end()
 
     def _name(self, state: State) -> str:
-        """Short enough for a row of seven."""
+        """Return a short name, of which nine fit in a row."""
         return self.tr("waiting") if state is State.WAITING else state_text(state)
 
     def _places(self) -> list[tuple[State, QRectF]]:
@@ -122,7 +122,7 @@ class StateStrip(QWidget):
 
 
 class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
-    """Setters only; neither zoomed nor moved by the mouse. Gaps where a value is not finite."""
+    """Curves over time, with gaps where a value is not finite. The mouse neither zooms nor moves them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, background=None)
@@ -154,17 +154,17 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
         self._dress()
 
     def setCurves(self, times: NDArray[Any], values: NDArray[Any]) -> None:
-        """Times (n,) in seconds before now, values (n, curves)."""
+        """Show times (n,) in seconds before now and values (n, curves)."""
         for line, column in zip(self._lines, values.T, strict=True):
             line.setData(times, column)
 
     def values(self, curve: int = 0) -> NDArray[Any] | None:
-        """The shown samples of a curve."""
+        """Return the shown samples of a curve."""
         values: NDArray[Any] | None = self._lines[curve].yData
         return values
 
     def changeEvent(self, event: QEvent) -> None:
-        """Follow the window from light to dark."""
+        """Adopt the colours of another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and getattr(self, "_lines", None):
             self._dress()
@@ -232,7 +232,7 @@ class ServoWindow(QWidget):
         load_form("servo", self)
         self.sides.setSizes([760, 600])
         self.drawing = DrawingItem()
-        """The overlay of the picture."""
+        """The detections drawn over the picture."""
         self.canvas.addOverlay(self.drawing)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.distancePlot.setUp(self.tr("Hand to goal, mm"), (), CURVE_SECONDS, 10)
@@ -256,12 +256,12 @@ class ServoWindow(QWidget):
             WheelGuard(box)
             box.setKeyboardTracking(False)
             box.valueChanged.connect(self._on_box_value_changed)
-        # Whatever has the focus, a button or a number being typed.
+        # These keys stop whatever has the focus, a button or a number being typed.
         StopKeys(self, STOP_KEYS).pressed.connect(self.stopPressed)
 
     # -- setters ---------------------------------------------------------------------------------
     def setPicture(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
-        """Show a picture of that size and what lies over it."""
+        """Show a picture of that size, and the drawing over it."""
         self.canvas.setPicture(image, width, height)
         self.drawing.setDrawing(drawing, width, height)
 
@@ -270,7 +270,7 @@ class ServoWindow(QWidget):
         self.robotView.setPosture(posture)
 
     def setState(self, state: State, reason: str) -> None:
-        """Tell the state and why."""
+        """Show the state and its reason."""
         self.states.setState(state)
         self.reasonLabel.setText(reason)
         self.startButton.setEnabled(state is State.STOPPED)

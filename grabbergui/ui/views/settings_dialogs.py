@@ -29,7 +29,7 @@ from grabbergui.ui.windows import fit_screen, load_form
 NAME_WIDTH = 160
 "Pixels of a file's name on a button; the tooltip has the whole name."
 _TICK_WIDTH = 24
-"Pixels of the ticks, which a style sheet makes larger than a column fitted to its contents has room for."
+"Width of the check boxes, which the style sheet makes larger than Qt expects."
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 
 
@@ -58,7 +58,7 @@ class SettingsReport(QDialog):
         self.rollBackButton.clicked.connect(self._on_roll_back_clicked)
 
     def setReport(self, title: str, report: LoadReport) -> None:
-        """Show a report; of a dry run, what would be written, with a button to do so."""
+        """Show a report; of a dry run, the values that would be written, with a button to do so."""
         self.setWindowTitle(title)
         self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
         self.headline.setToolTip(report.problem)
@@ -119,7 +119,7 @@ class SettingsReport(QDialog):
 
 
 class SettingsDifference(QDialog):
-    """Lists differences; offers to set the camera as one or the other set says, where that is ticked."""
+    """Lists differences; offers to write the ticked values of either set."""
 
     firstRequested = pyqtSignal(list)
     """The settings (list[SettingKey]) that the camera is to have as in the first set."""
@@ -142,7 +142,7 @@ class SettingsDifference(QDialog):
     def setDifferences(
         self, names: tuple[str, str], differences: Sequence[Difference], applicable: bool
     ) -> None:
-        """Show what the sets of these names differ in; `applicable` where there is a camera to set."""
+        """Show the differences of two named sets; `applicable` if there is a camera to write them to."""
         first, second = names
         self.headline.setText(
             counted(
@@ -207,7 +207,7 @@ class UserSetsDialog(QDialog):
         self.loadButton.clicked.connect(lambda: self._emit_for_chosen(self.loadRequested))
         self.saveButton.clicked.connect(self._ask_save)
         self.question: QMessageBox | None = None
-        """Whether to overwrite a set, while it is asked."""
+        """The question whether to overwrite a set, while it is open."""
         self.startButton.clicked.connect(lambda: self._emit_for_chosen(self.startRequested))
         self.closeButton.clicked.connect(self.reject)
         self._enable()
@@ -219,7 +219,7 @@ class UserSetsDialog(QDialog):
         return item.data(_SET_ROLE) if item is not None else None
 
     def setSets(self, sets: Sequence[UserSet]) -> None:
-        """Show these; the one that was selected stays selected."""
+        """Show these sets, and keep the selection."""
         before = self.chosen
         self.setList.clear()
         for user_set in sets:
@@ -262,14 +262,14 @@ class UserSetsDialog(QDialog):
 
 
 def _make_checkable(row: QTreeWidgetItem, key: SettingKey) -> None:
-    """Let a row be ticked; it is at first."""
+    """Give a row a check box, ticked at first."""
     row.setFlags(row.flags() | Qt.ItemFlag.ItemIsUserCheckable)
     row.setCheckState(0, Qt.CheckState.Checked)
     row.setData(0, _KEY_ROLE, key)
 
 
 def _checked_keys(table: QTreeWidget) -> list[SettingKey]:
-    """The settings of the rows that are ticked."""
+    """Return the settings of the ticked rows."""
     rows = (table.topLevelItem(index) for index in range(table.topLevelItemCount()))
     return [
         row.data(0, _KEY_ROLE)

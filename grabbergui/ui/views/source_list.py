@@ -43,7 +43,7 @@ PADDING = 9
 LINE_GAP = 2
 RADIUS = 6
 _SIDES = 2 * PADDING + 5
-"Pixels of a line's width that text does not have."
+"Pixels of a line's width that are not for text."
 
 
 class SourceDelegate(QStyledItemDelegate):
@@ -54,7 +54,7 @@ class SourceDelegate(QStyledItemDelegate):
     """
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
-        """As high as its lines."""
+        """Return the height of its lines."""
         title, small = _fonts(option.font)
         source: ListedSource = index.data(SOURCE_ROLE)
         view = option.widget
@@ -112,7 +112,7 @@ class SourceDelegate(QStyledItemDelegate):
 
 
 def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:
-    """How high a text is in lines of that width."""
+    """Return the height of a text in lines of that width."""
     return metrics.boundingRect(QRect(0, 0, width, 1000), Qt.TextFlag.TextWordWrap, text).height()
 
 
@@ -194,7 +194,7 @@ class SourceListView(QWidget):
         return items[0].data(SOURCE_ROLE).info.uri if items else ""
 
     def setSources(self, sources: Sequence[ListedSource]) -> None:
-        """Show these sources; the selection stays."""
+        """Show these sources, and keep the selection."""
         selected = self._current if self._select_current or not self.selected else self.selected
         self._select_current &= all(source.info.uri != self._current for source in sources)
         blocked = self.sourceList.blockSignals(True)
@@ -232,7 +232,7 @@ class SourceListView(QWidget):
         self._recent.setStringList(list(uris))
 
     def setSearching(self, searching: bool) -> None:
-        """Whether a search is in progress."""
+        """Show whether a search is in progress."""
         self.refreshButton.setEnabled(not searching)
 
     def focusAddress(self) -> None:
@@ -241,7 +241,7 @@ class SourceListView(QWidget):
         self.addressEdit.selectAll()
 
     def requestConnect(self) -> None:
-        """As if the connect button were pressed while nothing is open."""
+        """Open the typed or chosen source, as the connect button does."""
         address = self.addressEdit.text().strip()
         if address:
             self.addressEntered.emit(address)
@@ -266,7 +266,7 @@ class SourceListView(QWidget):
             self.focusAddress()
 
     def changeEvent(self, event: QEvent | None) -> None:
-        """Redraw the button's icon in the colours of another look."""
+        """Redraw the button's icon in the colours of another theme."""
         super().changeEvent(event)
         if event is not None and event.type() == QEvent.Type.PaletteChange and hasattr(self, "connectButton"):
             self._update_button()

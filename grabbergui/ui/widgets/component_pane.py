@@ -38,7 +38,7 @@ class ScaleBar(QWidget):
         return self._scale
 
     def setScale(self, scale: ColourScale | None) -> bool:
-        """Show a scale, or none. Return whether it is another than before."""
+        """Show a scale, or none; return whether it changed."""
         if scale == self._scale:
             return False
         self._scale = scale
@@ -51,7 +51,7 @@ class ScaleBar(QWidget):
         return True
 
     def sizeHint(self) -> QSize:
-        """As wide as the longest text."""
+        """Return room for the longest text."""
         metrics, scale = self.fontMetrics(), self._scale
         texts = [self._no_data()]
         if scale is not None:
@@ -106,7 +106,7 @@ _CROSS = 7
 
 
 class CursorMark(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
-    """A small cross where the cursor is in another picture of the same frame; hidden at first."""
+    """A small cross at the cursor's place in another picture of the same frame; hidden at first."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -144,13 +144,13 @@ class PaneCaption(QWidget):
         return "\n".join(self._lines)
 
     def setParts(self, name: str, value: str, scale: str) -> None:
-        """Show these; nothing without a name."""
+        """Show name, value and scale; nothing without a name."""
         if (name, value, scale) != self._parts:
             self._parts = (name, value, scale)
             self.arrange()
 
     def arrange(self) -> None:
-        """Use the width of the picture, in one line or several."""
+        """Fit the text into the width of the picture, in one line or several."""
         self.ensurePolished()  # the style sheet may set another font
         name, value, scale = self._parts
         room = self._room()
@@ -247,7 +247,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._caption()
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show what the colours mean, or nothing where they show light."""
+        """Show the scale of false colours; None for a picture of light."""
         if self.scaleBar.setScale(scale):
             self._caption()
 
@@ -262,7 +262,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def setSeen(self, part: QRectF) -> None:
-        """Show that part of the picture."""
+        """Show this part of the picture."""
         width, height = self._item.frame_size
         seen = QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height)
         if width and height and seen != self._box.viewRect():
@@ -298,7 +298,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
                 self.chosen.emit()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Fit all, or 1:1."""
+        """Toggle between fitted and 1:1."""
         super().mouseDoubleClickEvent(event)
         self.fitToggled.emit()
 
@@ -313,7 +313,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self.cursorLeft.emit()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """The cursor is on no pixel any more."""
+        """Report that the cursor is on no pixel."""
         super().leaveEvent(event)
         self.cursorLeft.emit()
 

@@ -26,11 +26,11 @@ class DrawingItem(PictureOverlay):
 
     @property
     def drawing(self) -> Drawing:
-        """What is shown."""
+        """The drawing shown."""
         return self._drawing
 
     def setDrawing(self, drawing: Drawing, width: int, height: int) -> None:
-        """Show it over a picture of that size."""
+        """Show a drawing over a picture of that size."""
         self._drawing = drawing
         self.cover(width, height)
 
@@ -55,7 +55,7 @@ class DrawingItem(PictureOverlay):
         self._words(painter)
 
     def _words(self, painter: QPainter) -> None:
-        """At the size of the window's text, whatever the zoom."""
+        """Write the labels in the size of the window's text, at any zoom."""
         to_screen = painter.transform()
         painter.resetTransform()
         font = painter.font()
@@ -72,12 +72,12 @@ class DrawingItem(PictureOverlay):
 
 
 ENOUGH = 12
-"Corners in a cell with which it has its full colour."
+"Corners with which a cell has its full colour."
 _GREEN = QColor(60, 200, 90)
 
 
 class CoverageItem(PictureOverlay):
-    """Cells grow greener the more corners were seen in them; those without any are outlined."""
+    """Fills cells with a green that grows with their corners; outlines those without any."""
 
     def __init__(self) -> None:
         super().__init__(5)
@@ -108,13 +108,13 @@ class CoverageItem(PictureOverlay):
 
 _CELL, _GAP = 46.0, 8.0
 _SKEW = 0.22
-"By how much the nearer edge of a tilted board is drawn longer."
+"Share by which the nearer edge of a tilted board is drawn longer."
 _SIZES = (0.42, 0.68, 1.0)
-"How large a board is drawn that is far, between, near."
+"Sizes of a far, a middle and a near board."
 
 
 class CoverageView(QWidget):
-    """One setter. Nine little boards, tilted every way, and three of different sizes; green once seen."""
+    """Nine small boards, tilted every way, and three of different sizes; green once seen."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -132,11 +132,11 @@ class CoverageView(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Three by three, and one more column."""
+        """Return room for three by three boards and one more column."""
         return QSize(round(4 * (_CELL + _GAP) + 3 * _GAP + 100), round(3 * (_CELL + _GAP) + 22))
 
     def minimumSizeHint(self) -> QSize:
-        """All of it."""
+        """Return room for all boards."""
         return self.sizeHint()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
@@ -166,7 +166,7 @@ class CoverageView(QWidget):
     def _board(
         self, painter: QPainter, place: QRectF, slant_x: float, slant_y: float, size: float, seen: int
     ) -> None:
-        """A board whose right (lower) edge is nearer where its slant is positive."""
+        """Return a board; with a positive slant its right (lower) edge is nearer."""
         half_x, half_y, middle = (
             place.width() / 2 * size * 0.92,
             place.height() / 2 * size * 0.7,

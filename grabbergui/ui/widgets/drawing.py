@@ -22,10 +22,10 @@ GRID_PARTS = 6
 
 
 class Mark(Enum):
-    """The marks of the user, and their colours."""
+    """The user's marks, and their colours."""
 
     DRAFT = "#ffffff"
-    "Being drawn."
+    "The shape that is being drawn."
     FOCUS = "#30d158"
     PROFILE = "#ffb224"
 
@@ -34,7 +34,7 @@ _SHADE = QColor(0, 0, 0, 120)
 
 
 def size_text(chosen: QRectF) -> str:
-    """Width and height of every pixel that a box touches."""
+    """Return width and height of the pixels that a box touches."""
     width = math.ceil(chosen.right()) - math.floor(chosen.left())
     height = math.ceil(chosen.bottom()) - math.floor(chosen.top())
     return f"{width} × {height}"
@@ -52,23 +52,23 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
         self._shapes: dict[Mark, QRectF | QLineF] = {}
 
     def setSize(self, width: int, height: int) -> None:
-        """The size of the picture as it is seen."""
+        """Set the size of the picture as it is displayed."""
         if (width, height) != self._size:
             self.prepareGeometryChange()
             self._size = (width, height)
 
     def setCrosshair(self, shown: bool) -> None:
-        """Mark the middle."""
+        """Show or hide the crosshair."""
         self._crosshair = shown
         self.update()
 
     def setGrid(self, shown: bool) -> None:
-        """Divide the picture."""
+        """Show or hide the grid."""
         self._grid = shown
         self.update()
 
     def setShape(self, mark: Mark, shape: QRectF | QLineF | None) -> None:
-        """Show a rectangle or a line; None takes it away."""
+        """Show a rectangle or a line; None removes it."""
         if shape is None:
             self._shapes.pop(mark, None)
         else:
@@ -102,14 +102,14 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
                 self._write_size(painter, chosen)
 
     def _darken_around(self, painter: QPainter, chosen: QRectF) -> None:
-        """Dims the area outside the choice, so that the choice can be judged while it is made."""
+        """Dim the area outside the region, so that it can be judged while it is drawn."""
         around = QPainterPath()
         around.addRect(self.boundingRect())
         around.addRect(chosen.intersected(self.boundingRect()))
         painter.fillPath(around, _SHADE)  # odd and even: the inner one is left out
 
     def _write_size(self, painter: QPainter, chosen: QRectF) -> None:
-        """Its size in pixels of the picture, in the size of the window's text."""
+        """Write the region's size in pixels of the picture, in the size of the window's text."""
         text = size_text(chosen.intersected(self.boundingRect()))
         on_screen = painter.transform().mapRect(chosen)
         to_screen = painter.transform()
@@ -150,7 +150,7 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
 
 
 LEAST = 2.0
-"Pixels of the picture below which a stroke was a slip of the hand."
+"Shortest drag, in pixels of the picture; a shorter one was a slip."
 
 
 class Purpose(Enum):
@@ -164,13 +164,13 @@ class Purpose(Enum):
 
 
 class DrawingTool(QObject):
-    """Takes the mouse from the canvas from `begin` until something is drawn, or Escape."""
+    """Takes the mouse from the canvas, from `begin` until a shape is drawn or Escape is pressed."""
 
     regionDrawn = pyqtSignal(Purpose, Region)
-    """In the pixels of the picture as it is seen, within it."""
+    """In pixels of the picture as it is displayed, within it."""
     lineDrawn = pyqtSignal(Purpose, Line)
     ended = pyqtSignal()
-    """Drawn or cancelled."""
+    """A shape was drawn, or cancelled."""
 
     def __init__(self, canvas: PictureCanvas) -> None:
         super().__init__(canvas)
@@ -188,7 +188,7 @@ class DrawingTool(QObject):
         return self._purpose
 
     def begin(self, purpose: Purpose) -> None:
-        """The next stroke of the mouse is for this."""
+        """Draw a shape for this purpose with the next drag of the mouse."""
         self._purpose, self._start = purpose, None
         self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
@@ -198,7 +198,7 @@ class DrawingTool(QObject):
             self._end()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep from the canvas what belongs to the stroke."""
+        """Keep the events of the drag from the canvas."""
         if self._purpose is None or event is None:
             return False
         if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:

@@ -1,4 +1,4 @@
-"""Where the Tab key goes, and keys that stop a robot whatever has the focus.
+"""The order of the Tab key, and keys that stop a robot whatever has the focus.
 
 Tab follows the order of reading, also through controls that were made long after others: Qt's own order is
 that of making, and its means to change it leave compound widgets behind.
@@ -18,12 +18,12 @@ LINE = 12
 
 
 def reading_order(regions: Sequence[QWidget]) -> list[QWidget]:
-    """The controls that take the Tab key: region after region, in each line by line from the left."""
+    """Return the controls that take the Tab key: region by region, in each line by line from the left."""
     return [widget for region in regions if region.isVisible() for widget in _lines(region)]
 
 
 def give_focus(regions: Sequence[QWidget], at: QWidget | None, *, forward: bool) -> bool:
-    """Give the focus to the control after `at`, or before it. False where there is none to give it to."""
+    """Give the focus to the control after `at`, or before it. Return False if there is none."""
     order = reading_order(regions)
     if not order:
         return False
@@ -79,7 +79,7 @@ class StopKeys(QObject):
     pressed = pyqtSignal()
 
     def __init__(self, window: QWidget, keys: Sequence[Qt.Key]) -> None:
-        """Watch the children that the window has now."""
+        """Watch the window and its present children."""
         super().__init__(window)
         self.keys = tuple(keys)
         """The keys that stop now; may be changed."""
@@ -87,7 +87,7 @@ class StopKeys(QObject):
             watched.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Take a stop key; a key that is held down counts once."""
+        """Emit for a stop key; a key that is held down counts once."""
         if isinstance(event, QKeyEvent) and event.key() in self.keys:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()

@@ -61,11 +61,11 @@ def steps_html(names: Sequence[str], current: int) -> str:
 
 
 MOST_LINES = 3
-"Of a name; of a longer one the middle is left out."
+"Most lines of a name; of a longer one the middle is left out."
 
 
 def name_lines(name: str, font: QFont, width: int) -> list[str]:
-    """Break a name into lines of that many pixels at most, between words where there are any."""
+    """Break a name into lines of at most `width` pixels, between words if possible."""
     text, room = name, MOST_LINES * width
     while len(lines := _broken_lines(text, font, width)) > MOST_LINES and room > width:
         text = QFontMetrics(font).elidedText(name, Qt.TextElideMode.ElideMiddle, room)
@@ -104,24 +104,24 @@ class ElidedLabel(QLabel):
         self.setTexts(text or "")
 
     def setTexts(self, text: str, *shorter: str) -> None:
-        """Show a text; where it does not fit, the first of the shorter ones that does."""
+        """Show a text, or the first of the shorter ones that fits."""
         self._shorter = shorter
         super().setText(text)
         self.setToolTip(text)
 
     @property
     def shown(self) -> str:
-        """The text that is painted, shortened where even the last has no room."""
+        """The text that is painted, elided if none fits."""
         metrics, texts = self.fontMetrics(), (self.text(), *self._shorter)
         fitting = (text for text in texts if metrics.horizontalAdvance(text) <= self.width())
         return next(fitting, metrics.elidedText(texts[-1], self.elide_mode, self.width()))
 
     def sizeHint(self) -> QSize:
-        """As wide as there is room."""
+        """Return hardly any width: the label takes the room that there is."""
         return QSize(24, super().sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Draw as much as fits, with dots where something is missing."""
+        """Draw as much as fits, with an ellipsis for the rest."""
         painter, option = QPainter(self), QStyleOption()
         option.initFrom(self)
         style = self.style()
@@ -134,7 +134,7 @@ class ElidedLabel(QLabel):
 
 
 class ElidedComboBox(QComboBox):
-    """Its current text ends in dots where it has no room; the whole of it is in the tooltip then."""
+    """A combo box whose current text is elided if it does not fit; the tooltip then has the whole text."""
 
     @property
     def shown(self) -> str:
@@ -167,7 +167,7 @@ class ElidedComboBox(QComboBox):
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def event(self, event: QEvent | None) -> bool:
-        """Add the whole text to the tooltip where it is not to be seen."""
+        """Add the whole text to the tooltip if it is elided."""
         hidden = not self.isEditable() and self.shown != self.currentText()
         if hidden and isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             QToolTip.showText(
@@ -178,7 +178,7 @@ class ElidedComboBox(QComboBox):
 
 
 class TaskRow(QFrame):
-    """One piece of work."""
+    """A task: its title, progress and *Cancel*."""
 
     cancelRequested = pyqtSignal()
 
@@ -192,16 +192,16 @@ class TaskRow(QFrame):
         load_form("task_row", self)
         self.titleLabel.setText(title)
         self.setAccessibleName(title)
-        self.bar.setRange(0, 0)  # busy, until it is known how far it is
+        self.bar.setRange(0, 0)  # busy, until the progress is known
         self.cancelButton.clicked.connect(self._on_cancel_clicked)
 
     def setShare(self, share: float) -> None:
-        """How far it is, 0 … 1."""
+        """Show the progress, 0 … 1."""
         self.bar.setRange(0, 1000)
         self.bar.setValue(round(1000 * min(max(share, 0.0), 1.0)))
 
     def setText(self, text: str) -> None:
-        """Where it stands."""
+        """Show the progress as text."""
         self.textLabel.setText(text)
 
     def _on_cancel_clicked(self) -> None:
@@ -210,10 +210,10 @@ class TaskRow(QFrame):
 
 
 class TaskStack(QWidget):
-    """All work in progress, the newest below."""
+    """All tasks in progress, the newest at the bottom."""
 
     changed = pyqtSignal()
-    """More or fewer are shown, or they need another height."""
+    """The number of rows or their height changed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -236,7 +236,7 @@ class TaskStack(QWidget):
         return tuple(self._rows)
 
     def begin(self, title: str) -> TaskRow:
-        """Show one more; `end` it."""
+        """Add and return a row; remove it with `end`."""
         row = TaskRow(title, self)
         self._rows.append(row)
         self._layout.addWidget(row)
@@ -245,7 +245,7 @@ class TaskStack(QWidget):
         return row
 
     def end(self, row: TaskRow) -> None:
-        """Show a piece of work no more; does nothing where it is gone already."""
+        """Remove a row; does nothing if it is gone already."""
         if row in self._rows:
             self._rows.remove(row)
             self._layout.removeWidget(row)

@@ -15,11 +15,11 @@ from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.windows import load_form
 
 LIST_WIDTH = 560
-"Pixels of the list of all messages."
+"Width of the list of all messages in pixels."
 
 
 class MessageLine(QFrame):
-    """Shows the first of some messages; a button shows all of them, in full. Setters in, signals out."""
+    """Shows the first message in one line; a button opens the list of all, in full."""
 
     dismissed = pyqtSignal(Message)
 
@@ -45,12 +45,12 @@ class MessageLine(QFrame):
 
     @property
     def fullWidth(self) -> int:
-        """Pixels that the first message takes with all of its text."""
+        """Return the pixels that the first message needs for all of its text."""
         text = self.textLabel.fontMetrics().horizontalAdvance(self.textLabel.text())
         return self.sizeHint().width() - self.textLabel.sizeHint().width() + text
 
     def setMessages(self, messages: Sequence[Message]) -> None:
-        """Show the first of these, and how many there are besides."""
+        """Show the first of these messages, and the number of the others."""
         before = self._messages[0] if self._messages else None
         self._messages = tuple(messages)
         first = self._messages[0] if self._messages else None
@@ -80,13 +80,13 @@ class MessageLine(QFrame):
         self._popup = popup
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """A click on the text shows all of it."""
+        """Open the list on a click on the text."""
         super().mouseReleaseEvent(event)
         if self._messages:
             self.showAll()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """See whether the text still fits."""
+        """Check whether the text still fits."""
         super().resizeEvent(event)
         self._show_more()
 
@@ -116,19 +116,19 @@ class MessageLine(QFrame):
 
 
 MOST = 4
-"Messages shown at once."
+"Most messages shown at once."
 EXPIRY_MS = 500
-"Between two checks whether a message has had its time."
+"Milliseconds between two checks for expired messages."
 _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
 
 
 def message_icon(severity: Severity) -> str:
-    """The name of the icon before a message."""
+    """Return the name of the icon before a message."""
     return _ICONS[severity]
 
 
 def fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
-    """Have a button for each offer in a layout, and no others."""
+    """Fill a layout with a button for each offer."""
     while (item := layout.takeAt(0)) is not None:
         if (old := item.widget()) is not None:
             old.hide()
@@ -162,7 +162,7 @@ class MessageBar(QFrame):
 
 
 class MessageList(QWidget):
-    """Some messages, the first on top."""
+    """A list of messages, the first on top."""
 
     dismissed = pyqtSignal(Message)
 
@@ -174,7 +174,7 @@ class MessageList(QWidget):
         self._layout.setSpacing(1)
 
     def setMessages(self, messages: Sequence[Message]) -> None:
-        """Show these and no others."""
+        """Replace the messages shown."""
         for old in self._bars:
             self._layout.removeWidget(old)
             old.hide()
@@ -186,7 +186,7 @@ class MessageList(QWidget):
 
 
 class MessageStack(MessageList):
-    """The messages of a window of its own, the newest on top; not there while there is none."""
+    """The messages of one window, the newest on top; hidden while there are none."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -204,7 +204,7 @@ class MessageStack(MessageList):
         return [message.text for message in self._model.shown(None)[:MOST]]
 
     def showError(self, text: str) -> None:
-        """Show what did not work, until it is dismissed."""
+        """Show an error message until it is dismissed."""
         self._model.post(Message(text, Severity.ERROR))
 
     def showNotice(self, text: str) -> None:
@@ -212,13 +212,13 @@ class MessageStack(MessageList):
         self._model.notice(text)
 
     def showOffer(self, text: str, label: str, act: Callable[[], None]) -> Message:
-        """Show a message with a button that does something about it, until it is dismissed."""
+        """Show a message with a button for its remedy, until it is dismissed."""
         message = Message(text, offers=(Offer(label, act),))
         self._model.post(message)
         return message
 
     def dismiss(self, message: Message) -> None:
-        """Remove a message; does nothing where it is gone already."""
+        """Remove a message; does nothing if it is gone already."""
         self._model.dismiss(message)
 
     def dismissAll(self) -> None:
@@ -239,7 +239,7 @@ translate = QCoreApplication.translate
 
 
 class PictureNote(QFrame):
-    """Says what hinders the picture, what to do, and how far it comes."""
+    """Shows why there is no image, the remedy, and the stage at which the image is lost."""
 
     summaryLabel: QLabel
     adviceLabel: QLabel
@@ -251,7 +251,7 @@ class PictureNote(QFrame):
         self.hide()
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note; with no summary, none. `stage` is where the picture's way ends."""
+        """Show a note; with no summary, none. `stage` is where the image is lost."""
         self.summaryLabel.setText(summary)
         self.adviceLabel.setText(advice)
         self.adviceLabel.setVisible(bool(advice))
@@ -274,7 +274,7 @@ def _name(stage: Stage) -> str:
 
 
 def _way(end: Stage) -> str:
-    """The stages up to the one that fails, which is marked, and those it keeps from happening."""
+    """Return the stages: those passed, the one that fails, which is marked, and the rest."""
     stages = list(Stage)
     parts = []
     for index, stage in enumerate(stages):

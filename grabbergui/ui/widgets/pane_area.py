@@ -31,13 +31,13 @@ def columns_for(count: int, width: int, height: int, aspect: float) -> int:
 class PaneArea(QWidget):
     """Lays out panes around the canvas, which always shows the chosen component and has all tools.
 
-    A component keeps its place: where another is chosen, canvas and pane change places.
+    A component keeps its place: if another is chosen, canvas and pane change places.
     """
 
     paneChosen = pyqtSignal(str)
     """The name of the component that the user clicked on."""
     canvasPlaced = pyqtSignal()
-    """The canvas has another place or size."""
+    """The canvas was moved or resized."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -67,7 +67,7 @@ class PaneArea(QWidget):
 
     @property
     def canvasPlace(self) -> QRect:
-        """Where the canvas is, in the parent's coordinates."""
+        """The canvas's rectangle in the parent's coordinates."""
         assert self._canvas is not None
         place: QRect = self._canvas.geometry()
         return place.translated(self.pos())

@@ -1,4 +1,4 @@
-"""Where the picture is looked at: zoom, pan, fit, and the pixel under the cursor."""
+"""The canvas of the picture: zoom, pan, fit, and the pixel under the cursor."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from grabbergui.ui.widgets.picture_items import DIMMED, PictureItem, PixelValues
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."
 MINIMUM_FRACTION = 0.25
-"Of the size that fits, below which zooming out is of no use."
+"Smallest zoom, as a share of the size that fits."
 
 
 class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
     """Shows a picture; wheel zooms about the cursor, dragging pans, a double click fits.
 
-    It says which part of the frame it shows in how many screen pixels; somebody else makes the image.
+    It reports the visible part of the frame and its size on the screen; the image is made elsewhere.
     """
 
     viewChanged = pyqtSignal(object, object)
@@ -32,7 +32,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     cursorMoved = pyqtSignal(int, int)
     """Column and line under the cursor."""
     cursorLeft = pyqtSignal()
-    """The cursor is on no pixel."""
+    """The cursor left the picture."""
     painted = pyqtSignal()
     """A picture has reached the screen."""
 
@@ -49,7 +49,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self.marks = PictureMarks()
         """Lines over the picture."""
         self.values = PixelValues()
-        """Text on its pixels."""
+        """Values written on single pixels."""
         self._box.addItem(self._item, ignoreBounds=True)
         self._box.addItem(self.marks, ignoreBounds=True)
         self._box.addItem(self.values, ignoreBounds=True)
@@ -65,7 +65,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     @property
     def fitted(self) -> bool:
-        """Whether the whole picture is kept in view when the window or the frame changes its size."""
+        """Whether the whole picture stays in view when the window or the frame changes its size."""
         return self._fitted
 
     @property
@@ -95,14 +95,14 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     @property
     def seen(self) -> QRectF:
-        """The part of the picture that is seen, in fractions of it; more than all where there is room."""
+        """The visible part in fractions of the picture; beyond 0 … 1 if the view is larger."""
         (width, height), rect = self._item.frame_size, self._box.viewRect()
         if not width or not height:
             return QRectF(0, 0, 1, 1)
         return QRectF(rect.x() / width, rect.y() / height, rect.width() / width, rect.height() / height)
 
     def setSeen(self, part: QRectF) -> None:
-        """Show that part of the picture, in fractions of it, as if the user had moved it."""
+        """Show this part of the picture, in fractions of it, as if the user had moved it."""
         width, height = self._item.frame_size
         if not self._empty:
             self._fitted = False
@@ -113,7 +113,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._announce()
 
     def setCursorAt(self, place: QPointF) -> None:
-        """Take the pixel at that place, in fractions of the picture, as the one under the cursor."""
+        """Put the cursor's readout on the pixel at this place, in fractions of the picture."""
         width, height = self._item.frame_size
         if not self._empty:
             x, y = math.floor(place.x() * width), math.floor(place.y() * height)
@@ -121,11 +121,11 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self.cursorMoved.emit(*self._cursor)
 
     def forgetCursor(self) -> None:
-        """The cursor is on no pixel."""
+        """Report that the cursor is on no pixel."""
         self._leave()
 
     def toggleFit(self) -> None:
-        """Fit, or back to 1:1 where it is fitted."""
+        """Fit, or return to 1:1 if the picture is fitted."""
         if self._fitted:
             self.oneToOne()
         else:
@@ -136,7 +136,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def addOverlay(self, item: pg.GraphicsObject) -> None:
-        """Lay something over the picture, in its pixels."""
+        """Add an item over the picture, in its coordinates."""
         self._box.addItem(item, ignoreBounds=True)
 
     def clear(self) -> None:
@@ -156,19 +156,19 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._announce()
 
     def oneToOne(self) -> None:
-        """One screen pixel for each pixel of the frame, about the same centre."""
+        """Show one screen pixel for each pixel of the frame, about the same centre."""
         self._zoom_to(1.0)
 
     def zoomBy(self, factor: float) -> None:
-        """Larger or smaller about the same centre."""
+        """Zoom by a factor about the same centre."""
         self._zoom_to(self.zoom * factor)
 
     def frameToView(self, x: float, y: float) -> QPointF:
-        """Where a point of the frame is in this widget."""
+        """Return the place of a point of the frame in this widget."""
         return QPointF(self.mapFromScene(self._box.mapViewToScene(QPointF(x, y))))
 
     def viewToFrame(self, position: QPointF) -> QPointF:
-        """Which point of the picture is at a place in this widget; the nearest one outside of it."""
+        """Return the point of the picture at a place in this widget, or the nearest one."""
         point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
         width, height = self._item.frame_size
         return QPointF(min(max(point.x(), 0.0), width), min(max(point.y(), 0.0), height))
@@ -180,7 +180,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     # -- Qt's own ----------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Keep the picture fitted, or its zoom as it is."""
+        """Keep the picture fitted, or else its zoom."""
         zoom, fitted = (self.zoom, self._fitted) if hasattr(self, "_item") else (1.0, False)
         super().resizeEvent(event)
         if hasattr(self, "_item") and not self._empty:
@@ -196,12 +196,12 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._follow(event.localPos())
 
     def leaveEvent(self, event: QEvent) -> None:
-        """The cursor is on no pixel any more."""
+        """Report that the cursor is on no pixel."""
         super().leaveEvent(event)
         self._leave()
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        """Fit, or back to 1:1 where it is fitted."""
+        """Toggle between fitted and 1:1."""
         super().mouseDoubleClickEvent(event)
         self.toggleFit()
 

@@ -1,4 +1,4 @@
-"""Images and text as they are painted: in the canvas, as thumbnails, over single pixels. Computes nothing."""
+"""Items that paint images and text: in the canvas, as thumbnails, over single pixels."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class PictureItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
 
 
 def as_qimage(image: DisplayImage) -> QImage:
-    """An image over the same bytes, which live as long as it does."""
+    """Return a QImage over the same bytes, which live as long as it does."""
     pixels = image.pixels
     height, width = pixels.shape[:2]
     kind = QImage.Format_RGB888 if pixels.ndim == 3 else QImage.Format_Grayscale8
@@ -103,7 +103,7 @@ class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library ha
         self._bounds = QRectF()
 
     def cover(self, width: int, height: int) -> None:
-        """Be as large as a picture of that size, and be painted again."""
+        """Cover a picture of that size, and repaint."""
         bounds = QRectF(0, 0, width, height)
         if bounds != self._bounds:
             self.prepareGeometryChange()
@@ -116,15 +116,15 @@ class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library ha
 
 
 LEGIBLE_ZOOM = 40.0
-"Screen pixels for one of the picture from which on its value has room."
+"Screen pixels per pixel of the picture from which its value has room."
 _LINE = 12
 "Height of a line of text, pixels."
 _BEHIND = QColor(0, 0, 0, 150)
-"White text must stand out from white pixels too."
+"Outline of the text: it must stand out from white pixels too."
 
 
 class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
-    """Text on single pixels; in the pixels of the picture as it is seen."""
+    """Text on single pixels of the picture as it is displayed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -144,7 +144,7 @@ class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
             self._size = (width, height)
 
     def setTexts(self, texts: dict[tuple[int, int], str]) -> None:
-        """Write these, by column and line, and no others."""
+        """Replace the texts, by column and line."""
         if texts or self._texts:
             self._texts = texts
             self.update()
@@ -177,7 +177,7 @@ DIMMED = 0.35
 
 
 class Thumbnail(QWidget):
-    """Paints one image in the middle, in its own proportions; nothing can be done with it."""
+    """Paints one image in the middle, in its own proportions; without zoom or readout."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -201,7 +201,7 @@ class Thumbnail(QWidget):
             self.update()
 
     def roomInPixels(self, width: int, height: int) -> tuple[int, int]:
-        """How many pixels of the screen a picture of that size takes here."""
+        """Return the screen pixels that a picture of that size takes here."""
         ratio = self.devicePixelRatioF()
         size = QSize(width, height).scaled(self.size() * ratio, Qt.AspectRatioMode.KeepAspectRatio)
         return max(1, size.width()), max(1, size.height())

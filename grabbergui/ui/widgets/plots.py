@@ -17,22 +17,22 @@ from grabbergui.models.language import localized
 from grabbergui.ui.windows import load_form
 
 COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
-"""Of the channels that have one; all others are drawn in the colour of text."""
+"""Colours of the channels that have one; others are drawn in the colour of text."""
 
 
 LABEL_ROOM = 44
-"Pixels that a time beneath a plot needs."
+"Width of a time's label beneath a plot in pixels."
 
 
 class SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
-    """Says the unit with every value: a title of the axis would take a line of the plot."""
+    """An axis with the unit at every value: a title would take a line of the plot."""
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Seconds before now."""
+        """Return the labels of seconds before now."""
         return [localized(f"{value:g} s") if value else "0" for value in values]
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """As far apart as their texts are wide."""
+        """Space the ticks as far as their labels need."""
         (widest, offset), *finer = super().tickSpacing(low, high, size)
         while 0 < widest < (high - low) * LABEL_ROOM / max(size, LABEL_ROOM):
             widest *= 2
@@ -40,7 +40,7 @@ class SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no type
 
 
 class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
-    """Setters only; neither zoomed nor moved by the mouse."""
+    """Lines of channels or values; the mouse neither zooms nor moves them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, background=None, enableMenu=False)
@@ -49,11 +49,11 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._filled: bool = False
         self._colours: dict[str, str] = {}
-        "Of lines that are no channels of a picture."
+        "Colours of lines that are no channels of a picture."
         self._dress()
 
     def setFilled(self, filled: bool) -> None:
-        """Whether the areas below the lines are filled."""
+        """Set whether the areas below the lines are filled."""
         self._filled = filled
         self._dress()
 
@@ -66,12 +66,12 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self._dress()
 
     def removeLine(self, name: str) -> None:
-        """Show a line no longer; does nothing where it is not shown."""
+        """Remove a line; does nothing if it is not shown."""
         if (line := self._lines.pop(name, None)) is not None:
             self.removeItem(line)
 
     def showSeconds(self) -> None:
-        """The lines are over time, in seconds."""
+        """Label the lower axis in seconds before now."""
         self.setAxisItems({"bottom": SecondsAxis("bottom")})
         self._dress()
 
@@ -103,17 +103,17 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
                 self._lines[name].setData(x[known], values[known], stepMode=None)
 
     def clearChannels(self) -> None:
-        """Show no line."""
+        """Remove all lines."""
         for line in self._lines.values():
             self.removeItem(line)
         self._lines.clear()
 
     def values(self, name: str) -> NDArray[Any] | None:
-        """The shown values of a channel."""
+        """Return the shown values of a channel."""
         return self._lines[name].yData if name in self._lines else None
 
     def changeEvent(self, event: QEvent) -> None:
-        """Follow the window from light to dark."""
+        """Adopt the colours of another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_lines"):
             self._dress()
@@ -134,15 +134,15 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
 
 
 AXIS_WIDTH = 56
-"""The same for all, so that the curves of several rows stand below each other."""
+"""Width of the value axis, the same for all, so that the curves of several rows are aligned."""
 
 RANGE_DIGITS = 5
 STEADY_MARGIN = 0.1
-"""Share of a value that does not change that is shown above and below it."""
+"""Share of a constant value that is shown above and below it."""
 
 
 class CurveRow(QWidget):
-    """Setters for the samples; a signal where nobody wants to see them any more."""
+    """The plot of one value over time, with its name and range; a signal to remove it."""
 
     removed = pyqtSignal(str)
 
@@ -167,11 +167,11 @@ class CurveRow(QWidget):
         self.removeButton.clicked.connect(lambda: self.removed.emit(self.name))
 
     def setUnit(self, unit: str) -> None:
-        """Say what the value is in; shown with the next samples."""
+        """Set the value's unit, shown with the next samples."""
         self._unit = unit
 
     def setOverlaid(self, colour: str) -> None:
-        """Be the legend, in that colour, of a curve that another plot shows; empty: show it here."""
+        """Be the legend, in this colour, of a curve in another plot; with an empty colour, show it here."""
         self.plot.setVisible(not colour)
         self.titleLabel.setStyleSheet(f"color: {colour};" if colour else "")
 
@@ -199,7 +199,7 @@ class CurveRow(QWidget):
         self.rangeLabel.setText(" … ".join(ends))
 
     def clear(self) -> None:
-        """Nothing was read."""
+        """Show that nothing was read."""
         self.plot.clearChannels()
         self.valueLabel.setText("–")
         self.rangeLabel.clear()

@@ -23,9 +23,9 @@ NEAR = 0.05
 "Metres before the eye at which lines are cut off."
 STEEPEST = math.radians(85)
 NEAREST, FARTHEST = 0.4, 12.0
-"Metres from the eye to what it goes round."
+"Metres from the eye to the centre of its orbit."
 FOCAL = 2.5
-"Of the eye, in parts of the shorter side of what it sees."
+"Focal length of the eye, as a multiple of the view's shorter side."
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Orbit:
         return replace(self, azimuth=self.azimuth - right, elevation=elevation)
 
     def nearer(self, factor: float) -> Orbit:
-        """So many times nearer, within what makes sense."""
+        """Move nearer by a factor, within limits."""
         return replace(self, distance=min(max(self.distance / factor, NEAREST), FARTHEST))
 
     @property
@@ -90,15 +90,15 @@ class Orbit:
 
 RADIANS_PER_PIXEL = 0.008
 TRAIL = 400
-"Places of the hand that are remembered: some ten seconds."
+"Places of the hand in its trail: some ten seconds."
 TRAIL_STEP = 0.002
-"Metres that it must move for another one."
+"Metres that the hand must move for the next place."
 _AXIS_M, _SIGHT_M, _FLOOR_M, _TILE_M, _ASIDE_M = 0.10, 0.22, -0.35, 0.25, 0.75
 _EDGES = ((0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 
 
 class RobotView(QWidget):
-    """Setters only. A drag rotates, the wheel goes nearer, a double click goes back."""
+    """A drag rotates the view, the wheel moves nearer, a double click resets it."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -106,18 +106,18 @@ class RobotView(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         self.setToolTip(self.tr("Drag to turn, wheel to go nearer, double-click to go back"))
         self.orbit = Orbit()
-        """From where it is looked at."""
+        """The viewpoint."""
         self._posture: Posture | None = None
         self._trail: deque[Points] = deque(maxlen=TRAIL)
         self._grip: QPointF | None = None
 
     @property
     def posture(self) -> Posture | None:
-        """What is shown."""
+        """The pose shown."""
         return self._posture
 
     def setPosture(self, posture: Posture | None) -> None:
-        """Show where everything is; None: nothing is known."""
+        """Show where everything is; None if nothing is known."""
         self._posture = posture
         if posture is not None:
             hand = posture.hand[:3, 3]
@@ -127,13 +127,13 @@ class RobotView(QWidget):
 
     # -- Qt's own --------------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Take hold."""
+        """Remember where the drag begins."""
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
             self._grip = event.localPos()
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Turn."""
+        """Turn the view."""
         if event is not None and self._grip is not None:
             moved, self._grip = event.localPos() - self._grip, event.localPos()
             self.orbit = self.orbit.turned(moved.x() * RADIANS_PER_PIXEL, moved.y() * RADIANS_PER_PIXEL)
@@ -145,12 +145,12 @@ class RobotView(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent | None) -> None:
-        """Look as at first."""
+        """Reset the view."""
         self.orbit = Orbit()
         self.update()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Go nearer or away."""
+        """Move nearer or farther."""
         if event is not None:
             self.orbit = self.orbit.nearer(1.0015 ** event.angleDelta().y())
             self.update()
@@ -305,7 +305,7 @@ class RobotView(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
     def _pixels(self, metres: float, depth: float) -> float:
-        """How wide something is at a depth, at least a pixel."""
+        """Return the width of something at a depth, at least a pixel."""
         reach = self.orbit.flat(
             np.array([(0.0, 0.0, depth), (metres, 0.0, depth)]), self.width(), self.height()
         )

@@ -16,15 +16,15 @@ from grabbergui.ui.widgets.message_stack import MessageLine
 from grabbergui.ui.windows import load_form
 
 LEAST_TITLE = 60
-"Pixels kept for the title before figures make way for it."
+"Pixels kept for the title before figures are hidden for it."
 ROOM = 20
-"Pixels above and below the text: buttons of messages stand there."
+"Pixels above and below the text, for the buttons of messages."
 MOST_MESSAGE = 640
-"Pixels of a message for which figures make way; a longer one is shown in full by its button."
+"Most pixels of a message for which figures are hidden; its button shows a longer one in full."
 
 
 class StatusStrip(QWidget):
-    """Setters only. Figures keep their places while they change; the least make way for lack of room."""
+    """Figures keep their places while they change; the least important are hidden for lack of room."""
 
     stateLabel: QLabel
     titleLabel: ElidedLabel
@@ -39,12 +39,12 @@ class StatusStrip(QWidget):
         load_form("status_strip", self)
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
         "The most important first."
-        # With a message or without, so that nothing moves when one comes.
+        # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + ROOM)
         self.setMessages(())
 
     def minimumSizeHint(self) -> QSize:
-        """The state alone."""
+        """Return room for the state alone."""
         return QSize(self.stateLabel.sizeHint().width(), self.height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
@@ -53,34 +53,34 @@ class StatusStrip(QWidget):
         self._fit()
 
     def setState(self, text: str, tone: Tone) -> None:
-        """How the source is doing."""
+        """Show the source's state."""
         self.stateLabel.setText(f"● {text}")
         restyle(self.stateLabel, "tone", tone.value)
 
     def setTitle(self, title: str, *shorter: str) -> None:
-        """The name of the open source, and shorter ones for little room; messages take its place."""
+        """Show the name of the open source, or a shorter one for little room; messages replace it."""
         self.titleLabel.setTexts(title, *shorter)
 
     def setMessages(self, messages: Sequence[Message]) -> None:
-        """Show the first of these in place of the title."""
+        """Show the first of these messages in place of the title."""
         self.messages.setMessages(messages)
         self.messages.setVisible(bool(messages))
         self.titleLabel.setVisible(not messages)
         self._fit()
 
     def setFormat(self, text: str) -> None:
-        """Resolution and pixel format."""
+        """Show resolution and pixel format."""
         self._show(self.formatLabel, text)
 
     def setRates(self, camera: float, painted: float) -> None:
-        """Frames per second from the camera, and pictures painted."""
+        """Show frames per second from the camera, and images painted per second."""
         self._show(
             self.rateLabel,
             localized(self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted)),
         )
 
     def setBandwidth(self, bytes_per_second: float) -> None:
-        """Payload per second."""
+        """Show the payload per second."""
         self._show(self.bandwidthLabel, localized(f"{bytes_per_second / 1e6:.1f} MB/s"))
 
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
@@ -90,13 +90,13 @@ class StatusStrip(QWidget):
         restyle(self.lossLabel, "tone", tone.value)
 
     def clearFigures(self) -> None:
-        """Nothing streams."""
+        """Show that nothing streams."""
         for label in self._figures:
             label.clear()
             label.setMinimumWidth(0)
 
     def _show(self, label: QLabel, text: str) -> None:
-        """Never narrower than before, so that one more digit does not push its neighbours to and fro."""
+        """Keep the figure's width at its maximum, so that one more digit does not move its neighbours."""
         if text != label.text():
             label.setText(text)
             label.setMinimumWidth(max(label.minimumWidth(), label.sizeHint().width()))
