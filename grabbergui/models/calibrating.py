@@ -32,14 +32,14 @@ from grabbergui.models.picture.rendering import DisplaySettings, render
 log = logging.getLogger(__name__)
 
 WANTED = 20
-"Views after which the calibration is computed by itself."
+"Views after which the calibration is computed automatically."
 FRAME_WAIT = 0.2
 SILENCE = 2.0
-"Seconds without a frame after which that is reported."
+"Seconds without a frame after which the silence is reported."
 TAKE_WAIT = 0.5
-"Seconds to wait for the window; it may be hidden, then nobody takes the offered frame."
+"Seconds to wait for the window, which takes no frames while it is hidden."
 KEPT_SIZE = (960, 720)
-"Pixels in which the pictures of views are remembered."
+"Largest size in pixels in which the pictures of views are kept."
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +90,10 @@ class CalibratingModel:
     def __init__(self, grabber: FrameGrabber, settings: BoardSettings | None = None) -> None:
         self.settings = settings or BoardSettings()
         self.name = camera_name(grabber.info)
-        "Of the camera, as the file will have it."
+        "The camera's name, as the file will have it."
         self.wanted = WANTED
         self.pictures: list[DisplayImage] = []
-        "Of the views kept, reduced."
+        "Pictures of the kept views, reduced."
         self._grabber = grabber
         self._board = self.settings.board()
         self._collector = Collector(self._board, self.wanted, still=True)
@@ -200,7 +200,7 @@ class CalibratingModel:
             return False
         try:
             self._see(frame)
-        except UsageError:  # another size: the views so far are of no use
+        except UsageError:  # another size: the views so far are useless
             self._begin()
             raise
         return True

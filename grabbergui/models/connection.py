@@ -409,5 +409,5 @@ class Connection:
         return True
 
     def _leave(self, source: OpenSource) -> None:
-        """Remember a source until its thread has ended. With the lock held."""
+        """Keep a source until its thread has ended. Call with the lock held."""
         self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]

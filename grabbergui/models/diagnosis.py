@@ -21,7 +21,7 @@ from grabbergui.models.language import counted, localized, translate
 WINDOW = 5.0
 "Seconds that count as now."
 NOTABLE = 0.001
-"Share of packets sent again that is worth a colour: a few are lost on any network."
+"Share of resent packets that is worth a colour: a few are lost on any network."
 
 
 class Health(Enum):
@@ -33,7 +33,7 @@ class Health(Enum):
     LOSING = "losing"
     "Frames were lost or had packets missing."
     OVERRUN = "overrun"
-    "More arrives than this computer can take."
+    "More arrives than this computer can handle."
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ BLACK = 2.0
 
 
 class Stage(Enum):
-    """The way of a picture, in order; each needs those before it."""
+    """The stages of an image, in order; each needs those before it."""
 
     CONTROL = "control"
     PACKETS = "packets"
@@ -165,7 +165,7 @@ class CameraFacts:
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
-        """Ask the camera; on the thread that makes its calls. Features that cannot be read are left out."""
+        """Read the facts on the thread of the camera's calls. Features that cannot be read are left out."""
         trigger = _value(grabber, "TriggerMode") == "On"
         rate = _of_role(grabber, Role.FRAME_RATE)
         exposure = _of_role(grabber, Role.EXPOSURE)
@@ -203,10 +203,10 @@ class Observation:
     received: int = 0
     "Frames that reached the window."
     problem: str = ""
-    "Reason for which frames cannot be converted."
+    "Why frames cannot be converted."
     painted: int = 0
     mean: float | None = None
-    "Of the 8-bit pixels last painted."
+    "Mean of the 8-bit pixels painted last."
     facts: CameraFacts = CameraFacts()
 
 

@@ -30,7 +30,7 @@ from grabbergui.models.features.text import access_text, range_text
 from grabbergui.models.language import driver_text, is_translated, translate
 
 MOST_PROBLEMS = 3
-"Of those that are listed in one line; the log has them all."
+"Most problems listed in one line; the log has them all."
 
 
 def error_text(error: Exception, source: object = "", feature: Feature | None = None) -> str:
@@ -65,7 +65,7 @@ def returned_text(problems: Sequence[str]) -> str:
 
 
 def held_text(denied: AccessDeniedError) -> str:
-    """Return the reason for which a source was opened for reading only."""
+    """Return why a source was opened for reading only."""
     return translate("Errors", "another application controls it") if is_translated() else str(denied)
 
 

@@ -37,7 +37,7 @@ VIEWS = 18
 "Poses that are proposed."
 STOPPED = "stopped in the window"
 SILENCE = 1.0
-"Seconds without a frame after which that is shown."
+"Seconds without a frame after which the silence is shown."
 TAKE_WAIT = 0.5
 "Seconds after which an image that nobody took is replaced; the window may be hidden."
 
@@ -58,7 +58,7 @@ class TargetPreview(Preview):
     """Whether the target is seen in the newest frame."""
 
     problem: str
-    "Why no pose could be taken from here, as display text; empty if the target is seen surely."
+    "Why no pose could be taken from here, as display text; empty if the target is seen reliably."
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Happened:
     """One event of a run."""
 
     seconds: float
-    "Since it began."
+    "Seconds since the run began."
     step: Step
     text: str
     views: int
@@ -77,7 +77,7 @@ class Happened:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A result with what an operator compares it with."""
+    """A result, with the figures that an operator compares it with."""
 
     setup: Setup
     result: HandEyeResult
@@ -140,7 +140,7 @@ class HandEyeModel:
         return watch is not None and watch.nominal
 
     def open(self) -> None:
-        """Start to look for the target. The robot does not move."""
+        """Start detecting the target. The robot does not move."""
         self._seen_at = time.monotonic()
         self._thread.start()
         self._jobs.put(self._look_again)
@@ -191,7 +191,7 @@ class HandEyeModel:
             self._jobs.put(self._calibrate)
 
     def stop(self) -> None:
-        """Stop the robot at once, whatever it does."""
+        """Stop the robot at once."""
         self._stop_asked.set()
         run, gate = self._run, self.stand.gate
 
@@ -300,7 +300,7 @@ class HandEyeModel:
             self._run = run
             stand.gate.release()
             with watched(stand.gate, stand.clock):
-                if self._stop_asked.is_set():  # asked for before the release
+                if self._stop_asked.is_set():  # requested before the release
                     stand.gate.halt(STOPPED)
                 result = run.run(setup.views)
             self._publish_solution(result, run)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cache
 
 Translator = Callable[[str, str], str]
-"""Context and text to the text in another language."""
+"""Maps context and text to the text in another language."""
 
 
 def _as_written(context: str, text: str) -> str:
@@ -31,12 +31,12 @@ def translate(context: str, text: str) -> str:
 
 
 def localized(text: str) -> str:
-    """Write numbers in a text with the user's decimal point: `0,5` in Spanish. Any thread."""
+    """Return a text with the user's decimal point in its numbers: `0,5` in Spanish. Any thread."""
     return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
 
 
 def counted(count: int, one: str, many: str, *values: object) -> str:
-    """Return the text of one thing or that of several, with `count` in place of {0}. Any thread.
+    """Return the singular or the plural text, with `count` in place of {0}. Any thread.
 
     Further `values` take the places {1}, {2}, … Both texts are translated already; a test checks that each
     counted text of the window comes this way. Qt's numerus forms would need a file for English, too.
@@ -52,7 +52,7 @@ def set_translator(translator: Translator | None, decimal_point: str = ".") -> N
 
 
 def is_translated() -> bool:
-    """Return whether the user's language is another one than texts are written in."""
+    """Return whether the user's language is not the one in which texts are written."""
     return _translator is not _as_written
 
 
@@ -135,7 +135,7 @@ _SENTENCES = (
 
 
 def driver_text(text: object) -> str:
-    """Return a driver's sentence in the user's language; as it is where it is not known."""
+    """Return a driver's sentence in the user's language; unchanged if it is not listed."""
     sentence = str(text)
     if not is_translated():
         return sentence

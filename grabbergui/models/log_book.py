@@ -1,4 +1,4 @@
-"""The program's log, kept to be looked at."""
+"""The program's log, kept for the window."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_LINES = 2000
 
 @dataclass(frozen=True)
 class LogLine:
-    """One entry."""
+    """One entry of the log."""
 
     time: float
     "Seconds since the epoch."
@@ -48,7 +48,7 @@ class LogBook(logging.Handler):
             self.release()
 
     def open(self, logger: logging.Logger | None = None) -> None:
-        """Begin to listen to a logger (the root), and let it pass on what this book keeps."""
+        """Begin to listen to a logger (the root), at the level that this book keeps."""
         self._logger = logger = logger or logging.getLogger()
         self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
         for handler in logger.handlers:
@@ -58,7 +58,7 @@ class LogBook(logging.Handler):
         logger.addHandler(self)
 
     def close(self) -> None:
-        """Listen no longer. May be called twice."""
+        """Stop listening. May be called twice."""
         if self._logger is not None:
             self._logger.removeHandler(self)
             self._logger = None

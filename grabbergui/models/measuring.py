@@ -261,11 +261,11 @@ class Wanted:
     "In the frame's pixels; None for all of it."
     line: Line | None = None
     raw_line: bool = False
-    "Whether the sensor's own values along the line are wanted, and not the colours shown."
+    "Whether the sensor's own values along the line are wanted instead of the colours shown."
 
     @property
     def anything(self) -> bool:
-        """Whether there is anything to do."""
+        """Whether anything is requested."""
         return self.histogram or self.focus or self.line is not None
 
 
@@ -280,7 +280,7 @@ class Measurement:
 
 
 class MeasuringModel:
-    """Measures what `newest` gives, each frame once. No call waits; the signal comes from the thread."""
+    """Measures the frames that `newest` returns, each once. No call waits; the thread emits the signal."""
 
     measured = Signal(Measurement)
 
@@ -298,7 +298,7 @@ class MeasuringModel:
         return self._wanted
 
     def want(self, wanted: Wanted) -> None:
-        """Measure this from now on; with nothing wanted, the thread ends."""
+        """Set the request; with nothing wanted, the thread ends."""
         with self._lock:
             if wanted == self._wanted:
                 return
@@ -309,7 +309,7 @@ class MeasuringModel:
                 self._thread.start()
 
     def close(self, timeout: float = 1.0) -> bool:
-        """Measure nothing more. Whether the thread ended within `timeout` seconds."""
+        """Stop measuring; return whether the thread ended within `timeout` seconds."""
         thread = self._thread
         self.want(Wanted())
         if thread is None or thread is threading.current_thread():

@@ -29,7 +29,7 @@ NOTICE_SECONDS = 6.0
 ERROR_SECONDS = 30.0
 "Seconds for which the failure of one action stays; the log keeps it."
 MOST = 20
-"Messages kept; the oldest make way."
+"Most messages kept; the oldest are dropped."
 
 
 class Severity(Enum):
@@ -41,7 +41,7 @@ class Severity(Enum):
 
 
 class Cause(Enum):
-    """A cause that lasts: its message is shown once, and removed when the cause ends."""
+    """A lasting cause: its message is shown once, and removed when the cause ends."""
 
     LINK = "link"
     "The source does not answer, or has just come back."
@@ -70,7 +70,7 @@ class Message:
     text: str
     severity: Severity = Severity.NOTICE
     source: OpenSource | None = None
-    "The source it belongs to: it is shown while that is the current one. None: to the window."
+    "The source it is about: it is shown while that is the current one. None: the window."
     cause: Cause | None = None
     offers: tuple[Offer, ...] = ()
     count: int = 1
@@ -103,7 +103,7 @@ class MessageModel:
         self._messages: tuple[Message, ...] = ()
         "The newest first."
         self._dismissed: list[tuple[OpenSource | None, Cause]] = []
-        "Causes that the user does not want to hear of again while they last."
+        "Causes whose messages the user dismissed while they last."
 
     def shown(self, source: OpenSource | None) -> tuple[Message, ...]:
         """Return the messages to show while `source` is the current one, the newest first."""
@@ -115,15 +115,15 @@ class MessageModel:
         )
 
     def error(self, text: str, source: OpenSource | None = None) -> None:
-        """Say that one action did not work."""
+        """Report that one action failed."""
         self.post(Message(text, Severity.ERROR, source), seconds=ERROR_SECONDS)
 
     def notice(self, text: str, source: OpenSource | None = None) -> None:
-        """Say for a moment that something was done, or that something changed by itself."""
+        """Report for a moment that something was done, or that something changed by itself."""
         self.post(Message(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
 
     def post(self, message: Message, seconds: float | None = None) -> None:
-        """Show a message, in place of one about the same event, for so many seconds or until it is ended.
+        """Show a message, in place of one about the same event, for `seconds` or until it is ended.
 
         Without a cause, the same message once more only counts up. A cause that was dismissed stays silent
         until it has ended.
@@ -167,12 +167,12 @@ class MessageModel:
             self._keep(lambda other: not other.is_as(message))
 
     def dismiss_all(self) -> None:
-        """Clear the window."""
+        """Dismiss every message."""
         for message in self._messages:
             self.dismiss(message)
 
     def expire(self) -> None:
-        """Drop what has had its time; to be called now and then."""
+        """Remove expired messages; to be called periodically."""
         now = self._clock()
         self._keep(lambda message: message.ends is None or message.ends > now)
 
@@ -186,7 +186,7 @@ class MessageModel:
 
 
 class CurrentMessages:
-    """Posts messages about whichever source is the current one then. Any thread."""
+    """Posts messages about the source that is current at the time. Any thread."""
 
     def __init__(self, model: MessageModel, current: Callable[[], OpenSource | None]) -> None:
         self._model = model
@@ -215,7 +215,7 @@ class CurrentMessages:
 
 
 BACK_SECONDS = 10.0
-"Seconds for which the message stays that a source is back, or that it did not answer once."
+"Seconds for which a message stays that a source is back, or failed to answer once."
 
 
 class LinkMessages:
@@ -233,7 +233,7 @@ class LinkMessages:
         return text
 
     def back(self, source: OpenSource, seconds: float, reason: str) -> None:
-        """Post that a source answers again after so many seconds, and list the settings that differ."""
+        """Post that a source answers again after `seconds`, and list the settings that differ."""
         text = translate("Connection", "back after {0} s").format(localized(f"{seconds:.{seconds < 1:d}f}"))
         unlike = source.grabber.unlike_before if source.grabber is not None else ()
         if reason:

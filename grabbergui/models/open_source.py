@@ -52,7 +52,7 @@ class OpenSource:
         self.features: FeatureTreeModel | None = None
         "None until the grabber is open, and so is `tracked_grabber`."
         self.journal = ChangeJournal()
-        "Changes of its features."
+        "The changes of its features."
         self.streaming_since: float | None = None
         "`time.monotonic` of the last start."
         self.read_only = ""
@@ -62,7 +62,7 @@ class OpenSource:
         self.lost_since: float | None = None
         "`time.monotonic` of the last loss, while it lasts."
         self.no_frames = ""
-        "Reason for which frames are not available while another program has control."
+        "Why frames are not available while another program has control."
         self.replaces: OpenSource | None = None
         "The source that stays current until this one is open, and is closed then."
         self.reopen_on_failure: SourceUri | None = None
@@ -77,7 +77,7 @@ class OpenSource:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Display names for less and less room: the title, without the vendor, and the mark alone."""
+        """Display names for less and less room: the title, without the vendor, and the shortest."""
         if self.grabber is None:
             return (str(self.uri),)
         info = self.grabber.info

@@ -109,7 +109,7 @@ class SourceListModel:
             return self._shown
 
     def start(self) -> None:
-        """Begin to search; does nothing where it does already."""
+        """Begin to search; does nothing if the search is running."""
         if self._thread is None:
             self._stopping = False
             self._thread = threading.Thread(target=self._search_on, name="discovery", daemon=True)
@@ -128,7 +128,7 @@ class SourceListModel:
         return True
 
     def refresh(self) -> None:
-        """Search at once instead of at the next turn. Never waits."""
+        """Search at once instead of after the interval. Never waits."""
         self._wakeup.set()
 
     def add(self, uri: str) -> SourceUri:
@@ -239,12 +239,12 @@ def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
 
 
 FEWEST = 2
-"Sources from which on small pictures help."
+"Least number of open sources for which tiles are shown."
 
 
 @dataclass(eq=False)
 class Tile:
-    """One source and its small picture."""
+    """One source and its small image."""
 
     source: OpenSource
     picture: PictureModel = field(default_factory=PictureModel)
@@ -278,11 +278,11 @@ class GalleryModel:
         return self._tiles
 
     def picture_of(self, source: OpenSource) -> PictureModel | None:
-        """Return the small picture of a source; None where it has no tile. Any thread."""
+        """Return the small picture of a source; None if it has no tile. Any thread."""
         return next((tile.picture for tile in self._tiles if tile.source is source), None)
 
     def close(self, timeout: float) -> bool:
-        """Show nothing more. Whether every thread ended within `timeout` seconds; may be asked again."""
+        """Remove all tiles; return whether every thread ended within `timeout` seconds. Can be repeated."""
         self._connection.sources_changed.disconnect(self._on_sources_changed, missing_ok=True)
         with self._lock:
             self._ending.update(tile.picture for tile in self._tiles)

@@ -21,14 +21,14 @@ from grabbergui.models.open_source import LinkState, OpenSource
 LEAST_RATE = 0.05
 "Frames per second below which a tile shows no rate."
 STALLED = 1.0
-"Seconds without a frame after which it is shown."
+"Seconds without a frame after which the silence is shown."
 STARTING = 2.0
 "Seconds that the first frame may take."
 MOST_STEP = 0.5
-"""Seconds that count at most from one look to the next: while the window was busy with itself, a source had
+"""Seconds that count at most from one observation to the next: while the window was busy, a source had
 no chance to be seen."""
 FACTS_PERIOD = 1.0
-"Seconds between two questions to a source that sends no frames."
+"Seconds between two reads from a source that sends no frames."
 _TELLING = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "PlaybackActive"})
 "Features whose change may change the condition."
 
@@ -76,7 +76,7 @@ class Sighting:
     link: LinkState
     read_only: bool = False
     frames: int = 0
-    "Since the stream was started."
+    "Seconds since the stream was started."
     silent: float = 0.0
     "Seconds without a frame."
     period: float = 0.0
@@ -122,14 +122,14 @@ class SourceStatus:
     "Frames per second."
     health: StreamHealth = field(default_factory=StreamHealth)
     statistics: StreamStatistics | None = None
-    "None where nothing is open."
+    "None if nothing is open."
     facts: CameraFacts = field(default_factory=CameraFacts)
     recorded: bool = False
     "Whether it is being recorded."
 
     @property
     def text(self) -> str:
-        """The condition in a word or two."""
+        """The condition as display text of a word or two."""
         return {
             Condition.CLOSED: translate("Status", "Not connected"),
             Condition.CONNECTING: translate("Status", "Connecting"),
@@ -179,7 +179,7 @@ class SourceStatus:
 
 
 class StatusModel:
-    """Looks at every open source, several times a second. One thread; no call waits."""
+    """Observes every open source, several times a second. One thread; no call waits."""
 
     def __init__(self, connection: Connection, clock: Callable[[], float] = time.monotonic) -> None:
         self._connection = connection
@@ -191,7 +191,7 @@ class StatusModel:
         "Whether a source is being recorded."
 
     def refresh(self) -> None:
-        """Look at every open source."""
+        """Observe every open source."""
         sources = self._connection.sources
         for closed in self._watches.keys() - set(sources):
             self._watches.pop(closed).close()
@@ -211,7 +211,7 @@ class StatusModel:
         return watch.status(self._clock(), held, self.recorded(source))
 
     def close(self) -> None:
-        """Look no longer."""
+        """Stop observing."""
         for watch in self._watches.values():
             watch.close()
         self._watches.clear()
@@ -234,7 +234,7 @@ class _Watch:
         self._asked = -FACTS_PERIOD
 
     def look(self, now: float) -> None:
-        """Read the counters; ask the source's own thread for the rest where it matters."""
+        """Read the counters; read the rest on the source's own thread if it matters."""
         step = min(now - self._looked, MOST_STEP) if self._looked is not None else 0.0
         self._looked = now
         grabber = self._source.grabber

@@ -1,6 +1,6 @@
 """Changes of features, and which of them can be undone or redone: bookkeeping only.
 
-A step is what a user takes for one thing: a slider dragged from here to there, a settings file loaded.
+A step is one action to the user: a slider dragged from here to there, a settings file loaded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Origin(Enum):
     CAMERA = "camera"
     "The camera by itself: an automatic mode, or the consequence of another change."
     NETWORK = "network"
-    "Somebody else who uses the same camera over a network."
+    "Another user of the same camera over a network."
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Change:
     """The values of a feature before and after a change; a command that was run has neither."""
 
     number: int
-    "Counts up from 1. A change that goes on, as while a slider is dragged, keeps its number."
+    "Counts up from 1. A change that continues, as while a slider is dragged, keeps its number."
     time: float
     "Seconds since the epoch when it began."
     key: SettingKey
@@ -43,7 +43,7 @@ class Change:
 
     @property
     def effective(self) -> bool:
-        """Whether anything is other than before."""
+        """Whether anything differs from before."""
         return self.command or self.before != self.after
 
     def __str__(self) -> str:
@@ -55,7 +55,7 @@ class Change:
 
 MOST_STEPS = 200
 MOST_SETTINGS = 5000
-"Changes within one step; the first ones stay."
+"Most changes within one step; the first ones are kept."
 PAUSE = 1.0
 "Seconds without a write of a feature after which the next one is another step."
 
@@ -101,7 +101,7 @@ class Step:
 
     @property
     def effective(self) -> bool:
-        """Whether anything is other than before."""
+        """Whether anything differs from before."""
         return any(change.effective for change in self.changes.values())
 
     def values(self, direction: Direction) -> Values:
@@ -121,7 +121,7 @@ class Step:
 
 
 class UndoHistory:
-    """Steps done and steps undone, the newest last; the oldest make way. One thread at a time."""
+    """Steps done and steps undone, the newest last; the oldest are dropped. One thread at a time."""
 
     def __init__(self, most: int = MOST_STEPS) -> None:
         self._steps: dict[Direction, deque[Step]] = {way: deque(maxlen=most) for way in Direction}
@@ -149,7 +149,7 @@ class UndoHistory:
         if step not in done:
             done.append(step)
         if not step.effective:
-            done.remove(step)  # all is back where it was
+            done.remove(step)  # all values are as before
         self._steps[Direction.REDO].clear()
         self._interrupted = False
         return step

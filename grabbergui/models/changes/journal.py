@@ -1,4 +1,4 @@
-"""Every change of an open source: a log to look at, and what of it can be undone."""
+"""Every change of an open source: a log to show, and the steps that can be undone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from grabbergui.core.selection import SettingKey, ValueChange
 from grabbergui.models.changes.history import Change, Direction, Origin, Step, UndoHistory, goes_on
 
 MOST_CHANGES = 2000
-"Kept to be looked at; older ones are forgotten."
+"Most changes kept in the log."
 
 
 class ChangeJournal:
@@ -26,7 +26,7 @@ class ChangeJournal:
     """
 
     noted = Signal(Change)
-    """A change; one that went on comes again under its number."""
+    """A change; one that continued is emitted again under its number."""
     steps_changed = Signal()
     """The next step to undo or redo has changed."""
 
@@ -71,7 +71,7 @@ class ChangeJournal:
         return self._step is not None
 
     def clear(self) -> None:
-        """Forget the log; what can be undone stays."""
+        """Clear the log; steps can still be undone."""
         with self._lock:
             self._log.clear()
             self._going_on.clear()
@@ -124,7 +124,7 @@ class ChangeJournal:
             self._held[name] = self._clock()
 
     def release(self, name: str) -> None:
-        """End what `hold` began."""
+        """End the step that `hold` began."""
         with self._lock:
             self._held.pop(name, None)
 
@@ -161,12 +161,12 @@ class ChangeJournal:
             self.steps_changed.emit()
 
     def owed(self, direction: Direction) -> dict[SettingKey, FeatureValue]:
-        """Return what steps reverted one after the other could not bring back so far."""
+        """Return the values that the steps reverted in a row could not restore so far."""
         with self._lock:
             return self._owed[1] if self._owed[0] is direction else {}
 
     def owe(self, direction: Direction, values: dict[SettingKey, FeatureValue]) -> None:
-        """Keep what could not be brought back for the next step in this direction."""
+        """Keep the values that could not be restored for the next step in this direction."""
         with self._lock:
             self._owed = (direction, values)
 
@@ -180,7 +180,7 @@ class ChangeJournal:
         now: float,
         since: float | None,
     ) -> Change:
-        # The operator's changes come one after the other; others' go on side by side.
+        # The operator's changes come one after another; those of others may interleave.
         place: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
         number, moment = self._going_on.get(place, (0, now))
         last = self._log.get(number)

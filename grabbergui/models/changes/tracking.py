@@ -50,7 +50,7 @@ class ChangeTrackingGrabber(SharedGrabber):
 
     @property
     def plain(self) -> FrameGrabber:
-        """The grabber itself: nothing done with it is noted."""
+        """The grabber itself, whose use is not recorded."""
         return self._grabber
 
     def selectors_of(self, name: str) -> tuple[str, ...]:
@@ -103,7 +103,7 @@ class ChangeTrackingGrabber(SharedGrabber):
             log.debug("a change of %s is not noted: %s", feature.name, error)
 
     def learn(self) -> None:
-        """Look at the grabber's tree, which is another than before."""
+        """Read the grabber's new tree."""
         self._regulates = regulated_by_mode(self.selectors.descriptions, self.has_feature)
 
     def _displaced(self, key: SettingKey, value: FeatureValue) -> dict[SettingKey, FeatureValue]:
@@ -174,7 +174,7 @@ def writes(changes: Iterable[Change]) -> list[Write]:
         if change.origin is Origin.CAMERA:
             continue
         if not change.command:
-            known = run.pop(change.key, change)  # at its end: it was set after what was set meanwhile
+            known = run.pop(change.key, change)  # at the end: it was set after the others
             run[change.key] = _joined(known, change)
             continue
         found += _settings(run.values(), standing)

@@ -12,10 +12,10 @@ STEPS = 1000
 """Positions of a slider, less where an integer has fewer values."""
 
 HUGE = 1e9
-"""A range from here on is no real range: nobody finds a value in it with a slider."""
+"""A range from here on gets no slider: nobody would find a value in it."""
 
 PER_PIXEL = 0.025
-"""By which share a pixel of a logarithmic track changes the number at most; coarser cannot be aimed."""
+"""Largest relative change of the number per pixel of a logarithmic track; coarser cannot be aimed."""
 
 STEP = 0.01
 """One step of an arrow key, as a share of the range or the number."""

@@ -105,7 +105,7 @@ def _full(grabber: FrameGrabber, axis: tuple[str, str]) -> None:
 
 
 def _paused(grabber: FrameGrabber, change: Callable[[tuple[str, str]], None]) -> Region:
-    with stream_paused(grabber):  # once, not for each of four writes
+    with stream_paused(grabber):  # pause once, not for each of four writes
         for axis in _AXES:
             change(axis)
     x, y, width, height = (

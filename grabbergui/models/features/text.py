@@ -226,7 +226,7 @@ def parse_coded(text: str, representation: Representation) -> int:
 
 
 def access_text(feature: Feature) -> str:
-    """Return the reason for which it cannot be written, as the end of a sentence."""
+    """Return why the feature cannot be written, as the end of a sentence."""
     if feature.problem:
         return translate("Features", "is not available: {0}").format(driver_text(feature.problem))
     if feature.constant:
@@ -304,7 +304,7 @@ def _line(text: str, value: str) -> str:
 
 
 def _exact(feature: Feature) -> str:
-    """Return the value with all its digits, more than the control may have room for."""
+    """Return the value with all its digits, which the control may have no room for."""
     text = format_value(feature.value)
     number = isinstance(feature.value, int | float)
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()

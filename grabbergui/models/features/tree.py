@@ -49,7 +49,7 @@ class FeatureTreeModel:
     structure_changed = Signal()
     """`root` and `favourites` are others; nothing known before is valid."""
     failed = Signal(GrabberError)
-    """A write, command or read did not work."""
+    """A write, command or read failed."""
 
     def __init__(
         self,
@@ -72,10 +72,10 @@ class FeatureTreeModel:
         self._companions: frozenset[str] = frozenset()
         "Automatic modes of the watched features."
         self._stale: set[str] = set()
-        "Changed while nobody watched."
+        "Features that changed while nobody watched them."
         self._held: set[str] = set()
         self._deferred: set[str] = set()
-        "Changed while held."
+        "Features that changed while held."
         self._throttle = WriteThrottle()
         self._values: dict[str, FeatureValue] = {}
         "Values whose write was requested and has not been confirmed yet."
@@ -98,7 +98,7 @@ class FeatureTreeModel:
         self._worker.submit(self._load_anew, key="reload features", failed=self._fail)
 
     def close(self) -> None:
-        """Listen no longer and stay silent. Writes that wait are sent ahead of what is submitted next."""
+        """Stop listening and emitting. Waiting writes are sent before jobs that are submitted later."""
         self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
         with self._lock:
             self._closed = True
@@ -109,7 +109,7 @@ class FeatureTreeModel:
     # -- what is known ---------------------------------------------------------------------------
     @property
     def known(self) -> tuple[Feature, ...]:
-        """Every feature that was read, as last known."""
+        """Every feature read so far, as last known."""
         with self._lock:
             return tuple(self._features.values())
 
@@ -190,7 +190,7 @@ class FeatureTreeModel:
             self._held.add(name)
 
     def release(self, name: str) -> None:
-        """End what `hold` began, and emit the changes that it kept back."""
+        """End the hold, and emit the changes that it kept back."""
         with self._lock:
             self._held.discard(name)
             if name not in self._deferred or self._throttle.waits(name):
@@ -299,7 +299,7 @@ class FeatureTreeModel:
         except GrabberError as error:
             self._publish(self._broken(name, str(error)), always)
         except Exception as error:
-            # One odd node must not take the others with it.
+            # One odd node must not affect the others.
             log.exception("%s could not be read", name)
             self._publish(self._broken(name, f"{type(error).__name__}: {error}"), always)
 

@@ -20,7 +20,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.features.worker import FeatureWorker
 
 MOST_SAMPLES = 36_000
-"Of one value: an hour at ten a second. The oldest make way."
+"Most samples of one value: an hour at ten a second. The oldest are dropped."
 
 
 class ValueHistory:
@@ -78,7 +78,7 @@ PERIOD = 0.1
 PATIENCE = 1.0
 "Seconds between two reads of a camera that does not answer."
 MOST_FEATURES = 12
-"Watched at once: more curves nobody reads, and each costs the camera a read."
+"Most features watched at once: nobody reads more curves, and each costs the camera a read."
 
 PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
 
@@ -109,7 +109,7 @@ class ValueWatch:
 
     @property
     def full(self) -> bool:
-        """Whether no other can be watched."""
+        """Whether no more can be watched."""
         return len(self._names) >= MOST_FEATURES
 
     def attach(self, grabber: FrameGrabber, worker: FeatureWorker) -> None:
@@ -119,7 +119,7 @@ class ValueWatch:
             self._begin_anew()
 
     def detach(self) -> None:
-        """Read nothing; names stay."""
+        """Stop reading; names stay."""
         with self._lock:
             self._source = None
             self._begin_anew()
@@ -132,14 +132,14 @@ class ValueWatch:
                 self._begin_anew()
 
     def add(self, name: str) -> None:
-        """Read one more; does nothing where it is read already, or `full`."""
+        """Watch one more feature; does nothing if it is watched already, or if `full`."""
         with self._lock:
             if name not in self._names and not self.full:
                 self._names = (*self._names, name)
                 self._begin_anew()
 
     def remove(self, name: str) -> None:
-        """Read one less."""
+        """Stop watching a feature."""
         with self._lock:
             self._names = tuple(other for other in self._names if other != name)
             self._begin_anew()

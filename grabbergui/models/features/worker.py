@@ -23,7 +23,7 @@ class _Job:
     done: Callable[[Any], None] | None
     failed: Callable[[GrabberError], None] | None
     due: float
-    "Not before this moment of `time.monotonic`."
+    "Earliest start on `time.monotonic`."
 
 
 class FeatureWorker:
@@ -53,7 +53,7 @@ class FeatureWorker:
         """Run `job` later; then `done` with its result or `failed` with its error, both on the worker.
 
         A job with a `key` takes the place of a waiting one with the same key, which is then neither run nor
-        answered, and goes to the end: what was asked for in between comes first. An exception that is no
+        answered, and goes to the end: jobs submitted in between come first. An exception that is no
         GrabberError is a bug; it is logged and reported like an error. With a `delay` in seconds the job
         lets others pass until then. False, and nothing happens, once closed.
         """
@@ -68,7 +68,7 @@ class FeatureWorker:
 
     @property
     def pressed(self) -> bool:
-        """Whether a job waits only for the one that runs. A long job that can pause should, then."""
+        """Whether a job waits only for the running one. A long job that can pause should do so then."""
         with self._wakeup:
             now = time.monotonic()
             return any(job.due <= now for job in self._waiting.values())

@@ -34,7 +34,7 @@ class UserSet:
     title: str
     tooltip: str = ""
     savable: bool = False
-    "Whether the present settings can be kept in it; not in the factory's."
+    "Whether the present settings can be saved in it; false for the factory's."
     startable: bool = False
     "Whether the camera can start with it."
     starts: bool = False
@@ -88,7 +88,7 @@ def load(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> int:
-    """Let the camera load one of its sets, and note what that changed, so that it can be undone.
+    """Let the camera load one of its sets, and record the changes, so that they can be undone.
 
     Returns how many settings are other than before; with `cancelled` set in time, nothing is loaded.
     Raises FeatureError, TransportError.
@@ -109,7 +109,7 @@ def load(
 
 
 def save(grabber: ChangeTrackingGrabber, name: str) -> None:
-    """Keep the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
+    """Save the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
     _require(grabber)
     camera = grabber.plain
     # Not every camera saves while it streams.

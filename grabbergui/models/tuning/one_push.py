@@ -213,7 +213,7 @@ def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
 
 
 def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: float) -> bool:
-    """Turn the first parameter that leads anywhere. Whether there was one."""
+    """Adjust the first parameter that has an effect; return whether there was one."""
     for parameter in parameters if factor > 1 else reversed(parameters):
         value = parameter.proposed(factor)
         if value is None:
@@ -282,7 +282,7 @@ def balance(run: TuningRun, region: Region | None) -> str:
 
 
 def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
-    """Return the ratio of each channel to be turned."""
+    """Return the ratio of each channel to adjust."""
     name = Role.BALANCE_RATIO.find(grabber.has_feature)
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
@@ -320,7 +320,7 @@ def _usable(light: Light) -> Light:
 
 
 def _adjust_colours(run: TuningRun, parameters: dict[str, TuningParameter], wanted: dict[str, float]) -> bool:
-    """Turn the ratios of these channels. Whether any of them leads anywhere."""
+    """Adjust the ratios of these channels; return whether any of them has an effect."""
     values = {channel: parameters[channel].proposed(factor) for channel, factor in wanted.items()}
 
     def write(grabber: ChangeTrackingGrabber) -> None:

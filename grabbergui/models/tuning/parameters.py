@@ -24,7 +24,7 @@ NEARLY_BLACK = 0.01
 ROOM = 1e-3
 "Relative distance of the bounds below which they are forgotten: the scene has changed since."
 FLATTEST, STEEPEST = 0.25, 2.0
-"Between these a step's effect, in logarithms, is believed."
+"Bounds, in logarithms, within which a step's effect is believed."
 LEAST_STEP = 0.02
 "Relative: what a smaller step did is lost in noise."
 
@@ -77,7 +77,7 @@ class ParameterSearch:
             return (self.value + end) / 2 if abs(end - self.value) > 1 else end
         if self._law is Law.DECIBEL:
             return self.value + _decibels(self._step(_nepers(self.value), math.log(factor)))
-        # From zero no factor leads anywhere.
+        # From zero no factor has an effect.
         value = max(self.value, (self._high - self._low) * 1e-6)
         return value * math.exp(self._step(math.log(value), math.log(factor)))
 

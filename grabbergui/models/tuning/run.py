@@ -21,7 +21,7 @@ from grabbergui.models.language import translate
 from grabbergui.models.measuring import measurable, planes
 
 NEARLY_WHITE = 0.98
-"Part of the highest value from which on a pixel counts as saturated: not every sensor reaches the top."
+"Part of the highest value from which a pixel counts as saturated: not every sensor reaches the top."
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Light:
     saturated: float
     "Fraction of the samples that are white, or nearly."
     channels: dict[str, float]
-    "Mean of `R`, `G` and `B`; of `grey` or `Y` alone where there is no colour."
+    "Mean of `R`, `G` and `B`; of `grey` or `Y` without colour."
 
     @property
     def coloured(self) -> bool:
@@ -73,7 +73,7 @@ T = TypeVar("T")
 STALE_FRAMES = 3
 "Frames after a write that may have been exposed before it: one exposing, one being read out, one on its way."
 MOST_FRAMES = 6
-"Frames looked at until two are alike; a flickering light never gets there."
+"Most frames compared until two are alike; under flickering light none are."
 STEADY = 0.01
 "Difference of two frames' means, as a part of white, that counts as none."
 FRAME_PATIENCE = 5.0
@@ -81,7 +81,7 @@ FRAME_PATIENCE = 5.0
 CALL_PATIENCE = 20.0
 "Seconds to wait for the camera's thread: longer than any call of a camera takes."
 LOOK = 0.05
-"Seconds between two looks at whether it was cancelled."
+"Seconds between checks whether it was cancelled."
 
 
 class TuningError(GrabberError):
@@ -124,7 +124,7 @@ class TuningRun:
         return self._call(job)
 
     def wait(self, seconds: float) -> None:
-        """Let the camera work."""
+        """Wait while the camera works. Raises TuningCancelledError."""
         self.cancelled.wait(seconds)
         self._check()
 
