@@ -46,7 +46,7 @@ _FAMILIES = (
     "gui", "machine", "features", "files", "events", "frames", "serve", "simulate",
     "gige", "calibrate", "servo", "yarp_server",
 )  # fmt: skip
-"""Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""
+"""Modules here. Imported within `main`: the imports take long enough for a Ctrl-C."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"grabbergui: {error}", file=sys.stderr)
         return EXIT_USAGE
     except BrokenPipeError:
-        # Whoever read our output has had enough; nothing may be written at exit either.
+        # The reader of our output is gone; nothing may be written at exit either.
         _give_up_output()
         return 0
     except GrabberError as error:
@@ -70,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         place = f"{error.filename}: " if error.filename is not None else ""
         print(f"grabbergui: {place}{error.strerror or error}", file=sys.stderr)
         _give_up_output()
-        # A file that was named and is not there, as MissingFileError elsewhere.
+        # A named file is missing, as with MissingFileError elsewhere.
         return EXIT_USAGE if isinstance(error, FileNotFoundError) else EXIT_FAILURE
     except KeyboardInterrupt as interrupt:
         return EXIT_TERMINATED if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
@@ -119,7 +119,7 @@ def _nearest(word: str, commands: Iterable[str]) -> str:
 
 
 def _give_up_output() -> None:
-    """Let what still waits for a full disk or a closed pipe go nowhere, silently."""
+    """Discard silently what still waits for a full disk or a closed pipe."""
     try:
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -167,7 +167,7 @@ def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
     for name in _FAMILIES:
         importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
     for command in commands.choices.values():
-        # Also after the command, where it must not undo what stood before; `grabbergui --help` explains them.
+        # Also after the command, where their defaults must not override options before it.
         _add_log_options(command, argument_default=argparse.SUPPRESS, explained=False)
     return parser, frozenset(commands.choices)
 
@@ -196,7 +196,7 @@ def _add_log_options(
 
 
 def _command_place(arguments: list[str]) -> int:
-    """Behind the options that belong to every command."""
+    """Return the index of the first argument after the options that every command has."""
     place = 0
     while place < len(arguments):
         if arguments[place] in ("--log-level", "--log-format"):

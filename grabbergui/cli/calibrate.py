@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from grabbergui.servo.hand_eye_run import HandEyeRun
 
 REMIND = 5.0
-"Seconds without a new view, after which it says what it waits for."
+"Seconds without a new view after which the reason is printed."
 
 
 def add_commands(commands: Any) -> None:
@@ -136,7 +136,7 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
 
 
 def _collect(collector: Collector, options: argparse.Namespace) -> None:
-    """Look at the source until there are enough views, or the time is up."""
+    """Collect views from the source until there are enough, or the time is up."""
     from grabbergui.calibration.collector import Verdict
 
     waiting = {
@@ -247,7 +247,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         )  # fmt: skip
         result = run.run(options.views)
         placement = servo_robots.placement(options)
-        _print_hand_eye(result, placement)  # first: the file may be refused, by a full disk for instance
+        _print_hand_eye(result, placement)  # first: saving may fail, on a full disk for instance
         hand_eye_file.save(result, options.out, placement)
         print(f"saved as {options.out}", flush=True)
         if options.publish_ros2:

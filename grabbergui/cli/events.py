@@ -21,7 +21,7 @@ SELECTOR, SWITCH = "EventSelector", "EventNotification"
 LOOK_PERIOD = 0.1
 """Seconds between checks whether the user wants to end."""
 MOST_WAITING = 1000
-"""Events that wait for a slow reader; those beyond are dropped."""
+"""Most events that wait for a slow reader; further ones are dropped."""
 
 
 def add_commands(commands: Any) -> None:
@@ -87,7 +87,7 @@ def _keep(waiting: queue.Queue[DeviceEvent], event: DeviceEvent) -> None:
 
 @contextmanager
 def _switched_on(grabber: FrameGrabber, names: list[str]) -> Iterator[None]:
-    """The events on, and off again behind the block where they were off."""
+    """Switch the events on for the block; those that were off are switched off again."""
     switches = [SettingKey(SWITCH, ((SELECTOR, name),)) for name in names]
     before = [(key, grabber.read_setting(key).value) for key in switches]
     try:

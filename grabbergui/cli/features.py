@@ -67,7 +67,7 @@ def _add_features(commands: Any) -> None:
 
 
 def assignment(text: str) -> tuple[SettingKey, str]:
-    """`NAME=VALUE` in two; the name may have its selectors. Raises UsageError."""
+    """Split `NAME=VALUE`; the name may have selectors. Raises UsageError."""
     found = SettingKey.parse_assignment(text)
     if found is None:
         raise UsageError(f"'{text}' is not NAME=VALUE")
@@ -75,12 +75,12 @@ def assignment(text: str) -> tuple[SettingKey, str]:
 
 
 def write(grabber: FrameGrabber, key: SettingKey, text: str) -> Feature:
-    """Write what was typed, a number perhaps with a unit (`20ms`); return what the camera then reports."""
+    """Write a typed value, perhaps a number with a unit (`20ms`); return the feature afterwards."""
     return grabber.write_setting(key, typed_value(text, grabber.feature(key.name))).feature
 
 
 def report(feature: Feature) -> str:
-    """`NAME = VALUE UNIT`."""
+    """Return `NAME = VALUE UNIT`."""
     unit = f" {feature.unit}" if feature.unit else ""
     return f"{feature.name} = {format_value(feature.value)}{unit}"
 
@@ -279,7 +279,7 @@ def _diff(options: argparse.Namespace) -> int:
 
 
 def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
-    """A camera and a file, or two files; the one with a description provides the selectors."""
+    """Return the sets of a camera and a file, or of two files; camera or YAML file provide the selectors."""
     if ":" in first and not Path(first).is_file():
         with opened(first, reading=True) as grabber:
             return capture(grabber), files.load(second, grabber.selectors.of)

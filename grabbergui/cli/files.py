@@ -23,7 +23,7 @@ from grabbergui.core.file_access import (
 )
 
 _ARGUMENTS = {"list": (0, 0), "get": (1, 2), "put": (2, 2), "delete": (1, 1)}
-"How many arguments each action takes: at least, at most."
+"Least and most arguments of each action."
 
 
 def add_commands(commands: Any) -> None:
@@ -137,7 +137,7 @@ def _report(options: argparse.Namespace, result: dict[str, Any], outcome: str) -
 
 @contextmanager
 def _progress(name: str) -> Iterator[Progress]:
-    """Show how far a transfer is on a terminal's stderr, in one line that is gone afterwards."""
+    """Show the progress of a transfer on a terminal's stderr, in a line that is erased afterwards."""
     if not sys.stderr.isatty():
         yield lambda done, of: None
         return

@@ -30,7 +30,7 @@ _LOOK = 0.5
 
 
 def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
-    """SOURCE, and how its frames are had; `awaited` is what `--timeout` is for."""
+    """Add SOURCE and the options of taking its frames; `awaited` is what `--timeout` waits for."""
     add_source(parser)
     parser.add_argument(
         "--set",
@@ -49,7 +49,7 @@ def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
 
 
 class FrameSource:
-    """An open grabber that is waited for while it is lost."""
+    """An open grabber; while it is lost, its return is awaited."""
 
     def __init__(self, grabber: FrameGrabber, lost_timeout: float | None = None) -> None:
         self.grabber = grabber
@@ -70,7 +70,7 @@ class FrameSource:
                     raise self.no_frame(timeout, so_far) from None
 
     def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
-        """No frame came in time after so many: why, or what to look at."""
+        """Return the error that no frame came after so many: its cause, or the things to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
         if SourceUri.parse(self.grabber.info.uri).scheme == "file":
             return FrameTimeoutError(f"{title} ended after {came}")
@@ -87,7 +87,7 @@ class FrameSource:
 
 @contextmanager
 def frame_source(options: argparse.Namespace) -> Iterator[FrameSource]:
-    """The source as `add_options` has it, set and not yet started; closed behind the block."""
+    """Yield the source of `add_options`, set and not started; close it after the block."""
     assignments = [assignment(text) for text in options.assignments]
     with opened(options.source, monitor=options.monitor) as grabber:
         source = FrameSource(grabber, options.lost_timeout)
@@ -157,7 +157,7 @@ def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace
             _save(frame, options.out, source.grabber, scan)
     assert first is not None
     counters = source.grabber.statistics()
-    # From the first frame's own time to the last's: opening the camera is not the camera's rate.
+    # From the first frame's time to the last's: the rate does not include opening the camera.
     seconds = max(0.0, frame.captured - first.captured)
     return {
         "frames": options.frames,
@@ -177,7 +177,7 @@ _CODECS = {
     for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
 }
 _POLL = 0.1
-"Seconds between checks whether it shall end."
+"Seconds between checks whether the recording should end."
 
 
 def _add_record(commands: Any) -> None:

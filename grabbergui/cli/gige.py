@@ -1,4 +1,4 @@
-"""`grabbergui force-ip`, `persistent-ip` and `trigger-group`: what concerns GigE Vision cameras alone."""
+"""`grabbergui force-ip`, `persistent-ip` and `trigger-group`: commands for GigE Vision cameras only."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def _await_clocks(cameras: list[FrameGrabber]) -> None:
 
 
 def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
-    """One action; nanoseconds between the earliest and the latest of its frames."""
+    """Send one action; return the nanoseconds between the earliest and the latest of its frames."""
     from grabbergui.driver.gige.discovery.commands import send_action
     from grabbergui.driver.gige.gvcp import Status
     from grabbergui.driver.gige.gvcp_messages import Action

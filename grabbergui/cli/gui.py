@@ -67,7 +67,7 @@ def _gui(options: argparse.Namespace) -> int:
 
 
 def add_theme(parser: argparse.ArgumentParser) -> None:
-    """`--theme`, for every command with a window."""
+    """Add `--theme`, for every command with a window."""
     parser.add_argument(
         "--theme",
         choices=("auto", "light", "dark"),
@@ -78,7 +78,7 @@ def add_theme(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def importing_window(otherwise: str) -> Iterator[None]:
-    """Raise SourceUnavailableError where the block cannot import Qt; `otherwise` is what to do without it."""
+    """Raise SourceUnavailableError if the block cannot import Qt; `otherwise` is the advice without it."""
     try:
         yield
     except ImportError as error:
@@ -98,7 +98,7 @@ def _settings_file(uri: SourceUri) -> Path | None:
 
 
 EXIT_REFUSED = 1
-"A line of a script was refused."
+"Exit code when a line of a script was refused."
 
 
 def _add_terminal(commands: Any) -> None:

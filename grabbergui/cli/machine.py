@@ -1,4 +1,4 @@
-"""Commands about this machine: `list` and `doctor` look at it, `setup` and `paths` are about the program."""
+"""Commands about this machine (`list`, `doctor`) and the program on it (`setup`, `paths`)."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ def _completion(options: argparse.Namespace) -> tuple[list[Path], str]:
 
 
 def _paths() -> dict[str, Path]:
-    """Name what users look for, the manual's name first."""
+    """Return the paths that users look for, by the names that the manual gives them."""
     return {
         "resources": RESOURCES,
         "manual": MANUAL,

@@ -23,13 +23,13 @@ log = logging.getLogger(__name__)
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 DEFAULT_HOST = "127.0.0.1"
 REQUEST_TIMEOUT = 5.0
-"""Seconds that a caller may stand still within its request."""
+"""Seconds that a caller may pause within its request."""
 
 PAUSE = 1.0
-"""Seconds before the next caller when descriptors were used up."""
+"""Seconds before the next caller is accepted when descriptors were used up."""
 
 MOST_REQUESTS = 8
-"""Answered at a time, each on a thread of its own; the oldest gives way to another."""
+"""Most requests at a time, each on a thread of its own; the oldest is closed for a new one."""
 
 _GAUGES = {
     "frame_rate": ("frame_rate_hertz", "Frames per second."),
@@ -51,11 +51,11 @@ _COUNTERS = {
 }
 
 Published = Mapping[str, Callable[[], int]]
-"""By network, how many pictures it sent."""
+"""The number of images sent, by network."""
 
 
 def exposition(statistics: StreamStatistics, streaming: bool, source: str, published: Published) -> str:
-    """The page: each metric with its help, its type and its value, labelled with the source's URI."""
+    """Return the page: each metric with help, type and value, labelled with the source's URI."""
     label = f'source="{_escaped(source)}"'
     lines = _metric("streaming", "gauge", "Whether the stream is on.", {label: int(streaming)})
     values = statistics.as_dict()
@@ -79,7 +79,7 @@ def _escaped(text: str) -> str:
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """`HOST:PORT`, or `PORT` on this machine only. Raises UsageError."""
+    """Parse `HOST:PORT`, or `PORT` on this machine only. Raises UsageError."""
     host, _, port = text.rpartition(":")
     if not port.isascii() or not port.isdigit() or int(port) > 65535:
         raise UsageError(f"--metrics {text}: write HOST:PORT, or PORT for this machine only")
@@ -149,7 +149,7 @@ class MetricsServer:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """The URL of the page."""
         host, port = self._server.server_address[:2]
         return f"http://{host!s}:{port}/metrics"
 
@@ -165,7 +165,7 @@ class MetricsServer:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    # A caller that says nothing must not hold up the end.
+    # A silent caller must not delay the end.
     block_on_close = False
 
     def __init__(
@@ -173,7 +173,7 @@ class _Server(ThreadingHTTPServer):
     ) -> None:
         self._allowed = allowed
         self._requests: dict[socket.socket, None] = {}
-        "Those in progress, oldest first."
+        "The requests in progress, oldest first."
         self._lock = threading.Lock()
         super().__init__(address, handler)
 
@@ -186,7 +186,7 @@ class _Server(ThreadingHTTPServer):
         except OSError as error:
             if failure := ResourceExhaustedError.of(error):
                 log.warning("metrics: nobody can connect: %s", failure)
-                time.sleep(PAUSE)  # the connection still waits: without a pause this would be asked for ever
+                time.sleep(PAUSE)  # the connection still waits: without a pause this would be a busy loop
             raise
 
     def process_request(self, request: Any, client_address: Any) -> None:

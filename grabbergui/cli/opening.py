@@ -1,4 +1,4 @@
-"""Commands that open a source share this: its options, its control, and the wait for one that was lost."""
+"""Shared by commands that open a source: its options, its control, and the wait for a lost source."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from grabbergui.setup.seen import Seen, somebody_types
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
-    """The SOURCE argument."""
+    """Add the SOURCE argument."""
     parser.add_argument("source", metavar="SOURCE", help="the camera or recording, as gige: or gige:SERIAL")
 
 
 def add_monitor(parser: argparse.ArgumentParser) -> None:
-    """`--monitor`, for `opened`."""
+    """Add `--monitor`, for `opened`."""
     parser.add_argument(
         "--monitor",
         action="store_true",
@@ -60,7 +60,7 @@ def _feature_names(category: Category) -> Iterator[str]:
 
 
 def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:
-    """Open it, or say what else can be done where another application has control."""
+    """Open the grabber; if another application has control, raise an error with the alternatives."""
     try:
         grabber.open(Access.CONTROL)
     except AccessDeniedError as denied:
@@ -77,7 +77,7 @@ def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:
 
 
 def add_lost_timeout(parser: argparse.ArgumentParser) -> None:
-    """`--lost-timeout`, for `Outage`."""
+    """Add `--lost-timeout`, for `Outage`."""
     parser.add_argument(
         "--lost-timeout",
         type=positive,
@@ -110,11 +110,11 @@ class Outage:
 
     @property
     def present(self) -> bool:
-        """Whether the source is lost at the moment."""
+        """Whether the source is lost now."""
         return self._since is not None
 
     def waited(self, since: float) -> float:
-        """Seconds since `since` or since the source came back, whichever is later; 0 while it is lost."""
+        """Return seconds since `since` or the source's return, whichever is later; 0 while it is lost."""
         return 0.0 if self.present else self._clock() - max(since, self._ended)
 
     def check(self) -> None:

@@ -1,6 +1,6 @@
 """The parser of every command, and the types of its arguments.
 
-Help has an example, keeps to the terminal's width, and ends by itself. The types refuse nonsense at once.
+Help has an example, keeps to the terminal's width, and ends by itself. The types refuse bad values at once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ NARROWEST = 40
 
 
 def columns() -> int:
-    """Return how wide a line of help may be: the terminal, less the two columns that argparse leaves free."""
+    """Return the width of a line of help: the terminal's, less the two columns that argparse leaves free."""
     return max(shutil.get_terminal_size().columns - 2, NARROWEST)
 
 
@@ -46,22 +46,22 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def count(text: str) -> int:
-    """A whole number from 1 on."""
+    """Parse a whole number of at least 1."""
     return _whole(text, 1, None)
 
 
 def count_or_none(text: str) -> int:
-    """A whole number from 0 on."""
+    """Parse a whole number of at least 0."""
     return _whole(text, 0, None)
 
 
 def port(text: str) -> int:
-    """A TCP port; 0 stands for any that is free."""
+    """Parse a TCP port; 0 stands for any free one."""
     return _whole(text, 0, 0xFFFF)
 
 
 def key(text: str) -> int:
-    """32 bits, decimal or hexadecimal."""
+    """Parse a number of 32 bits, decimal or hexadecimal."""
     try:
         return _whole(text, 0, 0xFFFFFFFF)
     except argparse.ArgumentTypeError:
@@ -69,7 +69,7 @@ def key(text: str) -> int:
 
 
 def positive(text: str) -> float:
-    """More than nothing, and finite."""
+    """Parse a finite number above 0."""
     value = _finite(text)
     if value <= 0:
         raise argparse.ArgumentTypeError(f"'{text}' is not more than 0")
@@ -77,7 +77,7 @@ def positive(text: str) -> float:
 
 
 def not_negative(text: str) -> float:
-    """From nothing on, and finite."""
+    """Parse a finite number of at least 0."""
     value = _finite(text)
     if value < 0:
         raise argparse.ArgumentTypeError(f"'{text}' is less than 0")
@@ -85,7 +85,7 @@ def not_negative(text: str) -> float:
 
 
 def part(text: str) -> float:
-    """`1%` or `0.01`."""
+    """Parse a share: `1%` or `0.01`."""
     value = not_negative(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
     if value > 1:
         raise argparse.ArgumentTypeError(f"'{text}' is more than all; write 1% or 0.01")
@@ -93,14 +93,14 @@ def part(text: str) -> float:
 
 
 def seconds(text: str) -> float:
-    """`5ms`, `0.005s` or `0.005`."""
+    """Parse a duration: `5ms`, `0.005s` or `0.005`."""
     if text.endswith("ms"):
         return not_negative(text.removesuffix("ms")) / 1000
     return not_negative(text.removesuffix("s"))
 
 
 def counted(number: int, noun: str) -> str:
-    """`1 frame`, `2 frames`."""
+    """Return `1 frame` or `2 frames`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 

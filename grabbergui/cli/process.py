@@ -49,10 +49,10 @@ LOG_FORMATS = ("text", "json")
 
 
 class JsonFormatter(logging.Formatter):
-    """`time` (ISO 8601, UTC), `level`, `logger`, `thread` and `message`; `exception` where there is one."""
+    """Formats `time` (ISO 8601, UTC), `level`, `logger`, `thread`, `message` and any `exception`."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One line, whatever is in the message."""
+        """Return one line, also for a message of several."""
         entry = {
             "time": datetime.fromtimestamp(record.created, timezone.utc).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
@@ -66,7 +66,7 @@ class JsonFormatter(logging.Formatter):
 
 
 def set_up_log(level: str, kind: str) -> None:
-    """Log from this level on to stderr, in one of LOG_FORMATS. Does nothing where logging is set up."""
+    """Log from this level up to stderr, in one of LOG_FORMATS. Does nothing if logging is set up."""
     handler = logging.StreamHandler()
     handler.setFormatter(
         JsonFormatter()
@@ -77,19 +77,19 @@ def set_up_log(level: str, kind: str) -> None:
 
 
 SAME = 1.0
-"""Seconds within which a second signal is the same wish: a terminal and a launcher both send one."""
+"""Seconds within which a second signal is the same request: a terminal and a launcher both send one."""
 PUT_OFF = 0.02
-"""Seconds until a signal that came at a bad moment is tried again."""
+"""Seconds until a postponed signal is tried again."""
 _MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, raised like Ctrl-C, so that everything open is closed on the way out."""
+    """SIGTERM as an exception like that of Ctrl-C, so that everything open is closed."""
 
 
 @contextmanager
 def dies_of_interrupt() -> Iterator[None]:
-    """Ctrl-C ends the program at once and says nothing, for a phase that leaves nothing behind."""
+    """Let Ctrl-C end the program at once and silently, in a phase that leaves nothing behind."""
     before = signal.getsignal(signal.SIGINT)
     ours = before is not signal.SIG_IGN and _in_main_thread()
     if ours:
@@ -111,7 +111,7 @@ def raising_on_signals() -> Iterator[None]:
     if not _in_main_thread():
         yield
         return
-    # Whoever started us with a signal ignored means it.
+    # A signal that was ignored when we were started stays ignored.
     ours = {
         number: handler
         for number in (signal.SIGINT, signal.SIGTERM)
@@ -139,7 +139,7 @@ def raising_on_signals() -> Iterator[None]:
 
 @contextmanager
 def stop_on_signals() -> Iterator[threading.Event]:
-    """An event that Ctrl-C or SIGTERM sets; whoever insists a second later ends the program at once."""
+    """Yield an event that Ctrl-C or SIGTERM sets; another one, a second later, ends the program."""
     stop = threading.Event()
     first = 0.0
     signals = (signal.SIGINT, signal.SIGTERM)
@@ -164,12 +164,12 @@ def stop_on_signals() -> Iterator[threading.Event]:
 
 
 def _in_main_thread() -> bool:
-    """Where alone Python lets signals be arranged."""
+    """Return whether this is the main thread, the only one that can set signal handlers."""
     return threading.current_thread() is threading.main_thread()
 
 
 def _within(frame: FrameType | None, package: str) -> bool:
-    """Whether a frame was called, however far back, by code of a package."""
+    """Return whether a frame was called, directly or not, by code of a package."""
     while frame is not None:
         if str(frame.f_globals.get("__name__", "")).startswith(package):
             return True
@@ -194,7 +194,7 @@ def notify(state: str) -> bool:
 
 
 def watchdog_period() -> float:
-    """Seconds between two signs of life: half of what the unit's WatchdogSec asks for; 0 without one."""
+    """Return seconds between two signs of life: half of the unit's WatchdogSec; 0 without one."""
     if os.environ.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
         return 0.0
     text = os.environ.get("WATCHDOG_USEC", "")

@@ -39,7 +39,7 @@ _NETWORKS = {
 }
 """Options that mean nothing without the network."""
 _RENAMED = re.compile(r"__(ns|node|name):=")
-"""ROS arguments that give the node another name than --ros2 does."""
+"""ROS arguments that would override the name given by --ros2."""
 
 
 def add_commands(commands: Any) -> None:
@@ -160,7 +160,7 @@ def _run(arguments: argparse.Namespace) -> int:
         elif options.terminal:
             from grabbergui.terminal import console
 
-            # Behind a pipe that has ended, as of a service, there is nobody left to say `exit`.
+            # When its input has ended, as in a service, nobody can type `exit`.
             if not console.run(grabber, finished=stop.is_set).left:
                 stop.wait()
         else:
@@ -205,7 +205,7 @@ def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
 
 
 def _nth_camera(index: int) -> str:
-    """The camera of that number among those found, the simulated one left out, in order of their URIs."""
+    """Return the camera of that number among those found, sorted by URI, without the simulated one."""
     found = sorted(info.uri for info in sources.discover() if not info.uri.startswith(SIMULATED))
     if not 0 <= index < len(found):
         raise SourceNotFoundError(
@@ -240,11 +240,11 @@ def _metrics(
 
 
 def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
-    """The one that all networks share. Raises UsageError where there is no such file and none can be made."""
+    """Return the calibration that all networks share. Raises UsageError if its file cannot be used."""
     from grabbergui.calibration.fitted import FittedCalibration
 
     file = Path(options.calibration) if options.calibration else None
-    # With ROS 2 it may be a new file, which set_camera_info writes; that must be none of the program's own.
+    # With ROS 2 it may be a new file for set_camera_info to write, but never one of the program's own.
     if file is not None and not options.ros2:
         with suppress(MissingFileError):
             file = find_file(file, "calibration", "servo")
@@ -254,7 +254,7 @@ def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibrat
     if calibration.calibration is not None:
         try:
             calibration.now()
-        except GrabberError as error:  # of other images; these may be set to them yet
+        except GrabberError as error:  # of images of another size, which may be set later
             log.warning("--calibration %s is not used for the images as they are set: %s", file, error)
     return calibration
 
@@ -296,7 +296,7 @@ def _on_yarp(
 
 
 def _narrow_discovery(allowed: AllowedAddresses) -> None:
-    """Let ROS 2 look for peers only where they are allowed. It keeps accidents away, not strangers."""
+    """Let ROS 2 search for peers only among the allowed. It prevents accidents, not attacks."""
     hosts = allowed.hosts
     if hosts is None or "ROS_AUTOMATIC_DISCOVERY_RANGE" in os.environ:
         log.warning("--allow %s: ROS 2 answers everybody in its domain; use a firewall or SROS 2", allowed)
@@ -342,7 +342,7 @@ def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:
     from grabbergui.ui.run import window
 
     def create(uri: SourceUri) -> FrameGrabber:
-        """The camera that is served, or another that is picked in the list."""
+        """Return the served grabber for its own URI, or open another source that is chosen in the list."""
         return SharedGrabber(grabber) if str(uri) == grabber.info.uri else sources.create(uri)
 
     return window.run(grabber.info.uri, create=create, stop=stop)

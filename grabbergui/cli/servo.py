@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 EXIT_NOT_REACHED = 1
 WAITS = "ready: nothing moves until Start is pressed"
-"State of a real robot as its window opens."
+"State of a real robot when its window opens."
 KEYBOARD_PERIOD = 0.1
-"Seconds between looks at the keyboard, and at whether the end was asked for."
+"Seconds between checks of the keyboard, and of a request to end."
 
 
 def add_commands(commands: Any) -> None:
@@ -84,7 +84,7 @@ def add_commands(commands: Any) -> None:
 
 
 def add_target(parser: argparse.ArgumentParser) -> None:
-    """Options that name the marker or the board."""
+    """Add the options of the marker or the board."""
     group = parser.add_argument_group("the arm's goal")
     group.add_argument(
         "--target", choices=("single", "grid", "charuco"), help="one marker, or a board of markers (single)"
@@ -110,7 +110,7 @@ def _marker(options: argparse.Namespace, marker: MarkerConfig) -> MarkerConfig:
 
 
 def configuration(options: argparse.Namespace) -> Config:
-    """The settings of a file, changed by options. Raises UsageError."""
+    """Return the settings of a file, overridden by options. Raises UsageError."""
     from grabbergui.servo.config import Config
 
     config = Config.load(find_file(options.config, "configuration")) if options.config else Config()
@@ -152,7 +152,7 @@ def _run(options: argparse.Namespace) -> int:
 def _follow(
     runner: Runner, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
 ) -> int:
-    """Run to the end: of the time, of the loop, or by the user's wish."""
+    """Run until the time is up, the loop ends, or the user ends it."""
     from grabbergui.servo.report import Recorder
 
     recorder: Recorder | None = Recorder(options.report, scene.calibration) if options.report else None
@@ -166,7 +166,7 @@ def _follow(
     window = None if options.headless else _window(options, stop, scene, runner)
     runner.cycle_done.connect(turned)
     runner.failed.connect(outcome.fail)
-    # Without a window, the command itself is the wish that it moves.
+    # Without a window, the command itself lets the robot move.
     runner.start(held=WAITS if window is not None and scene.real else "")
     began = time.monotonic()
 

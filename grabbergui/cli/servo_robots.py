@@ -41,22 +41,22 @@ YARP_PREFIX = ROS2_PREFIX = "/grabbergui/servo"
 
 @dataclass(frozen=True)
 class Scene:
-    """Robot and camera, both opened."""
+    """An opened robot and camera."""
 
     robot: Robot
     grabber: FrameGrabber
     calibration: CalibrationFor
     truth: Truth | None = None
     real: bool = False
-    "Perhaps something moves in this world: the window waits for a person's Start."
+    "Whether something may move in the real world: the window then waits for Start."
     guardian: GuardianLink | None = None
-    "Of a robot that would go on moving if this program died; starting."
+    "The guardian of a robot that would continue to move if this program died; starting."
     cameras: SimulatedCameras | None = None
-    "Of a simulated robot with its own camera: puts that where a hand–eye calibration wants it."
+    "Of a simulated robot with its own camera: moves that to the place of a hand–eye calibration."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options that name the robot and its camera."""
+    """Add the options of the robot and its camera."""
     parser.add_argument(
         "--robot",
         choices=tuple(_ROBOTS),
@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_publishing(parser: argparse.ArgumentParser) -> None:
-    """Options that name the networks on which the loop publishes."""
+    """Add the options of the networks on which the loop publishes."""
     for option, network, prefix in (
         ("--publish", "YARP", YARP_PREFIX),
         ("--publish-ros2", "ROS 2", ROS2_PREFIX),
@@ -94,7 +94,7 @@ def add_publishing(parser: argparse.ArgumentParser) -> None:
 
 
 def add_tiago(parser: argparse.ArgumentParser) -> None:
-    """Options of a TIAGo, for both ends: its URDF and frames, and the topics of its controllers."""
+    """Add the options of a TIAGo, real or simulated: its URDF and frames, and its controllers' topics."""
     group = parser.add_argument_group("TIAGo on ROS 2")
     group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (/robot_description)")
     group.add_argument(
@@ -108,7 +108,7 @@ def add_tiago(parser: argparse.ArgumentParser) -> None:
 
 
 def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
-    """Robot and camera, opened; `stack` closes them. Raises GrabberError."""
+    """Open robot and camera; `stack` closes them. Raises GrabberError."""
     return _ROBOTS[options.robot](options, config, stack)
 
 
@@ -131,7 +131,7 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
 
 
 def place_camera(robot: Robot, file: Path) -> None:
-    """Take the camera to sit where a hand–eye calibration found it. Raises UsageError, OSError."""
+    """Use the camera's pose from a hand–eye calibration. Raises UsageError, OSError."""
     from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.robots.robot import CameraPlace
 
@@ -147,7 +147,7 @@ def place_camera(robot: Robot, file: Path) -> None:
 
 
 def placement(options: argparse.Namespace) -> Placement:
-    """What carries the camera, by tf's names as far as they are known."""
+    """Return the mount of the camera, with tf's names as far as they are known."""
     from grabbergui.calibration import hand_eye_file
     from grabbergui.calibration.geometry import pose
 
@@ -188,14 +188,14 @@ def hand_eye_stand(
 
 
 def tiago_model(options: argparse.Namespace) -> KinematicModel:
-    """TIAGo as the options have it. Raises SourceUnavailableError."""
+    """Return a TIAGo with these options. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
 
     return tiago.model(options.urdf, options.hand_frame or "", options.camera_frame or "")
 
 
 def tiago_topics(options: argparse.Namespace) -> Topics:
-    """Where it listens, as the options have it."""
+    """Return the topics of TIAGo's controllers with these options."""
     from grabbergui.servo.robots.tiago_ros2 import Topics
 
     given = {"arm": options.arm_topic, "head": options.head_topic, "camera_frame": options.camera_frame}
@@ -279,7 +279,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     given = options.calibration is not None or options.field_of_view is not None
     received, frame = None, ""
     if not given and source.startswith("ros2:"):
-        # Of a camera that perhaps is being started only now: this waits for it.
+        # The camera may be starting only now: this waits for it.
         received, frame = receive_camera_info(source.removeprefix("ros2:"))
     urdf = options.urdf or _described_urdf(stack)
     model = tiago.model(urdf, options.hand_frame or "", options.camera_frame or "", seen_in=frame)
@@ -297,7 +297,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
 
 def _described_urdf(stack: ExitStack) -> Path | None:
-    """A file with what the robot says of itself on `/robot_description`; None if it says nothing."""
+    """Write the robot's `/robot_description` to a file, and return that; None if none is published."""
     from grabbergui.servo.robots.tiago_manager import receive_description
     from grabbergui.servo.ros2 import ROBOT, require_packages
 
@@ -311,7 +311,7 @@ def _described_urdf(stack: ExitStack) -> Path | None:
 
 
 def _guardian(robot: Robot, config: Config, stack: ExitStack) -> GuardianLink:
-    """A guardian for a robot that is not open yet: both start together, and it is closed last."""
+    """Return a guardian for a robot that is not open yet: both start together, and it is closed last."""
     from grabbergui.servo.guardian_link import GuardianLink
 
     guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
@@ -324,7 +324,7 @@ _ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _
 
 
 def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> CalibrationFor:
-    """The one given, for pictures of any size that fits it; with a window, the one chosen there.
+    """Return the given calibration, for images of any size that fits it; with a window, the one chosen there.
 
     Raises UsageError with the ways out of none.
     """

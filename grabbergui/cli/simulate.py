@@ -231,7 +231,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         camera.open()
         stack.callback(camera.close)
         topics = servo_robots.tiago_topics(options)
-        # A file of its own: whoever calls set_camera_info writes to it.
+        # A copy: set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
         camera_info.save(closed_loop.calibration(), calibration)
         pictures = Ros2GrabberServer(

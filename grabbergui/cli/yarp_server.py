@@ -1,4 +1,4 @@
-"""YARP's name server as a command, and beside `serve` and `simulate-teo`."""
+"""YARP's name server as a command, and within `serve` and `simulate-teo`."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """`--with-name-server` and `--nameserver`."""
+    """Add `--with-name-server` and `--nameserver`."""
     parser.add_argument("--with-name-server", action="store_true", help=f"run one too, at {DEFAULT}")
     parser.add_argument(
         "--nameserver",

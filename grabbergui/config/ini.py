@@ -24,7 +24,7 @@ from grabbergui.core.errors import UsageError
 _ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
 """`key value`, and `key = value` for those used to other dialects."""
 MAX_BYTES = 1024 * 1024
-"""A configuration longer than this is something else."""
+"""A longer file is no configuration."""
 
 
 @dataclass
@@ -66,7 +66,7 @@ def _unquoted(value: str) -> str:
 
 
 def search_path(context: str = "", environment: Mapping[str, str] = os.environ) -> Iterator[Path]:
-    """The folders in order; they need not exist."""
+    """Yield the folders in order; they need not exist."""
     yield Path.cwd()
     config_home, *config_dirs = config_folders(environment)
     homes = [
@@ -81,7 +81,7 @@ def search_path(context: str = "", environment: Mapping[str, str] = os.environ) 
 
 
 def config_folders(environment: Mapping[str, str] = os.environ) -> list[Path]:
-    """The user's folder of configuration, then the system's."""
+    """Return the user's folder of configuration, then the system's."""
     home = {"win32": "AppData/Roaming", "darwin": "Library/Preferences"}.get(sys.platform, ".config")
     return [
         _folder(environment, "YARP_CONFIG_HOME", "XDG_CONFIG_HOME", home),
@@ -90,7 +90,7 @@ def config_folders(environment: Mapping[str, str] = os.environ) -> list[Path]:
 
 
 def find(name: str, context: str = "", environment: Mapping[str, str] = os.environ) -> Path:
-    """The first file of that name; an absolute path is itself. Raises UsageError saying where it looked."""
+    """Return the first file of that name, or an absolute path itself. Raises UsageError with the folders."""
     if Path(name).is_absolute():
         folders = [Path("/")]
     else:

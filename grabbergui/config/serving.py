@@ -34,7 +34,7 @@ class AllowedAddresses:
 
     @property
     def everybody(self) -> bool:
-        """Whether no address is kept out."""
+        """Whether every address is allowed."""
         return not self._networks
 
     def allows(self, address: str, own: str = "") -> bool:
@@ -51,7 +51,7 @@ class AllowedAddresses:
 
     @property
     def hosts(self) -> list[str] | None:
-        """The single addresses; None where a network is allowed, whose addresses are too many to name."""
+        """The single addresses; None if a network is allowed, whose addresses are too many to list."""
         if any(network.num_addresses > 1 for network in self._networks):
             return None
         return [str(network.network_address) for network in self._networks]
@@ -81,9 +81,9 @@ class ServeOptions:
     "A URI; empty means the first GigE Vision camera, or the simulated one with `fake`."
     fake: bool = False
     index: int = 0
-    "Which of the cameras found, where no source is named."
+    "Number of the camera among those found, if no source is named."
     monitor: bool = False
-    "Only look on, beside the application that controls it."
+    "Only monitor, while another application controls the camera."
     pixel_format: str = ""
     "Set before streaming."
     introspection: bool = False
@@ -95,7 +95,7 @@ class ServeOptions:
     ros2: str = ""
     "The node's name; empty: not on ROS 2."
     frame_id: str = "camera"
-    "Of the headers of ROS 2 pictures."
+    "Frame id in the headers of ROS 2 images."
     calibration: str = ""
     "A camera_info YAML file for both networks; `set_camera_info` of ROS 2 writes it."
     qos: str = "reliable"
@@ -140,7 +140,7 @@ class ServeOptions:
 
     @property
     def uri(self) -> str:
-        """The source to open, where it is clear without looking for cameras."""
+        """The source to open, if it is known without a search for cameras."""
         return self.source or (SIMULATED if self.fake else "")
 
     def with_file(self, section: Section, given: frozenset[str], where: str) -> ServeOptions:
@@ -172,7 +172,7 @@ _NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_for
     "name": "yarp",
     "node_name": "ros2",
 }
-"""A file's keys and our fields."""
+"""Maps a file's keys to our fields."""
 
 _YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
 """Keys that YARP's own tools read from the same files."""

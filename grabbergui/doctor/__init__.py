@@ -1,4 +1,4 @@
-"""Checks for the usual problems between a camera and the window: what each found, and the remedy."""
+"""Checks for the usual problems between a camera and the window: findings, each with its remedy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Level(Enum):
-    """How bad it is."""
+    """Severity of a finding."""
 
     GOOD = "ok"
     NOTE = "note"
@@ -17,24 +17,24 @@ class Level(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the report, and what to do about it."""
+    """One line of the report, and its remedy."""
 
     level: Level
     text: str
     remedy: str = ""
-    "A command or a sentence; empty where nothing need be done."
+    "A command or a sentence; empty if nothing need be done."
 
 
 def good(text: str) -> Finding:
-    """Nothing to do."""
+    """Return a finding without anything to do."""
     return Finding(Level.GOOD, text)
 
 
 def note(text: str, remedy: str = "") -> Finding:
-    """Something that matters only to those who use it."""
+    """Return a finding about something optional."""
     return Finding(Level.NOTE, text, remedy)
 
 
 def problem(text: str, remedy: str) -> Finding:
-    """Something to mend."""
+    """Return a finding about a problem."""
     return Finding(Level.PROBLEM, text, remedy)

@@ -49,7 +49,7 @@ def check_network() -> Iterator[Finding]:
 
 
 def receive_buffer(sysctl: Path) -> Iterator[Finding]:
-    """The largest socket buffer that the kernel grants."""
+    """Check the largest socket buffer that the kernel grants."""
     try:
         limit = int((sysctl / "core" / "rmem_max").read_text())
     except (OSError, ValueError):
@@ -65,7 +65,7 @@ def receive_buffer(sysctl: Path) -> Iterator[Finding]:
 
 
 def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:
-    """Jumbo frames, which spare the processor most of its work."""
+    """Check for jumbo frames, which save most of the processor's work."""
     for interface in found:
         if interface.mtu < JUMBO_MTU:
             yield note(
@@ -77,7 +77,7 @@ def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:
 
 
 def shared_networks(found: Sequence[Interface]) -> Iterator[Finding]:
-    """Two interfaces in one subnet: packets leave by either."""
+    """Check for two interfaces in one subnet: packets leave by either."""
     for one, other in combinations(found, 2):
         if one.name != other.name and one.network.overlaps(other.network):
             yield problem(
@@ -88,7 +88,7 @@ def shared_networks(found: Sequence[Interface]) -> Iterator[Finding]:
 
 
 def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
-    """The filter that drops answers from other subnets."""
+    """Check the filter that drops answers from other subnets."""
     for name in ("all", *dict.fromkeys(interface.name for interface in found)):
         place = sysctl / "ipv4" / "conf" / name / "rp_filter"
         try:
@@ -103,7 +103,7 @@ def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
 
 
 def gige_cameras(found: Sequence[FoundDevice]) -> Iterator[Finding]:
-    """Cameras seen, and those that answer from an address that cannot be reached."""
+    """List the cameras found, also those at an address that cannot be reached."""
     if not found:
         yield note(
             "no GigE Vision camera answers",
@@ -134,7 +134,7 @@ def check_usb() -> Iterator[Finding]:
 
 
 def udev_rule(folder: Path) -> Iterator[Finding]:
-    """Whether users may open cameras."""
+    """Check whether users may open cameras."""
     rule = installed_udev_rule(folder)
     if rule is not None:
         yield good(f"the udev rule {rule} lets users open USB3 Vision cameras")
@@ -143,7 +143,7 @@ def udev_rule(folder: Path) -> Iterator[Finding]:
 
 
 def transfer_memory(place: Path) -> Iterator[Finding]:
-    """The kernel's limit for transfers in flight, 16 MB where nobody raised it."""
+    """Check the kernel's limit for transfers in flight, 16 MB by default."""
     try:
         limit = int(place.read_text())
     except (OSError, ValueError):
@@ -158,7 +158,7 @@ def transfer_memory(place: Path) -> Iterator[Finding]:
 
 
 def usb_cameras() -> Iterator[Finding]:
-    """Cameras seen."""
+    """List the cameras found."""
     from grabbergui.driver.u3v import device
 
     try:
@@ -183,7 +183,7 @@ def check_software() -> Iterator[Finding]:
 
 
 def display(environment: Mapping[str, str], platform: str) -> Iterator[Finding]:
-    """Where the window would appear."""
+    """Check the display for the window."""
     if not platform.startswith("linux") or environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"):
         yield good("there is a display for the window")
     else:
@@ -191,7 +191,7 @@ def display(environment: Mapping[str, str], platform: str) -> Iterator[Finding]:
 
 
 def yarp() -> Iterator[Finding]:
-    """The name server that YARP's configuration names."""
+    """Check the name server that YARP's configuration names."""
     from grabbergui.net.yarp.os.name_client import NameClient
 
     try:
@@ -206,7 +206,7 @@ def yarp() -> Iterator[Finding]:
 
 
 def ros2() -> Iterator[Finding]:
-    """Whether rclpy can be imported."""
+    """Check whether rclpy can be imported."""
     if importlib.util.find_spec("rclpy") is None:
         yield note(
             "ROS 2 is not installed here",

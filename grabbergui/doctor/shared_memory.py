@@ -39,12 +39,12 @@ class Leftover:
 
 
 def check() -> Iterator[Finding]:
-    """All checks of this kind."""
+    """Check this machine's shared memory."""
     yield from shared_memory(FOLDER)
 
 
 def shared_memory(folder: Path) -> Iterator[Finding]:
-    """How much memory killed programs left behind."""
+    """Report the memory that killed programs left behind."""
     found = leftovers(folder)
     if found:
         yield note(
@@ -92,7 +92,7 @@ def clear(found: Sequence[Leftover]) -> list[Leftover]:
 
 
 def megabytes(found: Sequence[Leftover]) -> str:
-    """The memory of all of them."""
+    """Return the bytes of all leftovers."""
     return f"{sum(leftover.size for leftover in found) / 1e6:.1f} MB"
 
 
@@ -126,7 +126,7 @@ def _lock(files: Sequence[Path], stack: ExitStack) -> bool:
 
 
 def _mapped() -> frozenset[tuple[int, int]]:
-    """The device and inode of every file that a process which we may look into has in its memory.
+    """Return device and inode of every file mapped by a process that we may inspect.
 
     A port is used by those who send to it too, and these hold no lock.
     """

@@ -41,7 +41,7 @@ ros = Ros2Node("setup_check")
 ros.node.create_service(Ask, "setup_check/ask", lambda request, answer: answer)
 ros.close()
 """
-"""Importable is not yet usable: the middleware must find the libraries too."""
+"""Checks that the interfaces are usable: more than an import, the middleware must find their libraries."""
 
 
 def install(

@@ -35,7 +35,7 @@ class FeatureCompleter(Completer):
         self._features = list(grabber.feature_tree().descriptions())
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        """Called by prompt_toolkit."""
+        """Yield the completions; called by prompt_toolkit."""
         before = document.text_before_cursor
         words = before.split()
         typed = "" if not words or before.endswith(" ") else words[-1]
@@ -63,9 +63,9 @@ class Outcome:
     """How a console ended."""
 
     left: bool
-    "Somebody said `exit`, or ended the input at a terminal; False where a script simply had no more lines."
+    "Whether the user typed `exit`, or ended the input at a terminal; False if a script had no more lines."
     refused: int
-    "How many lines of a script failed; a person at a terminal has seen what did."
+    "Number of lines of a script that failed; 0 at a terminal, where the user saw the errors."
 
 
 def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> Outcome:
@@ -88,7 +88,7 @@ def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) 
 
 
 def _piped(finished: Callable[[], bool]) -> Iterator[str]:
-    """Lines as they come; a script that says nothing does not hold up the end."""
+    """Yield lines as they come; a silent script does not delay the end."""
     if sys.stdin is None:
         return
     descriptor = sys.stdin.fileno()

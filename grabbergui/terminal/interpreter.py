@@ -33,7 +33,7 @@ _WATCH_LONGEST = 5.0
 """Seconds; a remote terminal waits seven for its answer."""
 _MOST_FRAMES = 100
 _REMOTE_LINE = 2000
-"""Characters of a line from afar: splitting it into words takes 1 µs each."""
+"""Most characters of a remote line: splitting it into words takes 1 µs each."""
 _ON_FILES = {"snapshot", "save", "load", "grab"}
 
 
@@ -42,7 +42,7 @@ class Command:
     """One command of the terminal."""
 
     arguments: str
-    "As one types them: `NAME [VALUE]`."
+    "The arguments as in the help: `NAME [VALUE]`."
     meaning: str
     run: Callable[..., str]
 
@@ -50,8 +50,8 @@ class Command:
 class Interpreter:
     """Runs one line at a time. Any thread, but one line at once.
 
-    A `remote` one has no commands that read or write files: who may set a gain over the network may not yet
-    write to this machine's disk.
+    A `remote` one has no commands that read or write files: permission to set a gain over the network is no
+    permission to write to this machine's disk.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Interpreter:
             "help": Command("", "this list", self._help),
             "exit": Command("", "leave; a server ends", self._exit),
         }
-        "By name, for completion too."
+        "The commands by name, for completion too."
         if remote:
             for name in _ON_FILES & self.commands.keys():
                 del self.commands[name]
@@ -139,7 +139,7 @@ class Interpreter:
         return self._line(self._grabber.read_setting(SettingKey.parse(name)))
 
     def _set_feature(self, name: str, *value: str) -> str:
-        # NAME=VALUE is what the command line has taught.
+        # NAME=VALUE is the form of the command line.
         joined = SettingKey.parse_assignment(name) if not value else None
         key, text = joined or (SettingKey.parse(name), " ".join(value).removeprefix("=").strip())
         # An empty text is a value of its own, to be written as "".
@@ -193,7 +193,7 @@ class Interpreter:
         return "\n".join(lines)
 
     def _next_frame(self, queue: FrameQueue) -> Frame:
-        """Wait in small steps, between which the end may be asked for. Raises FrameTimeoutError."""
+        """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError."""
         deadline = time.monotonic() + _FRAME_TIMEOUT
         while True:
             try:
@@ -258,7 +258,7 @@ class Interpreter:
 
 
 def remote_terminal(grabber: FrameGrabber) -> Callable[[str], str]:
-    """A grabber's terminal for those who type from afar: several may at once, each line stands for itself."""
+    """A grabber's terminal for remote users: several at once, each line by itself."""
 
     def run(line: str) -> str:
         if len(line) > _REMOTE_LINE:
@@ -269,7 +269,7 @@ def remote_terminal(grabber: FrameGrabber) -> Callable[[str], str]:
 
 
 def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:
-    """Run a line; whether it worked, and what to print. Raises nothing that a user may cause."""
+    """Run a line; return whether it worked, and the text to print. Raises nothing that a user may cause."""
     try:
         return True, interpreter.execute(line)
     except GrabberError as error:
