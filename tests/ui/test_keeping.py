@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import QApplication, QMessageBox
 
 from grabbergui import sources
 from grabbergui.core.selection import SettingKey
+from grabbergui.models.open_source import LinkState
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
 from grabbergui.recording.writer import RecordingKind
@@ -44,6 +45,69 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
     app.qtbot.mouseClick(keeping.report.rollBackButton, Qt.LeftButton)
     app.until(lambda: app.grabber.feature("Gain").value == 6)
     app.until(lambda: keeping.report is None)
+
+
+@pytest.fixture
+def switch_while_it_works(app):
+    """Begin something with the first camera, make a second one current, and let the first one go on."""
+    link, first = app.program.connection, app.program.connection.source
+    link.open_additional("sim:colour?width=320&height=240")
+    app.until(lambda: len(link.sources) == 2 and link.sources[1].state is LinkState.STREAMING)
+    second = link.sources[1]
+
+    def switch(begin):
+        gate = threading.Event()
+        first.worker.submit(lambda: gate.wait(PATIENCE))
+        begin()
+        link.make_current(second)
+        app.until(lambda: app.program.connection.source is second)
+        gate.set()
+        return first, second
+
+    return switch
+
+
+def test_what_was_loaded_onto_one_camera_is_not_rolled_back_on_another(app, tmp_path, switch_while_it_works):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    app.grabber.write_feature("Gain", 6.0)
+    first, second = switch_while_it_works(lambda: keeping.load(path))
+    app.until(lambda: keeping.report)
+    assert first.grabber.feature("Gain").value == 3.0
+    second.grabber.write_feature("Gain", 1.0)
+    app.qtbot.mouseClick(keeping.report.rollBackButton, Qt.LeftButton)
+    app.until(lambda: first.grabber.feature("Gain").value == 6.0)
+    assert second.grabber.feature("Gain").value == 1.0
+
+
+def test_a_failure_is_reported_of_the_camera_that_it_happened_to(app, tmp_path, switch_while_it_works):
+    path = tmp_path / "settings.yaml"
+    path.write_text("nonsense: [")
+    first, second = switch_while_it_works(lambda: app.program.settings_files.load(path))
+    shown = app.program.messages.shown
+    app.until(lambda: any(path.name in message.text for message in shown(first)))
+    assert not shown(second)
+
+
+def test_what_was_compared_with_one_camera_is_not_written_to_another(app, tmp_path, switch_while_it_works):
+    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    first, second = switch_while_it_works(lambda: keeping.compare(path))
+    app.until(lambda: keeping.report)
+    app.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
+    app.until(lambda: first.grabber.feature("Gain").value == 3.0)
+    assert second.grabber.feature("Gain").value == 0.0
+
+
+@pytest.mark.parametrize("action", ["actionLookUpTable", "actionUserSets"])
+def test_tables_and_sets_of_a_camera_that_is_no_longer_current_are_not_shown(
+    app, action, switch_while_it_works
+):
+    entry = getattr(app.window, action)
+    app.until(entry.isEnabled)
+    switch_while_it_works(entry.trigger)
+    app.until(lambda: not app.program.work._tasks.rows)
+    assert app.program.lut.dialog is None and app.program.user_sets.dialog is None
 
 
 def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):

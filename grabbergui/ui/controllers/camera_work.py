@@ -44,15 +44,38 @@ class CameraWork(QObject):
         # Not over the bridge: work in progress has to stop before the camera is closed.
         connection.ending.connect(self._on_connection_ending)
 
+    @property
+    def source(self) -> OpenSource | None:
+        """The source that `run` works on by default: the current one."""
+        return self._connection.source
+
+    def if_current(self, done: Callable[[T], None]) -> Callable[[T], None]:
+        """Return a `done` for results that mean nothing once another source is current: it ignores them."""
+        source = self.source
+
+        def checked(result: T) -> None:
+            if source is self.source:
+                done(result)
+
+        return checked
+
     def run(
-        self, title: str, work: Work[T], done: Callable[[T], None], *, undoable: str = "", text: str = ""
+        self,
+        title: str,
+        work: Work[T],
+        done: Callable[[T], None],
+        *,
+        undoable: str = "",
+        text: str = "",
+        source: OpenSource | None = None,
     ) -> None:
         """Run `work` on the camera's thread, with `title` shown; then call `done` here with the result.
 
+        `source` is the camera's, by default the current one; another may be current when `done` is called.
         Earlier changes, for instance of a slider that was just released, are written first. With `undoable`,
         all that is written is one step of that name to undo. A failure is posted as a message.
         """
-        source = self._connection.source
+        source = source or self.source
         if source is None or source.tracked_grabber is None or source.features is None:
             self._messages.error(self.tr("there is no camera; connect to one first"))
             return
@@ -78,7 +101,7 @@ class CameraWork(QObject):
             self._bridge.call(lambda: end(lambda: done(result)))
 
         def gone_wrong(error: GrabberError) -> None:
-            self._bridge.call(lambda: end(lambda: self._messages.error(error_text(error))))
+            self._bridge.call(lambda: end(lambda: self._connection.messages.error(error_text(error), source)))
 
         if not source.features.run(job, done=succeeded, failed=gone_wrong):
             end(lambda: None)

@@ -86,7 +86,7 @@ class LutController(QObject):
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> _Present:
             return _read_table(grabber.plain, selector, progress, cancelled)
 
-        self._work.run(self.tr("Reading the look-up table"), work, done)
+        self._work.run(self.tr("Reading the look-up table"), work, self._work.if_current(done))
 
     def _open(self, present: _Present) -> None:
         if self.dialog is not None:
@@ -171,7 +171,7 @@ class LutController(QObject):
             if edited_since is not None:
                 self._edit(edited_since)
 
-        self._work.run(self.tr("Writing the look-up table"), work, done)
+        self._work.run(self.tr("Writing the look-up table"), work, self._work.if_current(done))
 
     def _on_enable_toggled(self, used: bool) -> None:
         present = self._present

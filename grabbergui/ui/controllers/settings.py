@@ -19,6 +19,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
 from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.settings import files, user_sets
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
@@ -61,7 +62,7 @@ class SettingsFilesController(QObject):
         self._window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """The actions of a window that accepts drops."""
+        """Handle what is dragged onto the window."""
         if isinstance(event, QDropEvent) and (path := _dropped(event)) is not None:
             event.acceptProposedAction()
             if event.type() == QEvent.Type.Drop:
@@ -120,8 +121,11 @@ class SettingsFilesController(QObject):
 
         self._work.run(self.tr("Saving settings"), work, saved, text=path.name)
 
-    def load(self, path: Path, only: Collection[SettingKey] | None = None) -> None:
-        """Load settings, all or some of them, and show the outcome of each."""
+    def load(
+        self, path: Path, only: Collection[SettingKey] | None = None, source: OpenSource | None = None
+    ) -> None:
+        """Load settings, all or some of them, and show the outcome of each. `source`: the current one."""
+        source = source or self._work.source
         title = self.tr("Loaded {0}").format(path.name)
 
         def work(
@@ -130,8 +134,8 @@ class SettingsFilesController(QObject):
             features = files.load(path, grabber.selectors.of)
             return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
 
-        show = partial(self._show, title, apply=path)
-        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name)
+        show = partial(self._show, title, source, apply=path)
+        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name, source=source)
 
     def compare(self, path: Path) -> None:
         """Show what loading would change, and offer to load it."""
@@ -143,15 +147,21 @@ class SettingsFilesController(QObject):
             return load_onto(grabber.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
 
         title = self.tr("Camera and {0}").format(path.name)
-        show = partial(self._show, title, apply=path)
+        show = partial(self._show, title, self._work.source, apply=path)
         self._work.run(self.tr("Comparing settings"), work, show, text=path.name)
 
-    def _show(self, title: str, report: LoadReport, apply: Path | None = None) -> None:
+    def _show(
+        self, title: str, source: OpenSource | None, report: LoadReport, apply: Path | None = None
+    ) -> None:
+        # The user may have made another source current meanwhile: the report's buttons are for its own.
         dialog = SettingsReport(self._window)
-        dialog.setReport(title, report)
+        if source is not None and source is not self._work.source:
+            dialog.setReport(f"{title} · {source.title}", report)
+        else:
+            dialog.setReport(title, report)
         if apply is not None:
-            dialog.applyRequested.connect(partial(self.load, apply))
-        dialog.rollBackRequested.connect(lambda: self._roll_back(title, report))
+            dialog.applyRequested.connect(partial(self.load, apply, source=source))
+        dialog.rollBackRequested.connect(lambda: self._roll_back(title, source, report))
         dialog.finished.connect(self._on_report_finished)
         self.report = dialog
         dialog.open()
@@ -159,7 +169,7 @@ class SettingsFilesController(QObject):
     def _on_report_finished(self, _: int) -> None:
         self.report = None
 
-    def _roll_back(self, title: str, report: LoadReport) -> None:
+    def _roll_back(self, title: str, source: OpenSource | None, report: LoadReport) -> None:
         def work(
             grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
         ) -> LoadReport:
@@ -169,7 +179,7 @@ class SettingsFilesController(QObject):
             self._messages.notice(self.tr("Rolled back: {0}").format(after.summary()))
 
         name = self.tr("Rolled back: {0}").format(title)
-        self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title)
+        self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title, source=source)
 
     # -- two files -------------------------------------------------------------------------------
     def compare_files(self, first: Path, second: Path) -> None:
@@ -203,9 +213,8 @@ class SettingsFilesController(QObject):
             return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
 
         title = self.tr("Loaded {0}").format(name)
-        self._work.run(
-            self.tr("Loading settings"), work, partial(self._show, title), undoable=title, text=name
-        )
+        show = partial(self._show, title, self._work.source)
+        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=name)
 
 
 def _dropped(event: QDropEvent) -> Path | None:
@@ -237,7 +246,7 @@ class UserSetsController(QObject):
 
     def show(self) -> None:
         """Ask the camera for its sets, and show them."""
-        self._work.run(self.tr("Settings kept in the camera"), _read, self._show)
+        self._work.run(self.tr("Settings kept in the camera"), _read, self._work.if_current(self._show))
 
     def _show(self, sets: list[UserSet]) -> None:
         if self.dialog is None:
@@ -266,7 +275,8 @@ class UserSetsController(QObject):
 
         if self.dialog is not None:
             self.dialog.accept()
-        self._work.run(self.tr("Loading a set of the camera"), work, done, text=name)
+        title = self.tr("Loading a set of the camera")
+        self._work.run(title, work, self._work.if_current(done), text=name)
 
     def _save(self, name: str) -> None:
         text = self.tr("Saved the present settings in the camera as {0}").format(name)
@@ -290,7 +300,7 @@ class UserSetsController(QObject):
             if self.dialog is not None:
                 self.dialog.setSets(sets)
 
-        self._work.run(title, work, done)
+        self._work.run(title, work, self._work.if_current(done))
 
 
 def _read(grabber: ChangeTrackingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
