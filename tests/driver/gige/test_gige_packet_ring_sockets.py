@@ -19,7 +19,7 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.packet_ring import Geometry, PacketRing
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT, BatchSource
 from grabbergui.driver.gige.stream.sockets import NOTHING, attach
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(not may_open_packet_sockets(), reason="packet sockets need CAP_NET_RAW")
 
@@ -74,14 +74,14 @@ class Stand:
 
     def expect(self, *block_ids: int) -> None:
         """These blocks, whole, and nothing else."""
-        until = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + PATIENCE
         found: list[int] = []
         while len(found) < len(block_ids):
             self.ring.receive(self.assembler, 0.05)
             for each in self.assembler.finished():
                 assert each.complete and each.payload.tobytes() == image(each.block_id)
                 found.append(each.block_id)
-            assert time.monotonic() < until, f"only {found} of {block_ids} arrived: {self.statistics}"
+            assert time.monotonic() < deadline, f"only {found} of {block_ids} arrived: {self.statistics}"
         assert tuple(found) == block_ids
 
     def idle(self) -> None:
@@ -140,6 +140,21 @@ def test_each_full_round_of_the_ring_is_taken(monkeypatch: pytest.MonkeyPatch) -
         assert not stand.ring.failed
     finally:
         stand.close()
+
+
+def test_packets_are_discarded_up_to_the_first_that_still_arrives(stand: Stand) -> None:
+    """Otherwise the ring would wait for a slot behind one that the kernel waits for, for ever."""
+    stand.send(block(1)[:5])
+    statuses = stand.ring._statuses
+    until(lambda: statuses[:5].all())
+    statuses[2] = 0
+    stand.ring._discard()
+    assert statuses[:5].astype(bool).tolist() == [False, False, False, True, True]
+    statuses[2] = 1
+    stand.ring._discard()
+    assert not statuses.any()
+    stand.send(block(2))
+    stand.expect(2)
 
 
 def test_a_pause_ends_with_the_block_in_which_packets_gather(stand: Stand) -> None:

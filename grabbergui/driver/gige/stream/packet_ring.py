@@ -251,11 +251,13 @@ class PacketRing(PacedSource):
         return ends - IP_UDP_BYTES, odd
 
     def _discard(self) -> None:
-        # All slots at once: a packet that the kernel writes meanwhile counts as lost at worst.
-        waiting = (self._statuses & OURS).astype(bool)
-        taken = int(waiting.sum())
-        self._statuses[waiting] = 0
-        self._at = (self._at + taken) % len(self._slots)
+        # Up to the first empty slot, as processors may fill slots out of order.
+        for _ in range(len(self._slots) // AT_ONCE + 2):
+            count = self._full_slots()
+            if not count:
+                return
+            self._statuses[self._at : self._at + count] = 0
+            self._at = (self._at + count) % len(self._slots)
 
     # -- the UDP socket --------------------------------------------------------------------------
     def _rest(self, seconds: float) -> bool:
