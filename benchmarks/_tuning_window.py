@@ -170,7 +170,7 @@ class _Session:
         moments: list[float] = []
         for number in range(repeats):
             up = number % 2 == 0
-            self._in_the_loop(partial(self._note_and, act, up, moments))
+            self._in_the_loop(partial(self._note_and_act, act, up, moments))
         self._wait(0.5)
         return self._results(moments)
 
@@ -181,7 +181,7 @@ class _Session:
         self._wait(pause)
 
     @staticmethod
-    def _note_and(act: Callable[[bool], None], up: bool, moments: list[float]) -> None:
+    def _note_and_act(act: Callable[[bool], None], up: bool, moments: list[float]) -> None:
         moments.append(time.monotonic())
         act(up)
 

@@ -33,9 +33,9 @@ from grabbergui.servo.state_machine import State
 FPS, DELAY, LOSS = 30.0, 0.1, 0.05
 SPEED, RADIUS = 0.2, 0.1
 RESERVE = 1.1
-"Times the marker's speed that the arm must be able to go, or it could never catch up."
+"Factor on the marker's speed that the arm must be able to reach; at 1 it could never catch up."
 PLACES, STEP = 17, 0.01
-"Of a path that are looked at, and seconds along it that give its direction."
+"Places of a path that are checked, and seconds along it that give its direction."
 FOLLOWED = 6.0
 SETTLING = 2.0
 GOAL_MM = 15.0

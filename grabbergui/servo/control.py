@@ -20,12 +20,12 @@ HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
 FOLLOW_GAIN = 6.5
 "1/s: twist per position error of a hand that follows, beside the target's own velocity."
 FOLLOW_ACCELERATION = 8.0
-"""Times the hand's acceleration while it follows: the target's comes on top of the hand's own, and after a
-moment's stop for a late picture the hand shall not be left behind by more than the stop itself."""
+"""Factor on the hand's acceleration while it follows: the target's own acceleration adds to it, and after a
+short stop for a late image the hand must catch up."""
 AHEAD_S = 0.2
 "Seconds ahead of which the hand is kept inside the workspace, as the gate demands."
 RATE_S = 0.01
-"Seconds of a target's motion from which the rate is taken at which it goes off centre."
+"Seconds of the target's motion over which the rate is computed at which it leaves the middle."
 
 
 class HeadController:
@@ -138,7 +138,7 @@ class ArmController:
         self._config = config
 
     def goal(self, marker: Pose) -> Pose:
-        """Where the hand shall be for a marker."""
+        """Return the hand's goal for a marker."""
         return marker @ geometry.pose(HAND_ON_MARKER, (0.0, 0.0, self._standoff))
 
     def inside(self, position: Vector) -> bool:
@@ -218,10 +218,10 @@ class ArmController:
         return wanted * min(1.0, self._config.follow / max(speed, 1e-9))
 
     def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
-        """As fast towards the workspace's edge as it would reach the edge `AHEAD_S` from now, no faster."""
+        """Limit the velocity so that the hand reaches the workspace's edge no sooner than in `AHEAD_S`."""
         low, high = self._config.workspace
         ahead, here = max(seconds, AHEAD_S), hand[:3, 3]
-        # A hand that is outside may come back, in its own time.
+        # A hand that is outside may come back, but not go further.
         slowest, fastest = np.minimum(low - here, 0.0) / ahead, np.maximum(high - here, 0.0) / ahead
         velocity = np.clip(twist[:3], slowest, fastest)
         self.confined = bool((velocity != twist[:3]).any())

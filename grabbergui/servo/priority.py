@@ -1,4 +1,4 @@
-"""Scheduling of a process that must not wait for other programs, as the guardian, or that shares with them.
+"""Scheduling of processes that must be in time beside other programs: the guardian, the servo loop.
 
 With eight busy programs on two cores, an ordinary thread woke up to 150 ms late; one with real-time priority,
 at most 1 ms. Linux grants that priority to root, to programs with CAP_SYS_NICE, and to users with an `rtprio`

@@ -9,7 +9,7 @@ SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker
                                                                      STUCK ┘ marker moved
 
 APPROACHING ◄──► FOLLOWING while the marker moves, where the hand may follow
-LOST ──► APPROACHING when the pictures were away only for a moment, and the marker is there
+LOST ──► APPROACHING when images were missing only for a moment, and show the marker
 anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
 """
 
@@ -61,11 +61,11 @@ class Situation:
     robot: bool = True
     "Whether the robot's encoders are fresh."
     target: bool = False
-    "Whether something to look at is seen surely."
+    "Whether there is something to look at, confirmed by several images."
     centred: bool = False
     "Whether it is in the middle."
     marker: bool = False
-    "Whether the chosen marker is seen surely."
+    "Whether the chosen marker is seen, confirmed by several images."
     arrived: bool = False
     "Whether the hand is at its goal."
     following: bool = False
@@ -102,7 +102,7 @@ class StateMachine:
         self._marker_seen = -math.inf
         self._arrived_since: float | None = None
         self._interrupted = -math.inf
-        "When pictures ceased last while the arm moved."
+        "When images last stopped coming while the arm moved."
 
     def step(self, now: float, situation: Situation) -> State:
         """The state from now on."""

@@ -1,4 +1,4 @@
-"""Where a moving target is by now, and how fast it goes. No clock: time is an argument.
+"""Predicts where a moving target is by now, and how fast it moves. No clock: time is an argument.
 
 An image shows where the target was when it was exposed, tens of milliseconds ago. A motion through the
 positions of the last moments, measured in the robot's base, gives place and velocity at a later moment. It
@@ -7,7 +7,7 @@ target that rests is not predicted at all.
 
 Hands move to and fro and in circles. A parabola fits that for a third of a second only, which are too few
 images to average their noise. So motions that turn at several rates are fitted over a longer time, each by
-least squares, and the better one explains the positions, the more it counts. At rate 0 it is a parabola.
+least squares; the better a motion explains the positions, the more it counts. At rate 0 it is a parabola.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from grabbergui.calibration.geometry import Vector
 Matrix = NDArray[np.float64]
 
 WINDOW_S = 0.6
-"Seconds of positions that the motions go through."
+"Seconds of positions to which the motions are fitted."
 RECENT_S = 0.35
-"Seconds of them that tell whether the target moves at all."
+"Seconds of the newest positions, which decide whether the target moves at all."
 LEAST = 6
-"Positions in that time without which nothing is predicted."
+"Fewest positions in that time from which anything is predicted."
 RATES = (0.0, 1.0, 2.0, 3.0, 4.0)
 "Rad/s at which motions turn; those between them are mixtures."
 NOISE_M = 0.002
-"Metres by which a position is expected to be off, standard deviation of each coordinate."
+"Expected error of a position: standard deviation of each coordinate, metres."
 AHEAD_S = 0.25
-"Seconds from the newest position beyond which a prediction goes no further."
+"Longest prediction beyond the newest position, seconds."
 MOVES = 0.03
-"Metres per second, over the recent positions, from which on a target moves."
+"Metres per second, over the recent positions, from which a target counts as moving."
 RESTS_S = 0.6
-"Seconds at less than that after which it rests: a target that turns back stands still for a moment."
+"Seconds below that speed after which it counts as resting: one that turns back stands still for a moment."
 
 
 class TargetMotion:
