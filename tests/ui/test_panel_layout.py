@@ -111,7 +111,7 @@ def test_a_line_profile_without_a_line_takes_no_room(app):
     window.profileDock.show()
     window.profileDock.raise_()
     app.until(lambda: window.profile.isVisible())
-    assert window.profile.plot.isHidden()
+    assert window.profile.plotPlace.isHidden()
     assert window.profile.maximumHeight() < 60
     window.profile.setProfile({"Y": np.arange(5)})
     assert window.profile.plot.isVisible() and window.profile.maximumHeight() > 1000

@@ -27,7 +27,7 @@ from grabbergui.models.features.value_watch import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
 from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow
+from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow, PlotPlace
 from grabbergui.ui.windows import load_form
 
 HEADROOM = 1.1
@@ -45,25 +45,27 @@ class HistogramPanel(QWidget):
     logBox: QCheckBox
     fitButton: QPushButton
     resetButton: QPushButton
-    plot: ChannelPlot
+    plotPlace: PlotPlace
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("histogram_panel", self)
         self._histogram: Histogram | None = None
         self._range = 256
-        self.plot.setFilled(True)
-        self.plot.hideAxis("left")
+        self.plotPlace.furnish = self._furnish
         self.levels = pg.LinearRegionItem((0, 256), swapMode="block", bounds=(0, 256))
         self.levels.setZValue(10)
         self.levels.setBrush(pg.mkBrush(128, 128, 128, 28))
         self.levels.setHoverBrush(pg.mkBrush(128, 128, 128, 48))
-        self.plot.addItem(self.levels)
-        self.plot.setXRange(0, 256, padding=0.01)
         self.levels.sigRegionChanged.connect(self._on_levels_region_changed)
         self.fitButton.clicked.connect(self._on_fit_clicked)
         self.resetButton.clicked.connect(self.levelsReset)
         self.logBox.toggled.connect(self._draw)
+
+    @property
+    def plot(self) -> ChannelPlot:
+        """The counts of each value."""
+        return self.plotPlace.plot
 
     def setHistogram(self, histogram: Histogram) -> None:
         """Show the measured scores."""
@@ -87,7 +89,14 @@ class HistogramPanel(QWidget):
         """Show nothing."""
         self._histogram = None
         self.figuresLabel.clear()
-        self.plot.clearChannels()
+        if (plot := self.plotPlace.made) is not None:
+            plot.clearChannels()
+
+    def _furnish(self, plot: ChannelPlot) -> None:
+        plot.setFilled(True)
+        plot.hideAxis("left")
+        plot.addItem(self.levels)
+        plot.setXRange(0, self._range, padding=0.01)
 
     def _set_range(self, values: int) -> None:
         black, white = (edge / self._range for edge in self.levels.getRegion())
@@ -136,7 +145,7 @@ class FocusPanel(QWidget):
     regionButton: QPushButton
     wholeButton: QPushButton
     resetButton: QPushButton
-    plot: ChannelPlot
+    plotPlace: PlotPlace
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -144,14 +153,16 @@ class FocusPanel(QWidget):
         self._best = pg.InfiniteLine(
             angle=0, movable=False, pen=pg.mkPen("#30a46c", style=Qt.PenStyle.DashLine)
         )
-        self.plot.addItem(self._best)
-        self.plot.showSeconds()
-        self.plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
-        self.plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
+        self.plotPlace.furnish = self._furnish
         self.regionButton.clicked.connect(self.regionRequested)
         self.wholeButton.clicked.connect(self.wholeRequested)
         self.resetButton.clicked.connect(self.resetRequested)
         self.clear()
+
+    @property
+    def plot(self) -> ChannelPlot:
+        """The scores of the last seconds."""
+        return self.plotPlace.plot
 
     def setScores(self, scores: Sequence[tuple[float, float]], best: float) -> None:
         """Show scores with their times in seconds, the newest last, and the best so far."""
@@ -177,9 +188,16 @@ class FocusPanel(QWidget):
 
     def clear(self) -> None:
         """Show nothing."""
-        self.plot.clearChannels()
+        if (plot := self.plotPlace.made) is not None:
+            plot.clearChannels()
         self._best.hide()
         self.scoreLabel.setText("–")
+
+    def _furnish(self, plot: ChannelPlot) -> None:
+        plot.addItem(self._best)
+        plot.showSeconds()
+        plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
+        plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
 
 
 class ProfilePanel(QWidget):
@@ -192,16 +210,21 @@ class ProfilePanel(QWidget):
     lineLabel: ElidedLabel
     rawBox: QCheckBox
     lineButton: QPushButton
-    plot: ChannelPlot
+    plotPlace: PlotPlace
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("profile_panel", self)
-        self.plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
+        self.plotPlace.furnish = self._furnish
         self.rawBox.toggled.connect(self.rawToggled)
         self.lineButton.clicked.connect(self.lineRequested)
         self.setLine(None)
         self.clear()
+
+    @property
+    def plot(self) -> ChannelPlot:
+        """The values along the line."""
+        return self.plotPlace.plot
 
     def setLine(self, line: Line | None) -> None:
         """Show the ends of the line, in the frame's pixels."""
@@ -219,13 +242,16 @@ class ProfilePanel(QWidget):
 
     def clear(self) -> None:
         """Remove the values."""
-        self.plot.clearChannels()
-        self.plot.showAxes(False)  # they would be of nothing
+        if (plot := self.plotPlace.made) is not None:
+            plot.clearChannels()
         self._give_room(False)
+
+    def _furnish(self, plot: ChannelPlot) -> None:
+        plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
 
     def _give_room(self, needed: bool) -> None:
         """Be no higher than the hint until there is something to show."""
-        self.plot.setVisible(needed)
+        self.plotPlace.setVisible(needed)
         self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())
 
 
@@ -260,7 +286,7 @@ class ValuesPanel(QWidget):
 
     spanBox: QComboBox
     togetherBox: QCheckBox
-    overlay: ChannelPlot
+    overlayPlace: PlotPlace
     pauseButton: QPushButton
     saveButton: QPushButton
     clearButton: QPushButton
@@ -278,14 +304,18 @@ class ValuesPanel(QWidget):
         self.content.setAutoFillBackground(False)
         self.spanBox.currentIndexChanged[int].connect(lambda _: self.spanChanged.emit())
         self.pauseButton.toggled.connect(self.pauseToggled)
-        self.overlay.showSeconds()
-        self.overlay.hideAxis("left")  # each curve has a range of its own
-        self.overlay.setAccessibleName(self.tr("All curves over time"))
+        self.overlayPlace.setAccessibleName(self.tr("All curves over time"))
+        self.overlayPlace.furnish = self._furnish
         self.togetherBox.toggled.connect(lambda _: self._arrange())
         self.togetherBox.toggled.connect(lambda _: self.spanChanged.emit())
         self.clearButton.clicked.connect(self.clearRequested)
         self.saveButton.clicked.connect(self.saveRequested)
         self._arrange()
+
+    @property
+    def overlay(self) -> ChannelPlot:
+        """The curves in one plot."""
+        return self.overlayPlace.plot
 
     def row(self, name: str) -> CurveRow | None:
         """The row of a value."""
@@ -314,30 +344,39 @@ class ValuesPanel(QWidget):
             self.curves.removeWidget(row)
             row.hide()
             row.deleteLater()
-            self.overlay.removeLine(name)
+            self._remove_from_overlay(name)
             self._arrange()
 
     def setSamples(self, histories: Mapping[str, ValueHistory], now: float) -> None:
         """Show the samples up to `now`, in seconds since the epoch."""
         span = _SPANS[self.spanBox.currentIndex()]
-        self.overlay.setXRange(-span, 0, padding=0)
+        if self.togetherBox.isChecked():
+            self.overlay.setXRange(-span, 0, padding=0)
         for (name, row), colour in zip(self._rows.items(), itertools.cycle(COLOURS), strict=False):
             history = histories.get(name)
             if history is None or len(history) == 0:
                 row.clear()
-                self.overlay.removeLine(name)
+                self._remove_from_overlay(name)
                 continue
             times, values = history.since(now - span)
             row.setSamples(times - now, values, span)
             if self.togetherBox.isChecked():
                 self.overlay.setLine(name, times - now, over_own_range(values), colour)
 
+    def _furnish(self, overlay: ChannelPlot) -> None:
+        overlay.showSeconds()
+        overlay.hideAxis("left")  # each curve has a range of its own
+
+    def _remove_from_overlay(self, name: str) -> None:
+        if (overlay := self.overlayPlace.made) is not None:
+            overlay.removeLine(name)
+
     def _arrange(self) -> None:
         anything = bool(self._rows)
         self.hintLabel.setVisible(not anything)
         self.scrollArea.setVisible(anything)
         together = self.togetherBox.isChecked()
-        self.overlay.setVisible(anything and together)
+        self.overlayPlace.setVisible(anything and together)
         for row, colour in zip(self._rows.values(), itertools.cycle(COLOURS), strict=False):
             row.setOverlaid(colour if together else "")
         for button in (self.pauseButton, self.saveButton, self.clearButton):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PyQt5.QtCore import QEvent, pyqtSignal
-from PyQt5.QtGui import QColor, QPalette
-from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
+from PyQt5.QtGui import QColor, QPalette, QShowEvent
+from PyQt5.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
@@ -131,6 +132,41 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
             colour.setAlphaF(0.25)
             line.setFillLevel(0 if self._filled else None)
             line.setBrush(colour if self._filled else None)
+
+
+class PlotPlace(QWidget):
+    """Holds a plot that is made when it is first shown or used: a window starts with four that nobody sees.
+
+    `furnish` is called with the new plot.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.furnish: Callable[[ChannelPlot], None] = lambda _: None
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._plot: ChannelPlot | None = None
+
+    @property
+    def made(self) -> ChannelPlot | None:
+        """The plot, or None while nobody has needed it."""
+        return self._plot
+
+    @property
+    def plot(self) -> ChannelPlot:
+        """The plot, made now at the latest."""
+        if self._plot is None:
+            self._plot = ChannelPlot(self)
+            self._plot.setAccessibleName(self.accessibleName())
+            self.setAccessibleName("")
+            self._layout.addWidget(self._plot)
+            self.furnish(self._plot)
+        return self._plot
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Make the plot if this is the first time."""
+        self.plot.show()
+        super().showEvent(event)
 
 
 AXIS_WIDTH = 56
