@@ -9,6 +9,7 @@ this process reads the result (`parse_cache`), also of descriptions that it load
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
 import threading
@@ -57,8 +58,11 @@ _SPACED = re.compile(
 _SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</ToolTip>)")
 
 
+@functools.lru_cache(maxsize=4)
 def clean_xml(data: bytes) -> str:
-    """Return the XML text alone. Raises RemoteProtocolError for anything but a GenICam description.
+    """Return the XML text alone; the last few are kept, for cameras that are opened again.
+
+    Raises RemoteProtocolError for anything but a GenICam description.
 
     Document type declarations are refused: GenICam has none, and entities can read files or explode.
     """

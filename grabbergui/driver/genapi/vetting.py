@@ -12,8 +12,8 @@ import functools
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from html import escape  # the one in xml.sax would import http and ssl
 from xml.parsers import expat
-from xml.sax.saxutils import escape, quoteattr
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi.formulas import without_traps
@@ -47,6 +47,8 @@ _INTEGER_FORMULAS = frozenset({"IntSwissKnife", "IntConverter"})
 _FLOATS = frozenset({"Float", "Converter", "SwissKnife"})
 _NO_NODES = frozenset({"pVariable", "Constant", "Expression"})
 "Elements that have a Name and are parts of a formula."
+_BREAKS = str.maketrans({"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
+"In an attribute a parser reads each of them as a space."
 
 
 @functools.lru_cache(maxsize=4)
@@ -197,14 +199,18 @@ class _Reader:
         helper = f"{name}_PositiveIncrement"
         self._replace(element, end, helper)
         self._helpers.append(
-            f'<IntSwissKnife Name={quoteattr(helper)}><pVariable Name="INC">{escape(text)}</pVariable>'
+            f'<IntSwissKnife{_attribute("Name", helper)}><pVariable Name="INC">{escape(text)}</pVariable>'
             "<Formula>(INC &gt; 0) ? INC : 1</Formula></IntSwissKnife>"
         )
 
     def _replace(self, element: _Element, end: int, text: str) -> None:
         if end > element.begin:  # not <Inc/>, which GenApi refuses
-            attributes = "".join(f" {key}={quoteattr(value)}" for key, value in element.attributes.items())
+            attributes = "".join(_attribute(key, value) for key, value in element.attributes.items())
             self._edits.append((element.begin, end, f"<{element.name}{attributes}>{escape(text)}"))
+
+
+def _attribute(name: str, value: str) -> str:
+    return f' {name}="{escape(value).translate(_BREAKS)}"'
 
 
 def _beyond(reason: str) -> RemoteProtocolError:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
 from typing import NamedTuple
-from xml.sax.saxutils import escape, quoteattr
 
 from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes
 
@@ -153,8 +153,8 @@ class _Writer:
             _element("Category", name, *(f"<pFeature>{feature}</pFeature>" for feature in features))
             for name, features in filled.items()
         ]
-        name = quoteattr(_identifier(model, set()))
-        head = f'<RegisterDescription ModelName={name} VendorName="V4L2" {_SCHEMA}>'
+        name = _identifier(model, set())
+        head = f'<RegisterDescription ModelName="{name}" VendorName="V4L2" {_SCHEMA}>'
         body = "\n".join([root, *categories, *self._nodes, '<Port Name="Device"/>'])
         return f'<?xml version="1.0" encoding="utf-8"?>\n{head}\n{body}\n</RegisterDescription>'.encode()
 
@@ -264,7 +264,7 @@ class _Writer:
         if not made:
             self._register(name, REGISTERS[name])
         parts = [
-            f"<EnumEntry Name={quoteattr(entry)}>{_display_name(title)}<Value>{value}</Value></EnumEntry>"
+            f'<EnumEntry Name="{entry}">{_display_name(title)}<Value>{value}</Value></EnumEntry>'
             for entry, value, title in entries
         ]
         self._add(category, name, "Enumeration", head, *parts, f"<pValue>{name}Reg</pValue>")
@@ -303,7 +303,7 @@ _LITTLE = "<Endianess>LittleEndian</Endianess>"
 
 
 def _element(kind: str, name: str, *parts: str) -> str:
-    return f"<{kind} Name={quoteattr(name)}>{''.join(parts)}</{kind}>"
+    return f'<{kind} Name="{name}">{"".join(parts)}</{kind}>'
 
 
 def _mode_entries(control: Control, entries: dict[int, str]) -> dict[int, str]:
@@ -328,7 +328,7 @@ def _display_name(text: str) -> str:
     XML has no place for control characters, and the schema none for an empty name.
     """
     printable = "".join(letter if letter.isprintable() else " " for letter in text).strip()
-    return f"<DisplayName>{escape(printable)}</DisplayName>" if printable else ""
+    return f"<DisplayName>{escape(printable, quote=False)}</DisplayName>" if printable else ""
 
 
 def _identifier(text: str, taken: set[str]) -> str:
