@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -117,8 +118,9 @@ def studio_picture() -> NDArray[np.uint16]:
     )
     grey *= UNIT
     # From here on whole numbers: an image of floats in three colours would be a quarter of a second's work.
-    colours = cv2.transform(grey.astype(np.uint16), np.array(ILLUMINANT)[:, None])
-    picture = np.asarray(colours, np.uint16)
+    light = grey.astype(np.uint16)
+    answers: tuple[Any, ...] = ILLUMINANT
+    picture = np.asarray(cv2.merge([cv2.multiply(light, answer) for answer in answers]), np.uint16)
     _colour_patches(picture, (centre[0] - 480, centre[1] + 370), 96)
     return picture
 
