@@ -39,6 +39,8 @@ SOON = 120.0
 """Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
 ATTEMPTS = 4
 """So often a program may fail because the emulated machine answered too late."""
+FRAMES = 25
+"""That our host receives, each time that it streams."""
 FORKING = multiprocessing.get_context("fork")
 CAMERAS: list[SpareCamera] = []
 PROGRAMS: list[SpareProgram] = []
@@ -168,7 +170,7 @@ def opened(uri: str) -> FrameGrabber:
 
 
 def our_host(result: dict[str, Any]) -> None:
-    """List, read, set, stream 50 frames."""
+    """List, read, set, stream."""
     result["listed"] = [info.as_dict() for info in u3v.discover(1.0)]
     camera = opened("u3v:SIM001")
     try:
@@ -178,7 +180,7 @@ def our_host(result: dict[str, Any]) -> None:
             queue = camera.open_queue(4)
             camera.start()
             good = 0
-            for _ in range(50):
+            for _ in range(FRAMES):
                 frame = queue.get(60.0)
                 good += frame.complete and bool((frame.raw() == frame.raw()[0]).all())
             camera.stop()
@@ -211,7 +213,7 @@ def aravis(*command: str) -> str:
 
 
 def aravis_streams(mode: str) -> dict[str, int]:
-    text = aravis("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "3")
+    text = aravis("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "1")
     return {name: int(count) for name, count in re.findall(r"(n_\w+)\s*=\s*(\d+)", text)}
 
 

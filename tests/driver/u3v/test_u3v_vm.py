@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from guest import GUEST_SECONDS, Guest
+from in_guest import FRAMES
 
 pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 500)]
 
@@ -43,7 +44,7 @@ def test_our_host_lists_the_camera_by_its_serial(way: dict[str, Any]) -> None:
 
 
 def test_our_host_receives_every_frame_twice_in_a_row(way: dict[str, Any]) -> None:
-    assert way["good_frames"] == [50, 50]
+    assert way["good_frames"] == [FRAMES, FRAMES]
     statistics = way["statistics"]
     assert (statistics["incomplete"], statistics["lost"], statistics["packets_missing"]) == (0, 0, 0)
 
