@@ -77,6 +77,7 @@ class Installation:
         (distribution,) = folder.glob("grabbergui-*.tar.gz")
         self.python(
             "-m", "pip", "install", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation",
+            "--no-compile",  # the programs compile what they import
             "--ignore-installed", str(distribution),
         )  # fmt: skip
 
