@@ -56,10 +56,16 @@ def enter_own_namespaces() -> None:
     import fcntl
 
     libc = ctypes.CDLL(None, use_errno=True)
+
+    def mount_memory(options: bytes | None) -> int:
+        failed: int = libc.mount(b"tmpfs", b"/dev/shm", b"tmpfs", 0, options)
+        return failed
+
     if (
         libc.unshare(_CLONE_NEWNET | _CLONE_NEWNS)
         or libc.mount(b"none", b"/", None, _MS_REC | _MS_PRIVATE, None)
-        or libc.mount(b"tmpfs", b"/dev/shm", b"tmpfs", 0, None)
+        # Each ROS node fills 64 MiB: in pages of 4 KiB that takes 60 of the 75 ms that a node costs.
+        or (mount_memory(b"huge=within_size") and mount_memory(None))
     ):
         code = ctypes.get_errno()
         raise OSError(code, f"this process may not make namespaces: {os.strerror(code)}")
