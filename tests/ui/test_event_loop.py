@@ -19,6 +19,9 @@ from patience import allowance, little_garbage
 ATTEMPTS = 4
 "A busy machine may take a turn's time for itself; a window that blocks does so every time."
 
+TICK_MS = 5
+"A turn counts as up to so much longer than it was. At 0 the event loop would never sleep."
+
 VENDORS = Path(
     os.environ.get("GRABBERGUI_GENICAM_XML", Path(__file__).parents[2].parent / "shared" / "genicam-xml")
 )
@@ -41,7 +44,7 @@ def turns_of_the_event_loop():
 
     timer = QTimer()
     timer.timeout.connect(turn)
-    timer.start(0)
+    timer.start(TICK_MS)
     try:
         yield turns
     finally:
