@@ -1,4 +1,4 @@
-"""The simulated GigE Vision camera as a process of its own, fast, and telling when its frames left."""
+"""The simulated GigE Vision camera in a process of its own, which notes when each frame left."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ KINDS = ("eye in head", "eye in hand", "eye to hand", "head and hand")
 class Scene:
     arrangement: Arrangement
     truth: Guess
-    "With every joint's offset, also those that no image can tell."
+    "With every joint's offset, also those that do not show in images."
     nominal: Guess
     "What a drawing of the robot would say."
 
@@ -94,7 +94,7 @@ def views(
 
 
 def observable(of: Scene) -> Pose:
-    """The camera's true pose with the offsets in it that no image can tell from it."""
+    """The camera's true pose, with the offsets that images cannot distinguish from it."""
     truth, (camera, target) = of.truth, of.arrangement.free_offsets()
     eye = truth.camera
     if of.arrangement.camera is not None:

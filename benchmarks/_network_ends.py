@@ -212,7 +212,7 @@ def cpu_seconds() -> float:
 
 
 def cpu_seconds_of(pid: int) -> float:
-    """What another process has used, all its threads (Linux, proc(5))."""
+    """Return the CPU seconds that another process has used, all its threads (Linux, proc(5))."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

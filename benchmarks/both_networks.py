@@ -201,7 +201,7 @@ _VALUES: dict[str, Callable[[Run], float | None]] = {
 
 
 def goals(rows: list[Row]) -> list[Goal]:
-    """What was asked for; none that these rows cannot tell."""
+    """What was asked for, as far as these rows show it."""
     found = []
     for row in rows:
         run = row.run

@@ -11,6 +11,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+COMMANDS = {"serve"}
+"Words in the table that are no modules."
 STEP = re.compile(r"\b([A-Z]\w+)\.(\w+)\b")
 
 
@@ -62,4 +64,18 @@ def test_every_package_and_file_of_the_table_exists() -> None:
     assert len(names) > 30
     package = ROOT / "grabbergui"
     missing = [name for name in names if not any((package / (name + end)).exists() for end in ("", ".py"))]
+    assert not missing
+
+
+def test_every_module_that_a_row_names_is_in_its_packages() -> None:
+    missing = []
+    for row in re.findall(r"^\| (`[^\n]+)$", PAGE.partition("## Threads")[0], re.MULTILINE):
+        packages, contents = row.split(" | ")[:2]
+        places = [ROOT / "grabbergui" / name for name in re.findall(r"`([^`]+)`", packages)]
+        folders = [place if place.is_dir() else place.parent for place in places]
+        missing += [
+            (packages, name)
+            for name in set(re.findall(r"`([a-z_0-9/]+?)/?`", contents)) - COMMANDS
+            if not any([*folder.rglob(name), *folder.rglob(f"{name}.py")] for folder in folders)
+        ]
     assert not missing
