@@ -210,7 +210,7 @@ class Collector:
     def solve(self, camera_name: str = "camera", used: Sequence[int] | None = None) -> Result:
         """Calibrate from the views kept so far. Raises UsageError if they do not suffice.
 
-        `used` are the numbers of the views it shall come from; by default all but those that fit badly.
+        `used` are the numbers of the views to calibrate from; by default all but those that fit badly.
         """
         chosen = list(range(len(self.views))) if used is None else sorted(set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:

@@ -1,4 +1,4 @@
-"""Features as plain data: what one can know and do about one knob of a camera.
+"""Features as plain data: a feature's description, its state, and the checks of a value for it.
 
 The vocabulary is GenApi's (GenICam standard, chapter 2): kinds, access modes, visibility, representation.
 Values are Python's ``int``, ``float``, ``bool`` and ``str``: 64-bit integers and fractions keep their

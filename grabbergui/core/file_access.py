@@ -52,9 +52,9 @@ class CameraFile:
     size: int | None
     "Bytes; None if the camera does not say."
     modes: tuple[str, ...]
-    "What FileOpenMode offers for it: Read, Write, ReadWrite."
+    "Entries of FileOpenMode for it: Read, Write, ReadWrite."
     details: dict[str, str] = field(default_factory=dict)
-    "What the maker adds about a file, by feature: of the simulated camera, FileState."
+    "Further features of the maker about a file, with their text: FileState of the simulated camera."
     tooltip: str = ""
 
     @property

@@ -186,7 +186,7 @@ class StreamStatistics:
 
 
 WAIT = 0.5
-"Seconds that a sink waits for a frame before it checks whether it shall end."
+"Seconds that a sink waits for a frame before it checks whether it should end."
 
 
 class FrameSource(Protocol):

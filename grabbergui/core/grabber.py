@@ -91,7 +91,7 @@ class FrameGrabber(ABC):
     connection_changed = Signal(ConnectionState, str)
     """The new state, and the reason as display text."""
     noticed = Signal(str)
-    """While the connection holds: what hinders the pictures, or how the other end changed; a sentence."""
+    """While the connection holds: why no images arrive, or how the other end changed; a sentence."""
     event_received = Signal(DeviceEvent)
     """The camera sent an event: at the end of every exposure, for instance, if that event is switched on."""
     unlike_before: tuple[str, ...] = ()

@@ -18,7 +18,7 @@ from grabbergui.core.grabber import FrameGrabber
 _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTValueAll"
 _PUT_BACK = (_SELECTOR, _INDEX)
 MOST_ENTRIES = 1 << 17
-"A camera that announces a longer table is not believed."
+"Of a table; a camera that announces more is refused."
 _PROBES = 5
 "Entries by which the byte order of LUTValueAll is recognised."
 

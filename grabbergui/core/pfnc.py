@@ -244,7 +244,7 @@ _NAME = re.compile(
     r"(?:_(?P<special>\w+))?"
 )
 _CHROMA_ORDER = {"": "YUV", "422": "YUYV", "411": "YYUYYV", "420": "YUV"}
-"What a name without an order means."
+"The order that a name without one means."
 _FAMILIES = {
     "Bayer": Family.BAYER,
     "SCF1": Family.SPARSE,

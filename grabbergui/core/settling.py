@@ -86,8 +86,8 @@ class _Settling:
             if not again or (len(refused) == len(pending) and not held):
                 return
             if refused and held:
-                # What rules these values may keep them where the refused ones do not fit. Their companions
-                # are switched by this, and therefore looked at again.
+                # An automatic mode may hold these at values that the refused ones do not fit. Writing them
+                # switches their companions, which are therefore checked again.
                 self._write([key for key in order if key in held])
                 for key in regulated:
                     self.problems.pop(key, None)  # their modes decide

@@ -288,7 +288,7 @@ class Camera(FeatureAccess):
         - `"change"`: a `frozenset[str]` of features whose value, range or access may have changed
         - `"event"`: a `DeviceEvent` that the camera sent; switch it on with EventNotification
         - `"lost"` and `"back"`: a sentence; a lost camera is opened again and set as before by itself
-        - `"notice"`: a sentence about what hinders the stream
+        - `"notice"`: a sentence about a problem of the stream
 
         Callbacks run one after the other on a thread of the library and may use the camera.
         """
@@ -344,7 +344,7 @@ class Camera(FeatureAccess):
     def load_settings(self, path: str | Path, *, dry_run: bool = False) -> LoadReport:
         """Set the camera as a file says and report what became of each setting; see `LoadReport.lines`.
 
-        With `dry_run` nothing is written. A setting that the camera refuses is reported and hinders no other.
+        With `dry_run` nothing is written. Settings that the camera refuses are reported, the others written.
         """
         features = settings_files.load(Path(path), self._grabber.selectors.of)
         report = load_onto(self._grabber, features, dry_run=dry_run)

@@ -16,7 +16,7 @@ MOST_WAITING: Final = 4
 """Images of each kind that wait for the others of their frame. Beyond that the oldest frame is returned as it
 is, the oldest image of a component dropped."""
 MOST_COMPONENTS: Final = 16
-"""Components of one camera, sent or received; a camera that names more is not believed."""
+"""Components of one camera, sent or received; further ones are ignored."""
 _REMEMBERED: Final = 32
 """Delivered images whose time of arrival is stored, by which the delay of a component is measured."""
 

@@ -25,7 +25,7 @@ MAX_PAYLOAD_BYTES = 1 << 30
 QUEUED = 8
 "Buffers that Aravis holds, being filled or to be filled."
 WAIT_US = 100_000
-"Microseconds after which the thread checks whether it shall end."
+"Microseconds after which the thread checks whether it should end."
 SUCCESS = 0
 "ArvBufferStatus of a complete frame."
 PAYLOADS_WITH_PICTURE = (0x1, 0x5, 0xA)

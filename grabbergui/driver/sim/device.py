@@ -53,7 +53,7 @@ _STATUS = {
     Refusal.INVALID_PARAMETER: 0x8002,
     Refusal.ACCESS_DENIED: 0x8006,
 }
-"GVCP's codes, for want of any of our own."
+"GVCP's codes, since this transport has none of its own."
 
 _POLL_S = 0.1
 _EVENT_DATA = struct.Struct(">qq")

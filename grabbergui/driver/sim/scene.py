@@ -26,7 +26,7 @@ UNIT_EXPOSURE_US = 10_000.0
 ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
 "Response of the sensor to the scene's light in red, green and blue; white balance has to compensate it."
 LUMINANCE = np.array([[0.299, 0.587, 0.114]], np.float32)
-"What each colour counts for in a grey picture."
+"Weight of each colour in a grey image."
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ BUFFERS = 8
 _INTEGER = struct.Struct("<q")
 _DOUBLE = struct.Struct("<d")
 _STOP_PERIOD = 0.1
-"Seconds until the receiving thread notices that it shall end."
+"Seconds until the receiving thread notices that it should end."
 _WIDEST_RATES = (0.1, 1000.0)
 "Hz; of drivers that do not list their frame rates."
 

@@ -42,7 +42,7 @@ CONTROLS, DEVICE = "RemoteControls", "RemoteDevice"
 
 
 @dataclass(frozen=True)
-class _Knob:
+class _Numbered:
     """One number the server knows, and the features made of it."""
 
     number: FeatureId
@@ -79,7 +79,7 @@ class NumberFeatures:
         self._ask = ask
         self._channel = RED
         self._seen: dict[str, Feature] = {}
-        self._knobs = [knob for number in FeatureId if (knob := self._explore(number)) is not None]
+        self._numbered = [numbered for number in FeatureId if (numbered := self._explore(number)) is not None]
         self._entries = dict(self._make_entries())
         self.tree = self._make_tree()
         "The feature tree; requested from the server once."
@@ -118,13 +118,13 @@ class NumberFeatures:
         return frozenset(name for name, feature in now.items() if before.get(name) != feature)
 
     # -- what the server has -------------------------------------------------------------------------
-    def _explore(self, number: FeatureId) -> _Knob | None:
+    def _explore(self, number: FeatureId) -> _Numbered | None:
         if not self._flag(Operation.HAS_FEATURE, number):
             return None
         name = _NAMES[number]
         once = self._flag(Operation.HAS_ONE_PUSH, number)
         auto = once or self._flag(Operation.HAS_AUTO, number)
-        return _Knob(
+        return _Numbered(
             number,
             name,
             automatic=(automatic_mode_of(name, lambda _: True) or "") if auto else "",
@@ -134,19 +134,22 @@ class NumberFeatures:
         )
 
     def _make_entries(self) -> Iterator[tuple[str, _Entry]]:
-        for knob in self._knobs:
-            write = partial(self._write_knob, knob) if knob.settable else None
-            yield knob.name, _Entry(partial(self._read_knob, knob), write)
-            if knob.two_values:
+        for numbered in self._numbered:
+            write = partial(self._write_numbered, numbered) if numbered.settable else None
+            yield numbered.name, _Entry(partial(self._read_numbered, numbered), write)
+            if numbered.two_values:
                 yield BALANCE_SELECTOR, _Entry(self._read_selector, self._write_selector)
-            if knob.automatic:
+            if numbered.automatic:
                 yield (
-                    knob.automatic,
-                    _Entry(partial(self._read_automatic, knob), partial(self._write_automatic, knob)),
+                    numbered.automatic,
+                    _Entry(partial(self._read_automatic, numbered), partial(self._write_automatic, numbered)),
                 )
-            if knob.switch:
-                yield knob.switch, _Entry(partial(self._read_switch, knob), partial(self._write_switch, knob))
-        mirrored_by_number = any(knob.number is FeatureId.MIRROR for knob in self._knobs)
+            if numbered.switch:
+                yield (
+                    numbered.switch,
+                    _Entry(partial(self._read_switch, numbered), partial(self._write_switch, numbered)),
+                )
+        mirrored_by_number = any(numbered.number is FeatureId.MIRROR for numbered in self._numbered)
         if not mirrored_by_number and self._ask(Operation.GET_MIRROR).ok:
             yield _MIRROR, _Entry(self._read_mirror, self._write_mirror)
         for name, operation in (("Width", Operation.WIDTH), ("Height", Operation.HEIGHT)):
@@ -174,46 +177,46 @@ class NumberFeatures:
         )
 
     # -- reading -------------------------------------------------------------------------------------
-    def _read_knob(self, knob: _Knob) -> Feature:
-        if knob.two_values:
-            pair = self._numbers(Operation.GET_VALUES, knob.number)
+    def _read_numbered(self, numbered: _Numbered) -> Feature:
+        if numbered.two_values:
+            pair = self._numbers(Operation.GET_VALUES, numbered.number)
             value = None if pair is None else pair[0 if self._channel == RED else 1]
             span = (0.0, 1.0) if value is not None and 0 <= value <= 1 else None
             raw = False
         else:
-            single = self._numbers(Operation.GET_VALUE, knob.number)
+            single = self._numbers(Operation.GET_VALUE, numbered.number)
             value = None if single is None else single[0]
-            span, raw = self._span(knob, value)
+            span, raw = self._span(numbered, value)
         readable = value is not None
-        access = AccessMode.READ_WRITE if knob.settable else AccessMode.READ_ONLY
+        access = AccessMode.READ_WRITE if numbered.settable else AccessMode.READ_ONLY
         return Feature(
-            name=knob.name,
+            name=numbered.name,
             kind=FeatureKind.FLOAT,
             category=CONTROLS,
-            streamable=knob.settable,
-            selectors=(BALANCE_SELECTOR,) if knob.two_values else (),
+            streamable=numbered.settable,
+            selectors=(BALANCE_SELECTOR,) if numbered.two_values else (),
             access=access if readable else AccessMode.NOT_AVAILABLE,
             value=value,
             minimum=span[0] if span else None,
             maximum=span[1] if span else None,
-            unit=_UNITS.get(knob.number, "") if raw else "",
-            auto=knob.automatic or None,
+            unit=_UNITS.get(numbered.number, "") if raw else "",
+            auto=numbered.automatic or None,
             problem="" if readable else "the server gave no value",
         )
 
-    def _span(self, knob: _Knob, value: float | None) -> tuple[tuple[float, float] | None, bool]:
+    def _span(self, numbered: _Numbered, value: float | None) -> tuple[tuple[float, float] | None, bool]:
         """Return the range and whether it is in the camera's own units."""
-        span = self._numbers(Operation.GET_VALUES, knob.number)
+        span = self._numbers(Operation.GET_VALUES, numbered.number)
         if span is not None and value is not None and span[0] < span[1] and span[0] <= value <= span[1]:
             return (span[0], span[1]), True
         return ((0.0, 1.0) if value is not None and 0 <= value <= 1 else None), False
 
-    def _read_automatic(self, knob: _Knob) -> Feature:
-        reply = self._ask(Operation.GET_MODE, knob.number)
+    def _read_automatic(self, numbered: _Numbered) -> Feature:
+        reply = self._ask(Operation.GET_MODE, numbered.number)
         automatic = reply.ok and reply.values[0] == FeatureMode.AUTO
-        entries = (AUTO_OFF, *((AUTO_ONCE,) if knob.once else ()), AUTO_CONTINUOUS)
+        entries = (AUTO_OFF, *((AUTO_ONCE,) if numbered.once else ()), AUTO_CONTINUOUS)
         return Feature(
-            name=knob.automatic,
+            name=numbered.automatic,
             kind=FeatureKind.ENUMERATION,
             category=CONTROLS,
             access=AccessMode.READ_WRITE,
@@ -221,8 +224,8 @@ class NumberFeatures:
             entries=tuple(EnumEntry(entry) for entry in entries),
         )
 
-    def _read_switch(self, knob: _Knob) -> Feature:
-        return _boolean(knob.switch, self._flag(Operation.GET_ACTIVE, knob.number))
+    def _read_switch(self, numbered: _Numbered) -> Feature:
+        return _boolean(numbered.switch, self._flag(Operation.GET_ACTIVE, numbered.number))
 
     def _read_mirror(self) -> Feature:
         return _boolean(_MIRROR, self._ask(Operation.GET_MIRROR).values == (True,))
@@ -248,23 +251,23 @@ class NumberFeatures:
         )
 
     # -- writing -------------------------------------------------------------------------------------
-    def _write_knob(self, knob: _Knob, value: FeatureValue) -> None:
-        if not knob.two_values:
-            self._do(knob.name, Operation.SET_VALUE, knob.number, float(value))
+    def _write_numbered(self, numbered: _Numbered, value: FeatureValue) -> None:
+        if not numbered.two_values:
+            self._do(numbered.name, Operation.SET_VALUE, numbered.number, float(value))
             return
-        pair = self._numbers(Operation.GET_VALUES, knob.number) or (0.0, 0.0)
+        pair = self._numbers(Operation.GET_VALUES, numbered.number) or (0.0, 0.0)
         red, blue = (value, pair[1]) if self._channel == RED else (pair[0], value)
-        self._do(knob.name, Operation.SET_VALUES, knob.number, float(red), float(blue))
+        self._do(numbered.name, Operation.SET_VALUES, numbered.number, float(red), float(blue))
 
-    def _write_automatic(self, knob: _Knob, value: FeatureValue) -> None:
+    def _write_automatic(self, numbered: _Numbered, value: FeatureValue) -> None:
         if value == AUTO_ONCE:
-            self._do(knob.automatic, Operation.SET_ONE_PUSH, knob.number)
+            self._do(numbered.automatic, Operation.SET_ONE_PUSH, numbered.number)
         else:
             mode = FeatureMode.AUTO if value == AUTO_CONTINUOUS else FeatureMode.MANUAL
-            self._do(knob.automatic, Operation.SET_MODE, knob.number, mode)
+            self._do(numbered.automatic, Operation.SET_MODE, numbered.number, mode)
 
-    def _write_switch(self, knob: _Knob, value: FeatureValue) -> None:
-        self._do(knob.switch, Operation.SET_ACTIVE, knob.number, bool(value))
+    def _write_switch(self, numbered: _Numbered, value: FeatureValue) -> None:
+        self._do(numbered.switch, Operation.SET_ACTIVE, numbered.number, bool(value))
 
     def _write_mirror(self, value: FeatureValue) -> None:
         self._do(_MIRROR, Operation.SET_MIRROR, bool(value))

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from typing_extensions import override
@@ -49,22 +49,6 @@ FORMATS: Final = {
 
 _POLL = 0.5
 _numbers = itertools.count(1)
-
-
-class ComponentPorts(Protocol):
-    """What a stream needs of its components."""
-
-    def image(self, frame: Frame) -> None:
-        """Deliver a frame once its components are there, or are not waited for any more."""
-
-    def expire(self, most: float) -> float:
-        """Deliver what has waited long enough; return seconds until the next, at most `most`."""
-
-    def look(self) -> None:
-        """Find component ports."""
-
-    def close(self) -> None:
-        """Stop."""
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
@@ -174,7 +158,7 @@ class PictureStream(ImageReader):
         *,
         carrier: str = "fast_tcp",
         bind: str = "",
-        components: ComponentPorts | None = None,
+        components: ComponentReaders | None = None,
     ) -> None:
         """`components` adds what other ports of the camera send."""
         self._components = components

@@ -34,7 +34,7 @@ from grabbergui.net.yarp.os.values import Stamp
 log = logging.getLogger(__name__)
 
 _POLL = 0.5
-"""Seconds after which a publisher without frames looks whether it shall stop."""
+"""Seconds after which a publisher without frames checks whether it should stop."""
 
 DEFAULT_NAME = "/grabber"
 

@@ -17,7 +17,7 @@ from grabbergui.driver.gige.gvcp_messages import Event
 log = logging.getLogger(__name__)
 
 IDLE_WAIT = 0.2
-"Seconds that the thread waits for a message before it looks whether it shall end."
+"Seconds that the thread waits for a message before it checks whether it should end."
 REMEMBERED = 64
 "Request ids by which a repeated message is known."
 

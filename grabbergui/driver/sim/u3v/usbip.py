@@ -325,7 +325,7 @@ class UsbIpServer:
                     connection.close()
 
     def close(self) -> None:
-        """Stop listening and hang up. Any thread; may be called twice."""
+        """Stop listening and close all connections. Any thread; may be called twice."""
         with self._lock:
             self._closed = True
             if self._host is not None:
