@@ -116,7 +116,7 @@ def png(board: Board, sheet: Sheet, dpi: int = DPI) -> bytes:
 
 
 def raster(board: Board, sheet: Sheet, dpi: int) -> NDArray[np.uint8]:
-    """The page's rectangles as a grey picture; every edge lies on the nearest pixel's."""
+    """The page's rectangles as a grey image; every edge lies on the nearest pixel's."""
     scale = dpi / 25.4
     picture = np.full((round(sheet.height * scale), round(sheet.width * scale)), 255, np.uint8)
     for part in _parts(board, sheet):

@@ -1,6 +1,6 @@
 """Boards of known size to calibrate by: their appearance, and finding them in an image.
 
-Large pictures are searched reduced; the corners found are then refined in the full one.
+Large images are searched reduced; the corners found are then refined in the full one.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ Points = NDArray[np.float32]
 
 FEWEST_CORNERS = 8
 SEARCH_PIXELS = 1_600_000
-"A picture is halved until it is no larger than this before a board is searched in it."
+"An image is halved until it is no larger than this before a board is searched in it."
 KINDS = ("charuco", "chessboard")
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The board in one picture."""
+    """The board in one image."""
 
     board: Points
     "(n, 3) corners on the board, metres from its upper left corner."
@@ -63,7 +63,7 @@ class Board(Protocol):
         ...
 
     def find(self, grey: Grey) -> View | None:
-        """Its corners in a picture, to a fraction of a pixel; None where too few are seen."""
+        """Its corners in an image, to a fraction of a pixel; None where too few are seen."""
         ...
 
     def drawing(self) -> list[Rectangle]:
@@ -72,7 +72,7 @@ class Board(Protocol):
 
 
 class CharucoBoard(Board):
-    """A chessboard with markers in its white fields; may be partly out of the picture."""
+    """A chessboard with markers in its white fields; may be partly out of the image."""
 
     def __init__(self, columns: int, rows: int, square: float, marker: float, dictionary: str) -> None:
         """Numbers of fields, and edges of field and marker in metres."""
@@ -220,7 +220,7 @@ def _reduced(grey: Grey) -> tuple[Grey, int]:
 
 
 def _refined(grey: Grey, board: Points, picture: Points, factor: int, square: float) -> Points:
-    """Corners found in a picture reduced by `factor`, found again in the full one."""
+    """Corners found in an image reduced by `factor`, found again in the full one."""
     if factor == 1:
         return picture
     full = ((picture + 0.5) * factor - 0.5).astype(np.float32)

@@ -22,11 +22,11 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 GRID = (8, 6)
-"Cells of the picture, across and down, in which corners are counted."
+"Cells of the image, across and down, in which corners are counted."
 TILTED = 0.08
-"Slant from which a board counts as tilted: about 15° where it fills half of the picture."
+"Slant from which a board counts as tilted: about 15° where it fills half of the image."
 NEAR, FAR = 0.40, 0.22
-"Size of the board in parts of the picture's longer side from, and below, which it is near or far."
+"Size of the board in parts of the image's longer side from, and below, which it is near or far."
 
 Counts = NDArray[np.int64]
 
@@ -61,14 +61,14 @@ class Coverage:
     """Counts of the corners, tilts and sizes seen so far."""
 
     cells: Counts = field(default_factory=lambda: _none(GRID[1], GRID[0]))
-    "Corners seen in each cell of the picture, (rows, columns)."
+    "Corners seen in each cell of the image, (rows, columns)."
     tilts: Counts = field(default_factory=lambda: _none(3, 3))
     "Views by tilt: upper edge nearer, none, lower edge nearer; left, none, right in each."
     sizes: Counts = field(default_factory=lambda: _none(3))
     "Views by distance: far, between, near."
 
     def add(self, view: View, placement: Placement, size: tuple[int, int]) -> None:
-        """Count a view in a picture of `size`."""
+        """Count a view in an image of `size`."""
         places = (view.picture / size * GRID).astype(int)
         inside = ((places >= 0) & (places < GRID)).all(axis=1)
         np.add.at(self.cells, (places[inside, 1], places[inside, 0]), 1)
@@ -81,7 +81,7 @@ class Coverage:
 
     @property
     def part(self) -> float:
-        """Of the picture, 0 to 1, in which corners were seen."""
+        """Of the image, 0 to 1, in which corners were seen."""
         return float((self.cells > 0).mean())
 
     def missing(self) -> str:
@@ -117,9 +117,9 @@ def _third(slant: float) -> int:
 FEWEST_VIEWS = 5
 MOST_VIEWS = 200
 _DIFFERENT = 0.06
-"How far a view must be from all others, in parts of the picture and of its own size and tilt."
+"How far a view must be from all others, in parts of the image and of its own size and tilt."
 _STILL = 0.003
-"How far corners may move from one picture to the next, in parts of the picture's longer side."
+"How far corners may move from one image to the next, in parts of the image's longer side."
 _BAD_VIEW = 2.5
 "A view whose error is so many times the median is left out."
 
@@ -163,7 +163,7 @@ class Collector:
         self.wanted = wanted
         self.coverage = Coverage()
         self.last: View | None = None
-        "The board in the newest picture."
+        "The board in the newest image."
         self._board = board
         self._still = still
         self._size: tuple[int, int] | None = None
@@ -179,11 +179,11 @@ class Collector:
         return self.coverage.missing()
 
     def add(self, grey: Grey) -> bool:
-        """Look at a picture; whether its view is kept."""
+        """Look at an image; whether its view is kept."""
         return self.look(grey) is Verdict.KEPT
 
     def look(self, grey: Grey, keep: bool = True) -> Verdict:
-        """Look at a picture (rows, columns) uint8 and keep its view where that adds something.
+        """Look at an image (rows, columns) uint8 and keep its view where that adds something.
 
         With `keep` false, say only what would come of it. Raises UsageError for one of another size.
         """
@@ -256,12 +256,12 @@ class Collector:
 
 
 def placed(view: View, size: tuple[int, int]) -> Placement:
-    """Where and how a board is seen in a picture of `size`."""
+    """Where and how a board is seen in an image of `size`."""
     flat = cv2.findHomography(view.board[:, :2], view.picture)[0]
     low, high = view.board[:, :2].min(axis=0), view.board[:, :2].max(axis=0)
     corners = np.array([[[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]])
     outline = cv2.perspectiveTransform(corners.astype(float), flat)[0]
-    # Which of its edges is the left one in the picture depends on how it is turned.
+    # Which of its edges is the left one in the image depends on how it is turned.
     outline = np.roll(outline, -int(np.argmin(outline.sum(axis=1))), axis=0)
     if cv2.contourArea(outline.astype(np.float32), oriented=True) < 0:
         outline = outline[[0, 3, 2, 1]]

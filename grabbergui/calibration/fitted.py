@@ -135,7 +135,7 @@ def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair |
 
 
 CalibrationFor = Callable[[int, int], Calibration]
-"Width and height of pictures to their calibration. Raises UsageError for a size that it does not fit."
+"Width and height of images to their calibration. Raises UsageError for a size that it does not fit."
 
 
 class CalibrationChoice:
@@ -155,7 +155,7 @@ class CalibrationChoice:
         return cls(partial(Calibration.from_field_of_view, degrees=degrees))
 
     def __call__(self, width: int, height: int) -> Calibration:
-        """The calibration for pictures of a size."""
+        """The calibration for images of a size."""
         return self._chosen(width, height)
 
     def exchange(self, other: CalibrationChoice) -> None:

@@ -116,7 +116,7 @@ class BoardDetector:
         self._charuco = cv2.aruco.CharucoDetector(board.pattern) if board.kind == "charuco" else None
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """The board in a picture (rows, columns) uint8: none, or one, with the reason if it has no pose."""
+        """The board in an image (rows, columns) uint8: none, or one, with the reason if it has no pose."""
         markers = [marker for marker in self._markers.detect(grey) if marker.marker_id in self._ids]
         if not markers:
             return []

@@ -43,7 +43,7 @@ class MarkerDetection:
     marker_id: int
     "Of a board its first marker's."
     corners: NDArray[np.float64]
-    "(4, 2) pixels of the full picture, from the printed upper left on, clockwise as printed."
+    "(4, 2) pixels of the full image, from the printed upper left on, clockwise as printed."
     pose: geometry.Pose | None = None
     "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
     problem: str = ""
@@ -159,7 +159,7 @@ def _refined_pose(
 
 
 SEARCH_PIXELS = 700_000
-"A picture is halved until it is no larger than this before markers are searched in it."
+"An image is halved until it is no larger than this before markers are searched in it."
 Grey = NDArray[np.uint8]
 "(rows, columns), one byte a pixel."
 
@@ -205,7 +205,7 @@ class ArucoDetector:
         self._square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """All markers in a picture (rows, columns) uint8, with poses where there is a calibration."""
+        """All markers in an image (rows, columns) uint8, with poses where there is a calibration."""
         reduced, factor = grey, 1
         while reduced.size > self._search_pixels:
             reduced = cv2.resize(reduced, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
@@ -229,7 +229,7 @@ class ArucoDetector:
 
 
 def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    """Corners of a picture reduced by `factor`, found again in the full one."""
+    """Corners of an image reduced by `factor`, found again in the full one."""
     corners = (square + 0.5) * factor - 0.5
     # No wider than a third of a marker's cell, or the window would hold other edges than the corner's.
     edge = float(np.linalg.norm(corners[0] - corners[1]))

@@ -25,11 +25,11 @@ NOMINAL_FIELD_OF_VIEW = 60.0
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """How directions become pixels, for pictures of one size."""
+    """How directions become pixels, for images of one size."""
 
     width: int
     height: int
-    "Of the pictures it was made from, in pixels."
+    "Of the images it was made from, in pixels."
     matrix: Matrix
     "(3, 3) float64: fx 0 cx, 0 fy cy, 0 0 1; pixels."
     distortion: Matrix
@@ -38,7 +38,7 @@ class Calibration:
     nominal: bool = False
     "Whether it is only assumed from a field of view; poses are then rough."
     rectification: Matrix = field(default_factory=lambda: np.eye(3))
-    "(3, 3) float64: turns the camera into the one of the rectified pictures, in a stereo pair."
+    "(3, 3) float64: turns the camera into the one of the rectified images, in a stereo pair."
     rectified: Matrix | None = None
     "(3, 4) float64: that one's projection, a pair's baseline in it; None where nobody rectified."
 
@@ -71,7 +71,7 @@ class Calibration:
 
     @property
     def projection(self) -> Matrix:
-        """(3, 4): of the rectified pictures; where nobody rectified, the camera's own."""
+        """(3, 4): of the rectified images; where nobody rectified, the camera's own."""
         if self.rectified is not None:
             return self.rectified
         return np.hstack((self.matrix, np.zeros((3, 1))))
@@ -94,7 +94,7 @@ class Calibration:
         return cls(width, height, matrix, np.zeros(5), nominal=True)
 
     def scaled_to(self, width: int, height: int) -> Calibration:
-        """The same camera with binned or reduced pictures of another size.
+        """The same camera with binned or reduced images of another size.
 
         Raises UsageError where the proportions differ by more than a hundredth: that is another crop, and
         where it was cut out is not known here.
@@ -107,12 +107,12 @@ class Calibration:
                 f"the calibration is of {self.width}×{self.height} pictures, the camera sends "
                 f"{width}×{height}, which is another crop; calibrate at this size"
             )
-        # Half a pixel lies between a picture's edge and its first pixel's centre, whatever their size.
+        # Half a pixel lies between an image's edge and its first pixel's centre, whatever their size.
         shift = ((along_x - 1) / 2, (along_y - 1) / 2)
         return self._changed(width, height, (along_x, along_y), shift)
 
     def cut_out(self, x: int, y: int, width: int, height: int) -> Calibration:
-        """The same camera with pictures of a region whose first pixel is at `x`, `y`."""
+        """The same camera with images of a region whose first pixel is at `x`, `y`."""
         return self._changed(width, height, (1.0, 1.0), (-x, -y))
 
     def _changed(

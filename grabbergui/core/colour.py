@@ -173,7 +173,7 @@ def _demosaiced(data: Bytes, code: int) -> Bytes:
     height, width = data.shape
     if height >= 3 and width >= 3:
         return _array(cv2.cvtColor(data, code))
-    # OpenCV leaves so small a picture black; mirrored about its edges the pattern goes on.
+    # OpenCV leaves so small an image black; mirrored about its edges the pattern goes on.
     larger = cv2.copyMakeBorder(data, 2, 2, 2, 2, cv2.BORDER_REFLECT_101)
     return np.ascontiguousarray(cv2.cvtColor(larger, code)[2 : 2 + height, 2 : 2 + width])
 

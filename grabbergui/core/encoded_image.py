@@ -133,13 +133,13 @@ def _header(name: str, width: int, height: int, depth: int, components: int) -> 
 
 
 MOST_PIXELS = 1 << 28
-"Of a picture that is decoded; the largest sensors have some 250 million."
+"Of an image that is decoded; the largest sensors have some 250 million."
 
 
 def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
-    """The picture in a file's bytes (1-D), as OpenCV has it: (height, width[, 3 or 4]), colours as B G R A.
+    """The image in a file's bytes (1-D), as OpenCV has it: (height, width[, 3 or 4]), colours as B G R A.
 
-    uint8 or uint16, or what else a TIFF holds. Raises RemoteProtocolError for what is no picture, is cut
+    uint8 or uint16, or what else a TIFF holds. Raises RemoteProtocolError for what is no image, is cut
     short, or has more than `MOST_PIXELS`.
     """
     size = announced_size(file.data)

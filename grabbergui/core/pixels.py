@@ -38,9 +38,9 @@ class Region:
         return self.y + self.height
 
     def clipped(self, width: int, height: int) -> Region:
-        """The part inside a picture of that size, which is at least one pixel.
+        """The part inside an image of that size, which is at least one pixel.
 
-        A region that lies outside altogether becomes the pixel of the picture that is nearest to it.
+        A region that lies outside altogether becomes the pixel of the image that is nearest to it.
         """
         left, top = min(max(self.x, 0), width - 1), min(max(self.y, 0), height - 1)
         right, bottom = min(max(self.right, left + 1), width), min(max(self.bottom, top + 1), height)
@@ -75,7 +75,7 @@ def to_rgb(frame: SensorPicture) -> NDArray[np.uint8]:
 def for_display(
     frame: SensorPicture, region: Region | None = None, size: tuple[int, int] | None = None
 ) -> DisplayImage:
-    """Return an 8-bit picture of a region (the whole frame if None), never larger than `size`.
+    """Return an 8-bit image of a region (the whole frame if None), never larger than `size`.
 
     `size` is (width, height) in screen pixels; a larger region is reduced to fit, its proportions kept,
     before colour is computed where that saves work; nothing is ever enlarged, and None reduces nothing.
@@ -181,7 +181,7 @@ def _scale(region: Region, size: tuple[int, int] | None) -> float:
 
 
 def _reduced(picture: NDArray[np.uint8], region: Region, size: tuple[int, int] | None) -> NDArray[np.uint8]:
-    """The picture of a region at no more than `size`: halved while it can be, then interpolated.
+    """The image of a region at no more than `size`: halved while it can be, then interpolated.
 
     Halving averages four pixels in one vectorised pass, many times cheaper than an exact area average,
     and what is left is less than a factor of two, where linear interpolation skips no pixel.

@@ -23,7 +23,7 @@ from grabbergui.core.identity import DeviceInfo
 
 
 class DataLayout(Enum):
-    """How chunks lie behind a picture in the payload, and events in the messages that carry them."""
+    """How chunks lie behind an image in the payload, and events in the messages that carry them."""
 
     GIGE_VISION = "GigE Vision"
     USB3_VISION = "USB3 Vision"

@@ -164,7 +164,7 @@ class Effects:
 
 
 UNMEASURED_LATENCY = 4
-"Frames to skip if the latency cannot be measured, as the picture does not change with the exposure time."
+"Frames to skip if the latency cannot be measured, as the image does not change with the exposure time."
 MARGIN = 1
 "Frames added to the longest latency measured: the host knows the camera's clock to within one frame."
 ROUNDS = 8
@@ -200,7 +200,7 @@ def latency_of(grabber: FrameGrabber, *, timeout: float) -> int:
 def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
     """Return how many frames after an acknowledge still have the old exposure time, at most.
 
-    None if that cannot be seen: there is no exposure time that can be written, or the picture is dark,
+    None if that cannot be seen: there is no exposure time that can be written, or the image is dark,
     saturated or changes by itself. Raises FrameTimeoutError if no frames arrive.
     """
     name = Role.EXPOSURE.find(grabber.has_feature)

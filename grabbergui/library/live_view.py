@@ -1,4 +1,4 @@
-"""A live picture for scripts and notebooks, without the application's window.
+"""A live view for scripts and notebooks, without the application's window.
 
 The headless OpenCV that this package needs has no `imshow`; Matplotlib shows frames in a script, and in
 Jupyter `ipywidgets` adds controls for exposure time and gain. Neither is a dependency.
@@ -24,9 +24,9 @@ from grabbergui.core.sfnc import Role
 from grabbergui.library.camera import Camera
 
 RATE = 15.0
-"Pictures shown per second, at most."
+"Images shown per second, at most."
 WIDEST = 960
-"Pixels of a picture in a notebook; wider ones are scaled down, as each travels to the browser as JPEG."
+"Pixels of an image in a notebook; wider ones are scaled down, as each travels to the browser as JPEG."
 
 
 def live_view(camera: Camera) -> object:
@@ -77,7 +77,7 @@ def _show_figure(camera: Camera, pyplot: Any) -> object:
 
 
 class NotebookPanel:
-    """The picture of a camera with sliders for exposure time and gain, made of `ipywidgets`."""
+    """The image of a camera with sliders for exposure time and gain, made of `ipywidgets`."""
 
     def __init__(self, camera: Camera, widgets: Any) -> None:
         self._camera = camera
@@ -134,7 +134,7 @@ def _slider_of(widgets: Any, feature: Feature) -> Any:
 
 
 def encode_jpeg(picture: NDArray[np.uint8]) -> bytes:
-    """Encode an RGB picture (height, width, 3) as JPEG, at most `WIDEST` pixels wide."""
+    """Encode an RGB image (height, width, 3) as JPEG, at most `WIDEST` pixels wide."""
     height, width = picture.shape[:2]
     if width > WIDEST:
         size = (WIDEST, max(1, height * WIDEST // width))

@@ -36,7 +36,7 @@ MAX_FILE_BYTES = 1 << 30
 
 
 class FolderRecording(Recording):
-    """Pictures in the order of the notes, or of their names."""
+    """Images in the order of the notes, or of their names."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -93,7 +93,7 @@ class FolderRecording(Recording):
 
 
 def file_channels(pixel_format: str) -> list[int]:
-    """Where a format's components lie in a picture file, which OpenCV has in the order B G R A.
+    """Where a format's components lie in an image file, which OpenCV has in the order B G R A.
 
     The same indices lead back, as each only exchanges red and blue.
     """
@@ -102,7 +102,7 @@ def file_channels(pixel_format: str) -> list[int]:
 
 
 def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
-    """The note of a picture without one. Raises RecordingError for values of another kind than a sensor's."""
+    """The note of an image without one. Raises RecordingError for values of another kind than a sensor's."""
     names = {(2, "u1"): "Mono8", (2, "u2"): "Mono16", (3, "u1"): "BGRa8" if pixels.shape[-1] == 4 else "BGR8"}
     name = names.get((pixels.ndim, pixels.dtype.str[1:]))
     if name is None:
@@ -115,7 +115,7 @@ def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
 _PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
 if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # of OpenCV 4.11
     _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
-"""Of a noisy sensor's pictures, looking for repetitions makes larger files and takes three times as long."""
+"""Of a noisy sensor's images, looking for repetitions makes larger files and takes three times as long."""
 _TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
 """None."""
 _FOLDER_THREADS = min(4, os.cpu_count() or 2)
@@ -123,14 +123,14 @@ _FOLDER_THREADS = min(4, os.cpu_count() or 2)
 
 @dataclass(frozen=True)
 class _Kept:
-    """A picture that is whole on the disk."""
+    """An image that is whole on the disk."""
 
     line: str
     size: int
 
 
 class FolderWriter(RecordingWriter):
-    """A picture a frame, and a line of `frames.jsonl` for each, written once the picture is whole.
+    """An image a frame, and a line of `frames.jsonl` for each, written once the image is whole.
 
     Compressing PNG takes one core much longer than a frame: several threads do it.
     """
@@ -167,7 +167,7 @@ class FolderWriter(RecordingWriter):
 
     @override
     def size(self) -> int:
-        """Pictures that are being compressed count as much as those before."""
+        """Images that are being compressed count as much as those before."""
         noted = self._count - self._work.held
         return self._size + (self._size * self._work.held // noted if noted else 0)
 
@@ -182,7 +182,7 @@ class FolderWriter(RecordingWriter):
         try:
             file.write_bytes(content)
         except OSError:
-            file.unlink(missing_ok=True)  # half a picture is none
+            file.unlink(missing_ok=True)  # half an image is none
             raise
         return _Kept(note_of(frame, pixel_format, file.name).line(), len(content))
 

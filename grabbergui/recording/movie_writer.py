@@ -79,7 +79,7 @@ _ENCODERS = {
     RecordingKind.AV1: _Encoder(
         "libsvtav1",
         # On a busy machine SVT-AV1's threads hang for ever or lose the order of its frames, most often with
-        # little delay (pred-struct=1, lookahead=0), but never with one picture at a time (lp=1).
+        # little delay (pred-struct=1, lookahead=0), but never with one image at a time (lp=1).
         {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "lp=1:hierarchical-levels=3"},
         odd=False,
         environment={"SVT_LOG": "1"},

@@ -29,7 +29,7 @@ VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 MAX_LINE = 4096
 "Characters of one note."
 MAX_SIDE = 65536
-"Pixels; more is no picture."
+"Pixels; more is no image."
 
 
 class RecordingError(GrabberError):

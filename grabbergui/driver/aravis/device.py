@@ -190,7 +190,7 @@ class AravisDevice(Device):
     # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """Only a controller gets pictures."""
+        """Only a controller gets images."""
         library = self._library_of_open()
         if not self._writable:
             raise AccessDeniedError("Aravis receives pictures only for whoever controls the camera")

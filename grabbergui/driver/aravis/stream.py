@@ -155,7 +155,7 @@ class AravisStream:
         statistics.frames += 1
         statistics.bytes += used
         self._rate.add(used)
-        # A payload without a picture (a file, GenDC) goes on as one line of bytes of no known format.
+        # A payload without an image (a file, GenDC) goes on as one line of bytes of no known format.
         x, y, width, height, padding_x, pixel_format = 0, 0, used, 1, 0, 0
         if self._is_picture(buffer):
             x, y, width, height = self._numbers(library.arv_buffer_get_image_region, buffer, 4)

@@ -176,7 +176,7 @@ SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
 """Features that switch chunks on and off; other features of the category are values that chunks carry."""
 MOST_CHUNKS = 256
 LARGEST_CHUNK = 65536
-"""Bytes; a longer one is the picture itself, which nobody reads as a feature."""
+"""Bytes; a longer one is the image itself, which nobody reads as a feature."""
 
 _TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
 """Id and length behind each chunk's data (GigE Vision 2.x, 25.8; USB3 Vision 1.x, 5.4.3)."""
@@ -204,7 +204,7 @@ class ChunkReader:
         self._reported = False
 
     def read(self, payload: NDArray[np.uint8]) -> dict[str, FeatureValue]:
-        """The values behind a picture; empty where there are none or they are malformed. Never raises."""
+        """The values behind an image; empty where there are none or they are malformed. Never raises."""
         chunks = without_pictures(payload, self._layout)
         if not chunks:
             return {}
@@ -232,7 +232,7 @@ class ChunkReader:
 
 
 def without_pictures(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
-    """The chunks of a payload with pictures cut down to their tags; empty where the tags are malformed."""
+    """The chunks of a payload with images cut down to their tags; empty where the tags are malformed."""
     tag = _TAG[layout]
     pieces: list[bytes] = []
     end = len(payload)

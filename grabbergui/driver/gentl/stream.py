@@ -210,7 +210,7 @@ def _give_back(free: deque[int], index: int, memory: bytes) -> None:
 
 
 def _complete(buffer: Any) -> bool:
-    """Whether all of a picture came, as far as the producer says."""
+    """Whether all of an image came, as far as the producer says."""
     try:
         return bool(buffer.is_complete())
     except gentl.GenericException:

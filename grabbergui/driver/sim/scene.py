@@ -73,7 +73,7 @@ class StillScene(Scene):
         self._view = SceneView(picture)
 
     def view(self, time_ns: int) -> SceneView:
-        """Return the picture."""
+        """Return the image."""
         return self._view
 
 

@@ -23,7 +23,7 @@ EXTENDED_CHUNK_TRAILER_SIZE = 36
 USUAL_LEADER_SPACE = 1024
 "Leader or trailer size for a device that reports 0."
 LARGEST_PAYLOAD = 1 << 29
-"Bytes; more is a broken register rather than a picture."
+"Bytes; more is a broken register rather than an image."
 
 
 class PayloadType(IntEnum):

@@ -138,7 +138,7 @@ class RenderedScene(Scene):
             self._camera, self.ahead = camera_pose, ahead
 
     def view(self, time_ns: int) -> SceneView:
-        """Return the whole sensor's picture."""
+        """Return the whole sensor's image."""
         return SceneView(self._drawn(time_ns, (SENSOR_HEIGHT, SENSOR_WIDTH, 3), sensor_pinhole()))
 
     def rendered(self, time_ns: int, settings: FrameSettings, *, grey: bool = False) -> NDArray[np.uint16]:
