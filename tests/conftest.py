@@ -1,4 +1,4 @@
-"""What every test runs under. Its presence makes the modules of this folder importable from them."""
+"""Fixtures of every test. Its presence makes the modules of this folder importable from them."""
 
 import os
 import signal
@@ -62,7 +62,7 @@ def pytest_runtest_teardown() -> Iterator[None]:
 
 
 def pytest_unconfigure() -> None:
-    """What one worker started for all must outlive it."""
+    """End what was started for all workers; the process that began the run does so, as it outlives them."""
     if not isolation.WORKER:
         isolation.end_run()
 

@@ -17,7 +17,7 @@ NOT_WRITTEN = ("DeviceReset", "UserSet", "File", "Ptp", "Gev", "Test")
 
 
 def differences(before: FeatureSet, after: FeatureSet) -> list[str]:
-    """What two captures do not agree on, without values that an automatic mode moves by itself.
+    """Return the differences of two captures, without values that an automatic mode moves by itself.
 
     An automatic exposure moves the frame rate too: the camera reports no more than the exposure allows.
     """

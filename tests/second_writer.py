@@ -49,7 +49,7 @@ def selector_in_motion(camera, selector, entries, turns=20):
 
 @contextmanager
 def others_stay(camera):
-    """Let a second writer select green and blue by turns; neither has another ratio in the end."""
+    """Let a second writer select green and blue in turn; neither ratio has changed in the end."""
     for channel, value in OTHERS.items():
         camera.write_setting(ratio(channel), value)
     with selector_in_motion(camera, BALANCE, OTHERS):

@@ -1,4 +1,4 @@
-"""What `make test` makes of failures."""
+"""`make test` and failures: repeated alone, counted, reported."""
 
 import json
 import os

@@ -20,7 +20,7 @@ CHESSBOARD = Chessboard(8, 6, 0.03)
 
 
 def drawn(board, pixels_per_metre):
-    """What `drawing` describes."""
+    """Return the page that `drawing` describes, as pixels."""
     scale = pixels_per_metre
     size = round(board.rows * board.square * scale), round(board.columns * board.square * scale)
     out = np.full(size, 255, np.uint8)

@@ -1,4 +1,4 @@
-"""What a calibration becomes when the camera bins or cuts out a region."""
+"""A calibration follows when the camera bins or selects a region."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What every command shares: words that are none, signals, and output that finds no place."""
+"""Common to all commands: unknown words, signals, and output that cannot be written."""
 
 import os
 import signal

@@ -107,7 +107,7 @@ class Camera:
         self.answers = True
 
     def register(self, register: Register) -> Any:
-        """What a register holds now."""
+        """Return the current value of a register."""
         return register.decode(until(lambda: self._read(register), f"an answer of {self.serial}"))
 
     def _read(self, register: Register) -> bytes:
@@ -172,14 +172,14 @@ class Operator:
 
     # -- what is said ------------------------------------------------------------------------------
     def ask(self, expression: str) -> Any:
-        """What an expression of the observer's gives, asked while the window lives."""
+        """Evaluate an expression in the observer's process, while the window lives."""
         assert self.process.stdin is not None
         self.process.stdin.write(expression + "\n")
         self.process.stdin.flush()
         return self._answer(PATIENCE)
 
     def said(self) -> dict[str, Any]:
-        """All that the window says of its cameras."""
+        """Return the state, figures and messages that the window shows for each camera."""
         answer = self.ask("said()")
         assert isinstance(answer, dict)
         return answer
@@ -198,7 +198,7 @@ class Operator:
         return reply["answer"]
 
     def complaints(self) -> str:
-        """What the program wrote on stderr so far."""
+        """Return what the program has written to stderr so far."""
         self.errors.seek(0)
         return self.errors.read()
 

@@ -57,7 +57,7 @@ def tile(each):
 
 
 def said():
-    """All that the window says of its cameras."""
+    """Return the state, figures and messages that the window shows for each camera."""
     strip, bar = window.status, window.recordingBar
     return {
         "title": window.windowTitle(),
@@ -77,7 +77,7 @@ def said():
 
 
 def number(name):
-    """What a control above the picture shows, with its unit."""
+    """Return the text of a control above the picture, with its unit."""
     rows = window.favourites.rows.rows(name)
     return rows[0].editor.field.text() if rows and rows[0].editor is not None else None
 

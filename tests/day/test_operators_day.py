@@ -98,7 +98,7 @@ class Day:
         return said
 
     def untruths(self, said: dict, messages: tuple[str, ...]) -> list[str]:
-        """What is said but is not so, and the other way round."""
+        """Return statements of the window that are false, and facts that it leaves out."""
         front = self.front
         assert front is not None
         wrong = []
@@ -204,7 +204,7 @@ def sit_down(tmp_path, gvcp_port):
 
 
 def open_by_address(day, camera, key="Return"):
-    """With Return in place of what is open, with Ctrl+B besides."""
+    """Return replaces the current source, Ctrl+B opens another beside it."""
     operator = day.operator
     operator.keys("ctrl+l")
     operator.until("window.sources.addressEdit.hasFocus()")

@@ -27,7 +27,7 @@ PARTS = {
 
 @pytest.fixture
 def folder(tmp_path):
-    """What a program that was killed a minute ago leaves, beside files of others."""
+    """Shared memory left by a program that was killed a minute ago, beside files of others."""
     for name in (*PARTS[SEGMENT], *PARTS[PORT], "sem.other", "fastdds_notes.txt"):
         (tmp_path / name).write_bytes(bytes(100_000 if name == SEGMENT else 0))
         os.utime(tmp_path / name, (time.time() - 60,) * 2)

@@ -40,12 +40,12 @@ SOON = 120.0
 ATTEMPTS = 4
 """So often a program may fail because the emulated machine answered too late."""
 FRAMES = 25
-"""That our host receives, each time that it streams."""
+"""Frames that our host receives each time that it streams."""
 FORKING = multiprocessing.get_context("fork")
 CAMERAS: list[SpareCamera] = []
 PROGRAMS: list[SpareProgram] = []
 LEFT_OPEN: list[object] = []
-"""What a program does not close, still there when Python ends."""
+"""Cameras that a program does not close, still there when Python ends."""
 
 
 class SpareCamera:
@@ -204,7 +204,7 @@ def forgetful_program() -> int:
 
 
 def aravis(*command: str) -> str:
-    """What a program of Aravis prints; asked again where the emulated machine answered too late for it."""
+    """Return the output of a program of Aravis; run again where the emulated machine answered too late."""
     for _ in range(8):
         text = run(*command)
         if "Failed to bootstrap" not in text:
@@ -269,7 +269,7 @@ def prove(via: str) -> dict[str, Any]:
 
 
 def prove_webcam() -> dict[str, Any]:
-    """What our host sees of the kernel's virtual video device (vivid), beside v4l2-ctl."""
+    """Return our host's view of the kernel's virtual video device (vivid), beside v4l2-ctl's."""
     try:
         return try_webcam()
     except Exception:
@@ -322,7 +322,7 @@ def grabbed(camera: FrameGrabber) -> dict[str, Any]:
 
 
 def v4l2_ctl(*arguments: str) -> str | None:
-    """What v4l2-ctl says; None without it."""
+    """Return the output of v4l2-ctl; None without it."""
     program = shutil.which("v4l2-ctl")
     return run(program, "-d", "/dev/video0", *arguments) if program else None
 

@@ -82,7 +82,7 @@ class Bench:
             time.sleep(0.002)
 
     def open_slowly_instead(self):
-        """What is at hand, and the grabber that is being opened in its place until its `opening` is set."""
+        """Return the current source, and the grabber that opens in its place once its `opening` is set."""
         self.others["sim:slow"] = slow = Source()
         slow.opening.clear()
         self.link.connect_to("sim:")
@@ -422,7 +422,7 @@ def test_the_same_camera_by_another_name_is_closed_first_and_comes_back_where_th
 
 
 class Pair:
-    """Two sources open, the first at hand; what was opened and let go, in order."""
+    """Two open sources, of which the first is current, and the order of what is opened and released."""
 
     def __init__(self, bench):
         self.link, self.reported = bench.link, []

@@ -1,4 +1,4 @@
-"""What is measured of frames, and when."""
+"""The measurements of frames, and when they are made."""
 
 import threading
 import time

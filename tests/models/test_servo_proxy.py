@@ -49,7 +49,7 @@ class Pair:
         )
 
     def kill_window(self):
-        """What the kernel does for a process that dies; the proxy's reader ends with the loop's pipe."""
+        """End as the kernel ends a process that dies; the proxy's reader ends with the loop's pipe."""
         self.window_pipes[1].close()
 
     def close(self):

@@ -1,4 +1,4 @@
-"""What changes anywhere is seen everywhere within 200 ms: each pair of ways to a camera, both ways."""
+"""A change is seen everywhere within 200 ms: each pair of ways to a camera, in both directions."""
 
 import itertools
 from contextlib import ExitStack, closing, contextmanager
@@ -39,7 +39,7 @@ class Way:
 
 
 def reports_of(grabber, stack):
-    """What a grabber's listener knows of the gain: like the window, it reads only after a signal."""
+    """The gain as a listener to a grabber knows it: like the window, it reads only after a signal."""
     changed = []
     stack.enter_context(
         connected(grabber.features_changed, lambda names: "Gain" in names and changed.append(1))
@@ -109,7 +109,7 @@ def opened(uri, stack):
 
 
 def register(camera):
-    """What the camera itself has, past everything that remembers values."""
+    """Return the value in the camera itself, past all caches."""
     return int.from_bytes(camera.device.read(GAIN_REGISTER, 4), "big") / 100
 
 
@@ -127,7 +127,7 @@ def regulate(camera, value):
 
 
 class Window:
-    """What stands behind the window beside the servers: the model of its feature panel, and its thread."""
+    """The window's model beside the servers: that of its feature panel, with its thread."""
 
     def __init__(self, camera):
         self._grabber = SharedGrabber(camera)

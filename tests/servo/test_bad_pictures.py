@@ -15,7 +15,7 @@ BOARD = board_pose()
 
 
 class Fault:
-    """What is wrong with the world from a moment on; nothing, until `begin`."""
+    """A fault of the pictures from `begin` on."""
 
     problem = ""
     "What the loop must say of it, at some time."

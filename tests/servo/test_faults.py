@@ -1,4 +1,4 @@
-"""What goes wrong, and that nothing moves for it: loop and gate together, in simulated time."""
+"""Nothing moves after a fault: loop and gate together, in simulated time."""
 
 import dataclasses
 import math

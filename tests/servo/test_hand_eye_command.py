@@ -1,4 +1,4 @@
-"""What `grabbergui hand-eye` is made of: looking, the result's file and its frames, and servoing by it."""
+"""The parts of `grabbergui hand-eye`: the target watch, the result, its file and frames, servoing by it."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""What goes wrong only when somebody waits long, or just at the wrong moment."""
+"""Faults that show only in long runs, or at one unlucky moment."""
 
 import threading
 import time

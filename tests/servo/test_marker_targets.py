@@ -29,7 +29,7 @@ PLACE = at(0.7, -0.05, 0.52, yaw=25, pitch=-10)
 
 
 def seen(marker, board=PLACE, binning=2, spoil=None):
-    """What the detector finds of a configured target in a rendered picture, and the calibration."""
+    """Return the detections of a configured target in a rendered picture, and the calibration."""
     of = servo_scene.settings(binning)
     scene = RenderedScene(closed_loop.things_for(marker, Things(lambda _: None, lambda _: board)))
     scene.mount(lambda _: servo_scene.camera())

@@ -1,4 +1,4 @@
-"""What is drawn over a picture, against where things are."""
+"""The overlay is drawn where the things in the picture are."""
 
 import dataclasses
 import math

@@ -25,7 +25,7 @@ def recorded(name, letters):
 
 
 def shape(item):
-    """What of a message does not depend on where a robot is: words, and kinds of numbers."""
+    """Return the words of a message and the kinds of its numbers, which are the same in any place."""
     if isinstance(item, list):
         return [shape(part) for part in item]
     return item if isinstance(item, (Vocab, str)) else type(item)

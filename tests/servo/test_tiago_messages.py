@@ -1,4 +1,4 @@
-"""What TIAGo's topics carry, read from anything that looks like the messages; no ROS needed."""
+"""Messages of TIAGo's topics, read from any object with their fields; no ROS needed."""
 
 import math
 from types import SimpleNamespace as Message

@@ -43,7 +43,7 @@ class App:
 
     @property
     def errors(self):
-        """What is said of the current camera, the newest first."""
+        """Return the messages about the current camera, the newest first."""
         program = self.program
         return [message.text for message in program.messages.shown(program.connection.source)]
 

@@ -1,4 +1,4 @@
-"""What a screen reader gets to hear of a widget: Qt's own QAccessibleInterface, which PyQt does not wrap.
+"""A widget as a screen reader knows it: Qt's own QAccessibleInterface, which PyQt does not wrap.
 
 The interface is called through its table of virtual functions, as `qaccessible.h` of Qt 5 declares them.
 """
@@ -26,7 +26,7 @@ ROLES = {
 
 
 class Heard(NamedTuple):
-    """What is read aloud."""
+    """The words that are read aloud."""
 
     name: str
     role: str

@@ -83,7 +83,7 @@ def is_qts_own(widget):
 
 
 def controls(window):
-    """What a person can work, however deep it lies."""
+    """Return the widgets that a user can operate, at any depth."""
     for widget in window.findChildren(QWidget):
         parts = isinstance(widget.parent(), (QAbstractSpinBox, QComboBox, QLineEdit))
         inner = isinstance(widget.window(), QWidget) and widget.window() is not window
@@ -92,7 +92,7 @@ def controls(window):
 
 
 def spoken_name(control, window):
-    """What a screen reader says of a control, by Qt's own rules."""
+    """Return a control's name for screen readers, by Qt's own rules."""
     text = control.text() if isinstance(control, QAbstractButton) else ""
     label = next((label for label in window.findChildren(QLabel) if label.buddy() is control), None)
     return control.accessibleName() or text or (label.text() if label is not None else "")

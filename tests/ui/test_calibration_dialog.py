@@ -40,7 +40,7 @@ SETTINGS = FrameSettings(
 
 @pytest.fixture(scope="module")
 def views():
-    """What a camera sees of each hold of the board."""
+    """The camera's image for each pose of the board."""
     scene = BoardScene()
     times = [number * (MOVE_S + REST_S) + 0.1 for number in range(len(holds()))]
     pictures = (scene.rendered(int(seconds * 1e9), SETTINGS)[..., 1] for seconds in times)

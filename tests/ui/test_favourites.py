@@ -1,4 +1,4 @@
-"""Controls at hand: dragged there, put in order, removed, and remembered for each model of camera."""
+"""Pinned controls: dragged to the top, put in order, removed, and remembered for each model of camera."""
 
 import pytest
 from feature_menus import choose_from_menu

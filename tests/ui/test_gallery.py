@@ -15,7 +15,7 @@ COLOUR = "sim:colour?width=320&height=240"
 
 
 def two_cameras(app):
-    """The grey one at hand, the one in colour opened beside it as a person does."""
+    """The grey camera is current; the one in colour was opened in the background, as a user does."""
     app.connect(GREY)
     app.watch()
     view = app.window.sources
@@ -74,7 +74,7 @@ def test_values_changed_meanwhile_are_shown_when_it_becomes_current_again(app):
     app.until(lambda: app.grabber is grey)
 
     def text(name):
-        """What is shown of a favourite, whose row may just be made."""
+        """Return the text that is shown for a pinned control, whose row may just be made."""
         editors = [row.editor for row in rows.rows(name) if row.editor is not None]
         return editors[0].field.text() if editors else ""
 

@@ -1,4 +1,4 @@
-"""What the window does where there is little room, and that nothing in it jumps."""
+"""The window where there is little room; nothing in it jumps."""
 
 from dataclasses import replace
 from types import SimpleNamespace

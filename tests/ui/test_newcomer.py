@@ -1,4 +1,4 @@
-"""What a newcomer does on the first day, with mouse and keys only, each from a first start.
+"""A newcomer's first day, with mouse and keys only, each test from a first start.
 
 Nothing is known but what the window shows: texts of buttons and menus, and where they are.
 """

@@ -22,7 +22,7 @@ def app(make_app):
 
 
 def label_of(app, name):
-    """What a feature is called in the strip of favourites."""
+    """Return a feature's name in the strip of pinned controls."""
     rows = app.window.favourites.rows
     app.until(lambda: rows.rows(name) and rows.rows(name)[0].editor is not None)
     return rows.rows(name)[0]._label

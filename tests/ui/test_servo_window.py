@@ -260,7 +260,7 @@ def test_every_control_has_a_name_to_be_read_aloud(qtbot, make):
 # -- a live run ------------------------------------------------------------------------------------
 @pytest.fixture
 def calibration():
-    """What the live run goes by; a test may exchange it."""
+    """The calibration of the live run; a test may exchange it."""
     return CalibrationChoice(closed_loop.calibration().scaled_to)
 
 

@@ -1,4 +1,4 @@
-"""What the window says of a camera is what is so, once, and no longer than that."""
+"""The status bar is true, says each thing once, and no longer than it holds."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What everybody who shows a feature relies on, however its description came about."""
+"""Properties of features on which every view relies, whatever the description."""
 
 from __future__ import annotations
 

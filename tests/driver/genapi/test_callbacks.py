@@ -37,7 +37,7 @@ def test_changes_leave_nothing_behind(nodes):
 
 
 class Handed:
-    """What a binding without the leak hands to a callback."""
+    """The node that a binding without the leak passes to a callback."""
 
     def __init__(self, node):
         self.node = node

@@ -20,7 +20,7 @@ OPERATORS = sorted(formulas._RANK)
 
 
 def computed(formula: str, **variables: int) -> int | None:
-    """What GenApi makes of a formula; None where it refuses it."""
+    """Return GenApi's result of a formula; None where GenApi refuses it."""
     escaped = formula.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     constants = "".join(f'<Constant Name="{name}">{value}</Constant>' for name, value in variables.items())
     node = f'<IntSwissKnife Name="X">{constants}<Formula>{escaped}</Formula></IntSwissKnife>'

@@ -36,7 +36,7 @@ def cache(tmp_path, monkeypatch) -> Path:
 
 @pytest.fixture
 def runs(monkeypatch):
-    """What the cache held after each process that parsed."""
+    """The files in the cache after each process that parsed."""
     seen, really = [], parse_cache._Parser.parse
 
     def parse(parser, text):

@@ -44,7 +44,7 @@ def main(uri: str) -> None:
                 frame = frames.get(0.2)
             except FrameTimeoutError:
                 continue
-            # After a loss frames are counted anew, so that one which still lay in the queue is not taken.
+            # After a loss frame ids start again; so a frame from before, still in the queue, is not taken.
             if awaiting.is_set() and (grabber.streaming or frame.frame_id < frame_id):
                 awaiting.clear()
                 report("frame", id=frame.frame_id)

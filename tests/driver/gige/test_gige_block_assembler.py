@@ -1,4 +1,4 @@
-"""Packets to frames, in memory: lost, late, doubled, foreign, malformed; time is a number."""
+"""Packets to frames, in memory: lost, late, duplicate, foreign, malformed; time is a number."""
 
 from __future__ import annotations
 

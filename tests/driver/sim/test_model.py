@@ -1,4 +1,4 @@
-"""What the registers do, without any transport."""
+"""The behaviour of the registers, without any transport."""
 
 import threading
 from itertools import pairwise

@@ -28,7 +28,7 @@ IMPORT = struct.pack(">HHI", 0x0111, 0x8003, 0) + b"1-1".ljust(32, b"\0")
 
 
 class Host:
-    """What vhci-hcd would send."""
+    """The host's end of USB/IP, with the requests of vhci-hcd."""
 
     def __init__(self, address: tuple[str, int]) -> None:
         self.socket = socket.create_connection(address, timeout=PATIENCE)

@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 500)]
 
 @pytest.fixture(scope="module")
 def seen(guest: Guest) -> dict[str, Any]:
-    """What the hosts in the guest saw, by the way the camera is a USB device there."""
+    """Results of the hosts in the guest, by the way in which the camera is a USB device there."""
     return guest.result()
 
 

@@ -1,4 +1,4 @@
-"""What was changed, noted once, with who did it, and kept in bounded memory."""
+"""Each change is recorded once, with its author, in bounded memory."""
 
 import threading
 

@@ -18,7 +18,7 @@ def worker():
 
 @pytest.fixture
 def gate(worker):
-    """Holds the worker inside a first job, so that what follows must wait; set it to let go."""
+    """Holds the worker inside a first job, so that what follows must wait; set it to release the worker."""
     entered, gate = threading.Event(), threading.Event()
     worker.submit(lambda: (entered.set(), gate.wait(PATIENCE)))
     assert entered.wait(PATIENCE)

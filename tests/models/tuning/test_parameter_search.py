@@ -1,4 +1,4 @@
-"""The search for the value of a knob, whatever law the camera follows."""
+"""The search for the value of a tuning parameter, whatever law the camera follows."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What goes wrong while a camera is tuned: all is as it was, or it is said what is not."""
+"""Faults during a tuning run: everything is restored, or the message says what is not."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""What drivers say in words of the values a parameter may have; without ROS."""
+"""Choices that drivers list in a parameter's description; without ROS."""
 
 from types import SimpleNamespace
 

@@ -90,7 +90,7 @@ def test_compressed_images_can_be_read(server, probe):
 
 
 def whole_sensor():
-    """What a calibration of the simulated camera's whole sensor says."""
+    """Return a calibration of the simulated camera's whole sensor."""
     info = CameraInfo(width=4096, height=2160, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
     info.k = [1500.0, 0.0, 2047.5, 0.0, 1500.0, 1079.5, 0.0, 0.0, 1.0]
     return info

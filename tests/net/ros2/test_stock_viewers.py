@@ -1,4 +1,4 @@
-"""What rqt_reconfigure and `ros2 param` do with a node's parameters, which ours must stand."""
+"""Our parameters stand everything that rqt_reconfigure and `ros2 param` do with a node's."""
 
 from contextlib import closing
 from dataclasses import replace

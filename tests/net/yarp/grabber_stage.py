@@ -19,7 +19,7 @@ HOST = "127.0.0.1"
 
 
 class Stage:
-    """What a test has around it."""
+    """The name server and the camera of a test."""
 
     def __init__(self, name_server: NameServer, grabber: FrameGrabber) -> None:
         self.name_server = name_server

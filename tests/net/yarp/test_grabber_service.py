@@ -1,4 +1,4 @@
-"""What the RPC port answers, and what our client makes of it, without a socket between them."""
+"""The RPC port's replies, and how our client reads them, without a socket between the two."""
 
 from __future__ import annotations
 

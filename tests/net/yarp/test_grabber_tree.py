@@ -74,7 +74,7 @@ TREE = Category(
 
 
 def carried(result: object) -> Any:
-    """What the other end makes of a result, through the wire's bytes."""
+    """Return a result as the other end reads it from the wire's bytes."""
     return grabber_values.read_tree_reply(Bottle.decode(grabber_values.tree_success(result).encode()))
 
 

@@ -96,7 +96,7 @@ TURNS = {
         ("acceptor", [HeaderReply(40000)], b"YA\x40\x9c\0\0RP"),
     ],
 }
-"""Who acts, its events, and their bytes, by carrier."""
+"""The acting side, its events, and their bytes, by carrier."""
 
 STEPS = pytest.mark.parametrize("step", [1, 7, 1 << 20], ids=["byte by byte", "7 bytes", "whole"])
 

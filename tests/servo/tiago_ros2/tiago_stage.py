@@ -48,7 +48,7 @@ class Listener:
         self.ros.start()
 
     def hear(self, kind, topic):
-        """What comes from now on: networks find their ends late, and what was sent by then is lost."""
+        """Collect the messages that arrive from now on: networks connect late, earlier ones are lost."""
         heard = queue.Queue()
         subscription = self.node.create_subscription(kind, topic, heard.put, 50)
         until(subscription.get_publisher_count, f"a publisher of {topic}")

@@ -1,4 +1,4 @@
-"""What the panel shows: sections, levels, what is searched for, however many features there are."""
+"""The feature panel shows sections, levels and search results, however many features there are."""
 
 import time
 from itertools import combinations
