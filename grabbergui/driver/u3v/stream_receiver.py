@@ -171,6 +171,7 @@ class StreamReceiver:
         width, height = leader.size_x, leader.size_y
         if leader.has_geometry and trailer.size_y is not None:
             height = trailer.size_y  # line-scan cameras and those with a variable height know it at the end
+        block.buffer[block.received : valid] = 0  # so that no earlier frame shows through
         captured_ns = self._clock.host_time(leader.timestamp, time.monotonic_ns())
         frame = Frame(
             payload=block.buffer[:valid],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import pytest
 from u3v_frames import grab
@@ -83,13 +84,18 @@ def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:
     _, device = plug_in(U3vFaults(short_every=4))
     device.open(Access.CONTROL)
     frames: list[Frame] = []
-    device.open_stream(StreamRequest(64 * 48, deliver_incomplete=True), frames.append)
+
+    def keep(frame: Frame) -> None:  # and let its buffer be used again
+        frames.append(replace(frame, payload=frame.payload.copy()))
+
+    device.open_stream(StreamRequest(64 * 48, deliver_incomplete=True), keep)
     device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
     until(lambda: len(frames) >= 12)
     device.close_stream()
     short = [frame for frame in frames if not frame.complete]
     assert short
     assert all(frame.missing_bytes == 64 * 24 for frame in short)
+    assert not any(frame.payload[64 * 24 :].any() for frame in short), "an earlier frame shows through"
     assert device.stream_statistics().incomplete == len(short)
 
 
