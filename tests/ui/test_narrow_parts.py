@@ -1,9 +1,12 @@
 """Parts of the window where each alone has little room, and that nothing in them jumps."""
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from PyQt5.QtCore import QSize
+from PyQt5.QtGui import QIcon
 from PyQt5.QtWidgets import (
     QWidget,
 )
@@ -14,7 +17,7 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
-from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.theme import DARK, Theme, dress, icon, palette
 from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
@@ -170,3 +173,19 @@ def test_a_value_that_does_not_change_is_a_line_in_the_middle_of_its_plot(qtbot)
     assert (low, high) == pytest.approx((9_000, 11_000))
     row.setSamples(times, np.linspace(0, 10_000, 6), 10.0)
     assert row.plot.getViewBox().autoRangeEnabled()[1]
+
+
+@pytest.mark.parametrize(
+    ("mode", "colour"), [(QIcon.Mode.Normal, DARK.text), (QIcon.Mode.Disabled, DARK.faint)]
+)
+def test_an_icon_is_drawn_in_the_size_and_the_colour_that_it_is_shown_in(qapp, mode, colour):
+    drawn = QIcon(icon("connect", palette(DARK))).pixmap(QSize(27, 27), mode).toImage()
+    assert (drawn.width(), drawn.height()) == (27, 27)
+    places = itertools.product(range(27), repeat=2)
+    solid = {drawn.pixelColor(x, y).name() for x, y in places if drawn.pixelColor(x, y).alpha() == 255}
+    assert solid == {colour}
+
+
+def test_an_icon_without_a_drawing_is_refused_before_it_is_painted(qapp):
+    with pytest.raises(FileNotFoundError):
+        icon("nothing of the kind", qapp.palette())
