@@ -148,5 +148,5 @@ def _number(value: float | None) -> str:
 
 
 def printed(sections: Iterable[Section]) -> str:
-    """What a benchmark shows on the terminal."""
+    """Return the text that a benchmark shows on the terminal."""
     return "\n".join(markdown(section) for section in sections)

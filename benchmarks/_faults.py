@@ -27,7 +27,7 @@ reliability NAME …` tries some of them. Times are of one run on one machine.
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a fault cost. Texts are ready to be read, numbers in them measured."""
+    """The cost of a fault. Texts are ready to be read, the numbers in them measured."""
 
     done: str
     "What was done, to what."

@@ -1,4 +1,4 @@
-"""What goes away and comes back: a camera's cable or power, packets, a server, a reader, room on the disk."""
+"""Things that go away and come back: a camera's cable or power, packets, a server, a reader, disk space."""
 
 from __future__ import annotations
 

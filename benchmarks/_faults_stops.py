@@ -100,7 +100,7 @@ class Program:
 # -- the stops -------------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Scene:
-    """What can be done to a running program and the things around it."""
+    """A running program with its robot and camera."""
 
     stand: Stand
     program: Program

@@ -39,7 +39,7 @@ GIGABIT = 125e6
 
 @dataclass(frozen=True)
 class Conditions:
-    """What the camera does."""
+    """How the camera sends."""
 
     bandwidth: float = GIGABIT
     "Bytes a second; 0 as fast as it goes."

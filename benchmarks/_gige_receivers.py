@@ -36,7 +36,7 @@ class ReceiverError(Exception):
 
 @dataclass(frozen=True)
 class Run:
-    """What one receiver got."""
+    """The frames, time and memory of one receiver."""
 
     complete: int
     incomplete: int

@@ -33,7 +33,7 @@ class Scene:
     truth: Guess
     "With every joint's offset, also those that do not show in images."
     nominal: Guess
-    "What a drawing of the robot would say."
+    "As a drawing of the robot would have it."
 
 
 def scene(kind: str, degrees: float = 0.2, seed: int = 0) -> Scene:

@@ -33,7 +33,7 @@ SENSOR_THREAD = "simulated camera"
 # -- the server ----------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Served:
-    """What happened in the serving process between `"begin"` and `"end"`."""
+    """Frames and CPU time of the serving process between `"begin"` and `"end"`."""
 
     stamps: list[int]
     "Of all frames exposed."
@@ -121,7 +121,7 @@ Arrivals = list[tuple[int, int]]
 
 @dataclass(frozen=True)
 class Read:
-    """What one reader has between `"join"` and `"leave"`."""
+    """Frames of one reader between `"join"` and `"leave"`."""
 
     arrivals: Arrivals
     cores: float
@@ -218,7 +218,7 @@ def cpu_seconds_of(pid: int) -> float:
 
 
 def thread_cpu_seconds(name: str) -> float:
-    """What threads whose name begins so have used; those that ended are forgotten."""
+    """Return the CPU seconds of the threads whose names begin so; threads that ended do not count."""
     used = 0.0
     for thread in threading.enumerate():
         if thread.name.startswith(name) and thread.native_id is not None:

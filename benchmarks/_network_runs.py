@@ -43,7 +43,7 @@ def on_this_machine_only() -> None:
 
 
 def rounds_text(rounds: int) -> str:
-    """What else a machine does can only cost pictures and time: of several rounds the best counts."""
+    """Say that each row's best round counts: other work of the machine can only cost pictures and time."""
     return f", {rounds} rounds of all rows, of which each row's best counts" if rounds > 1 else ""
 
 
@@ -63,7 +63,7 @@ def process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> C
 
 
 class Delivery:
-    """What the readers of one network have of the frames that were judged."""
+    """The frames that the readers of one network received, of those that were judged."""
 
     def __init__(self, judged: list[int], readers: list[Read]) -> None:
         self.judged = len(judged)
@@ -101,7 +101,7 @@ def _has(stamps: list[int], stamp: int) -> bool:
 
 
 class Run:
-    """What the server exposed and spent, and what the readers have."""
+    """The frames and CPU time of the server, and the frames of its readers."""
 
     def __init__(self, served: Served, seconds: float, yarp: list[Read], ros2: list[Read]) -> None:
         stamps = served.stamps

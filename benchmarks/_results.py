@@ -1,4 +1,4 @@
-"""What a benchmark measured: tables, charts and goals as plain data, kept as JSON between runs."""
+"""Results of a benchmark: tables, charts and goals as plain data, kept as JSON between runs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Goal:
-    """What was asked for, and what came out; `met` is computed from the measured values."""
+    """A goal and the result; `met` is computed from the measured values."""
 
     asked: str
     measured: str

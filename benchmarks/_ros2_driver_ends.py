@@ -32,7 +32,7 @@ PATIENCE = 30.0
 # -- the camera --------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Watched:
-    """What the camera did between `"begin"` and `"end"`."""
+    """Exposures and writes of the camera between `"begin"` and `"end"`."""
 
     exposures: list[tuple[int, int]]
     "First pixel of each picture, and when its exposure began."

@@ -1,4 +1,4 @@
-"""What else an operator waits for, at a GigE Vision camera: by this driver, by Aravis, and by the window."""
+"""Other waits of an operator at a GigE Vision camera: with this driver, with Aravis, and in the window."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Dragged:
 
 @dataclass
 class Seen:
-    """What was measured of one source."""
+    """The measurements of one source."""
 
     adjusted: dict[str, list[Adjusted]] = field(default_factory=dict)
     dragged: Dragged | None = None

@@ -34,7 +34,7 @@ PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Received:
-    """What a reader has of a stream."""
+    """The frames of a stream that a reader received."""
 
     ages: list[float]
     "Milliseconds from each picture's stamp."

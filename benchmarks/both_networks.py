@@ -201,7 +201,7 @@ _VALUES: dict[str, Callable[[Run], float | None]] = {
 
 
 def goals(rows: list[Row]) -> list[Goal]:
-    """What was asked for, as far as these rows show it."""
+    """Judge the rows by what was asked for, as far as they show it."""
     found = []
     for row in rows:
         run = row.run

@@ -120,7 +120,7 @@ def random_frame(pixel_format: PixelFormat, width: int, height: int) -> Frame:
 
 
 def peer_of(frame: Frame) -> tuple[str, Callable[[], object]]:
-    """What to compare a conversion to RGB with, and its name."""
+    """Return the name of a conversion to RGB by OpenCV or numpy to compare with, and the conversion."""
     shape, family, order = (frame.height, frame.width), frame.pixel_format.family, frame.pixel_format.order
     if order == "RGB":
         return "copy", frame.payload.copy

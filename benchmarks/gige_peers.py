@@ -209,7 +209,7 @@ def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
 
 
 def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal]:
-    """What was asked for; nothing is said where there is no Aravis to compare with."""
+    """Judge the results; without an Aravis to compare with there is no goal."""
     made = []
     for case, results in found.items():
         times_cost, times_rate = ratio(results, cost), ratio(results, rate)

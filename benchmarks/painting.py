@@ -73,7 +73,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Watched:
-    """What the whole window did with a camera's frames."""
+    """Frames that the whole window received and painted, and their cost."""
 
     came: float
     painted: float

@@ -83,7 +83,7 @@ CAMERA_RATE = 21.0
 
 @dataclass(frozen=True)
 class Speed:
-    """What one kind of recording took."""
+    """Speed and cost of one kind of recording."""
 
     rate: float
     cpu: float

@@ -120,7 +120,7 @@ class Runs:
         return sum(worst for worst, _ in self.delivered), sum(of for _, of in self.delivered)
 
     def age(self, share: float) -> float | None:
-        """What so many pictures do not exceed: the median of the rounds; None where none came."""
+        """Return the age that a share of pictures does not exceed, the rounds' median, or None."""
         rounds = [ages[min(int(len(ages) * share), len(ages) - 1)] for ages in self.ages if ages]
         return statistics.median(rounds) if rounds else None
 

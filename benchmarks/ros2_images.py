@@ -1,4 +1,4 @@
-"""What our DDS profile does for pictures between processes: with it, without it, on the reader's side only.
+"""The effect of our DDS profile on pictures between processes: with it, without it, at the reader only.
 
     python -m benchmarks.ros2_images [--seconds 4] [--readers 1 4]
 

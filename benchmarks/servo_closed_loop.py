@@ -27,7 +27,7 @@ from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State
 
 Result = dict[str, Any]
-"""What became of a start: `reached`, `violations`, `state`, and those of MEASURES that it came to."""
+"""The result of a start: `reached`, `violations`, `state`, and each of MEASURES that applies."""
 METHOD = """Simulated robots in simulated time, through rendered pictures and their detection, from 50 random
 starts each. A person stands somewhere before the robot, sways, and after two seconds shows a marker, in any
 pose that the arm can take from its home without being stretched, and that is in the picture of a head which
@@ -137,7 +137,7 @@ def overshoot(simulation: ClosedLoop) -> float:
 
 
 def bodies(names: Iterable[str]) -> Iterator[KinematicModel]:
-    """Those robots that can be simulated here."""
+    """Return the robots that can be simulated here."""
     for name in names:
         if name == "teo":
             yield teo.MODEL
@@ -179,7 +179,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> list[Goal]:
-    """What was asked for, by what came out."""
+    """Judge the results by what was asked for."""
     everyone = [result for results in reached.values() for result in results]
     starts = sum(map(len, found.values()))
     worst = {key: max(result[key] for result in everyone) for key in ("error_mm", "error_deg")}

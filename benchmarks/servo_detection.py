@@ -112,7 +112,7 @@ def measure(argv: list[str] | None = None) -> Section:
 
 
 def face_detectors(calibration: Calibration) -> list[tuple[str, FaceDetector]]:
-    """Those that can be used here, by name."""
+    """Return the face detectors that can be used here, by name."""
     found: list[tuple[str, FaceDetector]] = [(CASCADE, CascadeFaceDetector(calibration))]
     model = installed_model()
     return [*found, (YUNET, YuNetFaceDetector(model, calibration))] if model is not None else found

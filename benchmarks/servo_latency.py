@@ -105,7 +105,7 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
 
 
 def cases() -> Iterator[Case]:
-    """Those that can be run here."""
+    """Return the cases that can be run here."""
     window = importlib.util.find_spec("PyQt5") is not None
     for load in LOADS:
         for seen in ("marker", "face", "marker, face"):

@@ -162,7 +162,7 @@ def _both(values: Sequence[float]) -> str:
 
 
 def _late(values: Sequence[float]) -> float:
-    """What 99 of 100 do not exceed."""
+    """Return the value that 99 of 100 do not exceed."""
     return sorted(values)[max(-(-99 * len(values) // 100) - 1, 0)]
 
 

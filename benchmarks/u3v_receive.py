@@ -41,7 +41,7 @@ FORMATS = (("Mono8", 640, 480), ("Mono8", 4096, 2160), ("RGB8", 1920, 1080))
 IN_PROCESS = "in the process"
 IN_GUEST = "in the virtual machine"
 NO_GUEST = 77
-"""What `usbvm` ends with where no virtual machine can be had."""
+"""Exit code of `usbvm` where no virtual machine can be had."""
 MARK = "@result "
 """Before each result on the guest's standard output."""
 METHOD = """Each host streams in turn from the simulated camera, as fast as it goes (a still pattern, no

@@ -29,7 +29,7 @@ class FaceDetection:
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """All that was found in one picture."""
+    """Markers and faces found in one picture."""
 
     captured: float
     "Seconds on the loop's clock at which the picture was exposed."

@@ -271,7 +271,7 @@ class Lines:
         self._rest = b""
 
     def read(self, until: float) -> list[dict[str, Any]]:
-        """Those that have come, waiting for one until a moment on the monotonic clock at most.
+        """Return the messages that have arrived; wait for one until a moment on the monotonic clock at most.
 
         Raises EOFError at the end. Beats that arrived are read even after the deadline: on a busy machine
         the guardian may be the one that is late.

@@ -159,7 +159,7 @@ def read_encoders(message: Bottle, joints: int) -> Vector:
 
 
 def extended_state(angles: Vector, modes: Sequence[Vocab], dialect: Dialect = Dialect.YARP3) -> Bottle:
-    """All that a control board streams: each kind of value with whether it is known.
+    """Return the whole state that a control board streams: each kind of value with whether it is known.
 
     Known are positions (radians here) and control modes; not speeds, accelerations, those three of the
     motors, torques, duty cycles, currents, and modes of interaction; nor temperatures, which 4.0 has too.

@@ -1,4 +1,4 @@
-"""What a TIAGo's other nodes offer: its description, its controllers' list, the start of MoveIt Servo."""
+"""Services of a TIAGo's other nodes: its description, its controllers' list, the start of MoveIt Servo."""
 
 from __future__ import annotations
 

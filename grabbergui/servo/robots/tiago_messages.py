@@ -76,7 +76,7 @@ def twist_stamped(twist: Vector, stamp: Any) -> Any:
 
 
 def read_twist(message: Any) -> Vector:
-    """Of such a message. Raises RemoteProtocolError where it is along other axes or not finite."""
+    """Decode the hand's velocity. Raises RemoteProtocolError where it is along other axes or not finite."""
     if message.header.frame_id != BASE:
         raise RemoteProtocolError(f"a twist in the frame '{message.header.frame_id}', not '{BASE}'")
     linear, angular = message.twist.linear, message.twist.angular
@@ -90,7 +90,7 @@ def read_twist(message: Any) -> Vector:
 class JointReadings:
     """The newest angles of some joints, out of `sensor_msgs/JointState`. Use from one thread.
 
-    A message may tell of a few joints only, several publishers may take turns, and one whose stamp does not
+    A message may contain a few joints only, several publishers may take turns, and one whose stamp does not
     advance says nothing new.
     """
 

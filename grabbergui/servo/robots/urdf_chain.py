@@ -129,7 +129,7 @@ class UrdfBody(Body):
         return made
 
     def capsules(self, arm: Vector) -> list[Capsule]:
-        """Those of `links`."""
+        """Return the capsules of `links`."""
         return self._links.capsules(arm)
 
 
