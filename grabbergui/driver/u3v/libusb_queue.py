@@ -24,6 +24,9 @@ log = logging.getLogger(__name__)
 CANCEL_TIME = 2.0
 "Seconds that cancelled transfers may take to come back."
 
+MOST_PREPARED = 1024
+"""Transfers kept for memory that may be used again: of all a stream's buffers, with leaders and trailers."""
+
 _OUTCOMES = {
     usb1.TRANSFER_COMPLETED: Outcome.DONE,
     usb1.TRANSFER_STALL: Outcome.HALTED,
@@ -42,7 +45,8 @@ class LibusbQueue(TransferQueue):
         self.depth = depth
         self._name = camera.info.title
         self._stream = stream
-        self._idle: list[Any] = []
+        self._prepared: dict[tuple[int, int], Any] = {}
+        "Idle transfers by the address and length of their memory."
         self._in_flight: deque[tuple[Any, Request]] = deque()
         self._over: set[Any] = set()
         usb1.loadLibrary(ctypes.CDLL(library))
@@ -60,12 +64,11 @@ class LibusbQueue(TransferQueue):
 
     def submit(self, request: Request) -> bool:
         """Queue a request; False where the kernel's memory for USB is used up."""
-        transfer = self._idle.pop() if self._idle else self._handle.getTransfer()
-        transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._over.add)
+        transfer = self._transfer(request)
         try:
             transfer.submit()
         except (usb1.USBErrorNoMem, usb1.USBErrorIO) as error:
-            self._idle.append(transfer)
+            self._keep(transfer, request)
             if self._in_flight:
                 return False
             raise TransportError(
@@ -73,7 +76,7 @@ class LibusbQueue(TransferQueue):
                 "raise /sys/module/usbcore/parameters/usbfs_memory_mb, to 1000 say"
             ) from error
         except usb1.USBError as error:
-            self._idle.append(transfer)
+            self._keep(transfer, request)
             raise self._ours(error) from error
         self._in_flight.append((transfer, request))
         self._count(request, 1)
@@ -130,14 +133,35 @@ class LibusbQueue(TransferQueue):
         if self._context is None:
             return
         self.cancel()
-        for transfer in self._idle:
+        for transfer in self._prepared.values():
             transfer.close()
-        self._idle.clear()
+        self._prepared.clear()
         with contextlib.suppress(usb1.USBError):
             self._handle.releaseInterface(self._stream.number)
         self._handle.close()
         self._context.close()
         self._context = None
+
+    def _transfer(self, request: Request) -> Any:
+        """Return a transfer into the request's memory. It is prepared if a frame's buffer is used again.
+
+        python-libusb1 takes half of a transfer's time to set it up.
+        """
+        transfer = self._prepared.pop(_place(request.view), None)
+        if transfer is None:
+            transfer = self._handle.getTransfer()
+            transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._over.add)
+        return transfer
+
+    def _keep(self, transfer: Any, request: Request) -> None:
+        """Keep an idle transfer for the next request into the same memory; of too many, drop the oldest."""
+        place = _place(request.view)
+        if place in self._prepared:  # two requests had the same memory, where frames without a buffer go
+            transfer.close()
+            return
+        self._prepared[place] = transfer
+        if len(self._prepared) > MOST_PREPARED:
+            self._prepared.pop(next(iter(self._prepared))).close()
 
     def _open(self, camera: UsbCamera) -> Any:
         for device in self._context.getDeviceIterator(skip_on_error=True):
@@ -158,8 +182,9 @@ class LibusbQueue(TransferQueue):
         transfer, request = self._in_flight.popleft()
         self._over.discard(transfer)
         self._count(request, -1)
-        self._idle.append(transfer)
-        return transfer.getStatus(), transfer.getActualLength()
+        result = transfer.getStatus(), transfer.getActualLength()
+        self._keep(transfer, request)
+        return result
 
     def _ours(self, error: usb1.USBError) -> AccessDeniedError | TransportError:
         if isinstance(error, usb1.USBErrorNoDevice):
@@ -169,6 +194,11 @@ class LibusbQueue(TransferQueue):
         if isinstance(error, usb1.USBErrorBusy):
             return AccessDeniedError(f"{self._name}: another application holds its stream; close it there")
         return TransportError(f"{self._name}: USB error: {error}")
+
+
+def _place(view: NDArray[np.uint8]) -> tuple[int, int]:
+    """Return address and length of an array's memory."""
+    return view.__array_interface__["data"][0], len(view)
 
 
 def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
