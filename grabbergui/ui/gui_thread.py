@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from psygnal import SignalInstance
+from PyQt5 import sip
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 
@@ -43,11 +44,15 @@ class Bridge(QObject):
             self._called.emit(function)
 
     def close(self) -> None:
-        """Undo every binding. May be called twice."""
+        """Undo every binding, and delete the bridge. May be called twice."""
+        if not self._open:
+            return
         self._open = False
         for signal, forward in self._bindings:
             signal.disconnect(forward, missing_ok=True)
         self._bindings.clear()
+        if not sip.isdeleted(self):  # as with its parent
+            self.deleteLater()
 
     def _run(self, function: Callable[[], None]) -> None:
         if self._open:
