@@ -114,7 +114,7 @@ def _detail(statistics: StreamStatistics) -> str:
         )
     ]
     if statistics.underruns:
-        text = translate("StreamHealth", "Frames dropped because nobody took them in time: {0}")
+        text = translate("StreamHealth", "Frames dropped because they were not taken in time: {0}")
         lines.append(text.format(statistics.underruns))
     if statistics.packets:
         text = translate("StreamHealth", "Packets: {0}, resent {1}, never arrived {2}")
@@ -257,11 +257,11 @@ def _silent(seen: Observation) -> Diagnosis:
             Stage.FRAMES,
             counted(
                 count.frames,
-                translate("Diagnosis", "No frame for {1:.0f} s, after one that came."),
-                translate("Diagnosis", "No frame for {1:.0f} s, after {0} that came."),
+                translate("Diagnosis", "No frame for {1:.0f} s, after 1 frame."),
+                translate("Diagnosis", "No frame for {1:.0f} s, after {0} frames."),
                 seen.silent,
             ),
-            translate("Diagnosis", "Look at the cable and the camera's power; then stop and start again."),
+            translate("Diagnosis", "Check the cable and the camera's power; then stop and start again."),
         )
     if count.incomplete:
         size = ""
@@ -300,7 +300,7 @@ def _no_packets(seen: Observation) -> Diagnosis:
     summary = translate("Diagnosis", "{0} is under control but sends nothing that arrives here.")
     summary = summary.format(seen.source)
     if "GigE" not in seen.bus:
-        advice = translate("Diagnosis", "Stop and start again; look at the camera's cable and power.")
+        advice = translate("Diagnosis", "Stop and start again; check the camera's cable and power.")
         return Diagnosis(Stage.PACKETS, summary, advice)
     port = translate("Diagnosis", "UDP port {0}").format(seen.facts.stream_port)
     port = port if seen.facts.stream_port else "UDP"

@@ -82,7 +82,7 @@ def skip_text(skip: Skip | None) -> str:
         None: "",
         Skip.OBSTRUCTED: translate("HandEye", "the gate refuses it"),
         Skip.NOT_REACHED: translate("HandEye", "it was not reached"),
-        Skip.NOT_SEEN: translate("HandEye", "the target is not seen surely"),
+        Skip.NOT_SEEN: translate("HandEye", "the target is not seen reliably"),
         Skip.NOT_AT_REST: translate("HandEye", "the robot did not come to rest"),
     }[skip]
 

@@ -5,11 +5,11 @@
     <name>AcquisitionController</name>
     <message>
         <location filename="../../grabbergui/ui/controllers/picture.py" line="103"/>
-        <source>there is no frame yet to take a snapshot of; start the camera first</source>
+        <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="168"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="166"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -189,8 +189,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="16"/>
-        <source>Where things are is computed from how the lens draws them. Without a calibration nothing moves.</source>
-        <translation>El lugar de las cosas se calcula según las dibuja el objetivo. Sin calibración nada se mueve.</translation>
+        <source>Positions are computed from the calibration of the lens. Without one nothing moves.</source>
+        <translation>Las posiciones se calculan a partir de la calibración del objetivo. Sin ella nada se mueve.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="19"/>
@@ -229,8 +229,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="37"/>
-        <source>What the width of the picture sees</source>
-        <translation>Lo que abarca el ancho de la imagen</translation>
+        <source>Horizontal angle that the picture covers</source>
+        <translation>Ángulo horizontal que abarca la imagen</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="38"/>
@@ -340,7 +340,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="101"/>
-        <source>Hold the board still for a moment, then elsewhere: near and far, in every corner of the picture, tilted every way. Views are taken by themselves.</source>
+        <source>Hold the board still for a moment, then elsewhere: near and far, in every corner of the picture, tilted every way. Views are taken automatically.</source>
         <translation>Mantenga quieto el tablero un momento y muévalo a otro lugar: cerca y lejos, en cada esquina de la imagen, inclinado de todas las maneras. Las vistas se toman solas.</translation>
     </message>
     <message>
@@ -506,7 +506,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="33"/>
-        <source>Let this source go</source>
+        <source>Close this source</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
@@ -533,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="80"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -643,7 +643,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="33"/>
-        <source>Copy what is selected, or else all that is shown, as something that makes the changes again</source>
+        <source>Copy the selected changes, or else all shown, in a form that repeats them</source>
         <translation>Copiar lo seleccionado, o si no todo lo mostrado, como algo que repite los cambios</translation>
     </message>
     <message>
@@ -653,7 +653,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="39"/>
-        <source>Save what is selected, or else all that is shown: a Python program, a shell script or a table</source>
+        <source>Save the selected changes, or else all shown: a Python program, a shell script or a table</source>
         <translation>Guardar lo seleccionado, o si no todo lo mostrado: programa de Python, script de shell o tabla</translation>
     </message>
     <message>
@@ -663,7 +663,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="45"/>
-        <source>Forget the list; what can be undone stays</source>
+        <source>Clear the list; steps can still be undone</source>
         <translation>Olvidar la lista; lo que se puede deshacer se conserva</translation>
     </message>
     <message>
@@ -843,8 +843,8 @@ It {1}.</source>
     <name>CurveRow</name>
     <message>
         <location filename="../../grabbergui/ui/forms/curve_row.ui" line="29"/>
-        <source>Plot it no longer</source>
-        <translation>Dejar de representarlo</translation>
+        <source>Remove this curve</source>
+        <translation>Quitar esta curva</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/widgets/plots.py" line="162"/>
@@ -886,7 +886,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
-        <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
+        <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
@@ -911,7 +911,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="303"/>
-        <source>Stop and start again; look at the camera&apos;s cable and power.</source>
+        <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
@@ -951,12 +951,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
-        <source>No frame for {1:.0f} s, after one that came.</source>
+        <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
-        <source>No frame for {1:.0f} s, after {0} that came.</source>
+        <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
 </context>
@@ -969,7 +969,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
-        <source>What was found</source>
+        <source>Findings</source>
         <translation>Resultados</translation>
     </message>
     <message>
@@ -1601,7 +1601,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="38"/>
-        <source>Draw the region that is to be sharp</source>
+        <source>Draw the region to bring into focus</source>
         <translation>Dibujar la región que debe ser nítida</translation>
     </message>
     <message>
@@ -1787,7 +1787,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/hand_eye_text.py" line="85"/>
-        <source>the target is not seen surely</source>
+        <source>the target is not seen reliably</source>
         <translation>el objetivo no se ve con seguridad</translation>
     </message>
     <message>
@@ -2028,7 +2028,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
-        <source>From how many poses the robot looks at the board</source>
+        <source>Number of poses from which the robot looks at the board</source>
         <translation>Desde cuántas posturas mira el robot el tablero</translation>
     </message>
     <message>
@@ -2286,7 +2286,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
-        <source>Show from black to white what 99 % of the picture is made of; the camera and what is saved stay as they are</source>
+        <source>Stretch the levels over 99 % of the picture; neither the camera nor what is saved changes</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
     </message>
     <message>
@@ -2309,12 +2309,12 @@ It {1}.</source>
     <name>LogPanel</name>
     <message>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="18"/>
-        <source>The least serious entries to show</source>
+        <source>The lowest level of the entries to show</source>
         <translation>Las entradas menos graves que se muestran</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="19"/>
-        <source>Least level</source>
+        <source>Lowest level</source>
         <translation>Nivel mínimo</translation>
     </message>
     <message>
@@ -2359,7 +2359,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="50"/>
-        <source>What the program and its drivers have to say appears here.</source>
+        <source>Messages of the program and its drivers appear here.</source>
         <translation>Aquí aparece lo que dicen el programa y sus controladores.</translation>
     </message>
 </context>
@@ -2435,7 +2435,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/lut_dialog.py" line="50"/>
-        <source>Right: value of the sensor; up: value that is sent in its place</source>
+        <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
@@ -2475,7 +2475,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/lut_dialog.py" line="68"/>
-        <source>Write the table back that the camera had before</source>
+        <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
@@ -2678,7 +2678,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
-        <source>Open the source chosen in a tile, and leave the other one as it is</source>
+        <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
@@ -2783,7 +2783,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
-        <source>Set the camera as a file says, and show what became of each setting</source>
+        <source>Load settings from a file, and show the outcome of each</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
@@ -2873,8 +2873,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
-        <source>Hold the picture; the last frames can be stepped through</source>
-        <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
+        <source>Pause the picture; the last frames can be stepped through</source>
+        <translation>Pausar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
@@ -2888,7 +2888,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
-        <source>Show the frame before; pauses</source>
+        <source>Show the previous frame; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
@@ -2903,7 +2903,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
-        <source>Show the frame after</source>
+        <source>Show the next frame</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
@@ -3218,7 +3218,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
-        <source>Show what two files differ in, and set the camera as either says</source>
+        <source>Show the differences of two files, and load the values of either</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
@@ -3298,7 +3298,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
-        <source>Check this computer for what usually goes wrong with cameras</source>
+        <source>Check this computer for the usual problems with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
@@ -3368,7 +3368,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
-        <source>Checked by itself where the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
+        <source>Ticked automatically if the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
         <translation>Se marca solo cuando las características de la cámara lo indican. Se supone la disposición de Sony: 90°, 45° sobre 135°, 0°.</translation>
     </message>
     <message>
@@ -3455,7 +3455,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="178"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="201"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -3518,8 +3518,8 @@ It {1}.</source>
     <name>PictureNote</name>
     <message>
         <location filename="../../grabbergui/ui/forms/picture_note.ui" line="30"/>
-        <source>The way of a picture, and where it stops</source>
-        <translation>El camino de una imagen, y dónde se detiene</translation>
+        <source>The stages of a picture, and where it is lost</source>
+        <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/widgets/message_stack.py" line="267"/>
@@ -3591,17 +3591,17 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
-        <source>Draw the region that the camera is to send; Esc gives up.</source>
+        <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
-        <source>Draw the region that is to be sharp; Esc gives up.</source>
+        <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
-        <source>Draw the line whose values are to be shown; Esc gives up.</source>
+        <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
@@ -3611,12 +3611,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
-        <source>Draw the region whose brightness counts; Esc gives up.</source>
+        <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/picture_view.py" line="171"/>
-        <source>Draw a region that should be grey; Esc gives up.</source>
+        <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
@@ -3674,8 +3674,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="25"/>
-        <source>Play, or hold the picture (P)</source>
-        <translation>Reproducir o congelar la imagen (P)</translation>
+        <source>Play or pause (P)</source>
+        <translation>Reproducir o pausar (P)</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="33"/>
@@ -3709,7 +3709,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="59"/>
-        <source>How fast it plays; 1 is as fast as it was recorded</source>
+        <source>Speed of playback; 1 is that of the recording</source>
         <translation>A qué velocidad se reproduce; 1 es la velocidad a la que se grabó</translation>
     </message>
     <message>
@@ -3729,8 +3729,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/recording_bars.py" line="260"/>
-        <source>Hold</source>
-        <translation>Congelar</translation>
+        <source>Pause</source>
+        <translation>Pausa</translation>
     </message>
 </context>
 <context>
@@ -3892,8 +3892,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="27"/>
-        <source>What the recording is made of</source>
-        <translation>En qué consiste la grabación</translation>
+        <source>File format of the recording</source>
+        <translation>Formato de la grabación</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="28"/>
@@ -3902,7 +3902,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="35"/>
-        <source>When the recording ends by itself</source>
+        <source>When the recording ends automatically</source>
         <translation>Cuándo acaba sola la grabación</translation>
     </message>
     <message>
@@ -3922,8 +3922,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="39"/>
-        <source>So many frames</source>
-        <translation>Tantas imágenes</translation>
+        <source>For a number of frames</source>
+        <translation>Un número de imágenes</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="40"/>
@@ -3932,8 +3932,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="46"/>
-        <source>How much is recorded at most</source>
-        <translation>Cuánto se graba como máximo</translation>
+        <source>Limit of the recording</source>
+        <translation>Límite de la grabación</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="47"/>
@@ -4075,7 +4075,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/recording.py" line="91"/>
-        <source>Go on recording</source>
+        <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
@@ -4106,7 +4106,7 @@ It {1}.</source>
     <name>RobotView</name>
     <message>
         <location filename="../../grabbergui/ui/widgets/robot_view.py" line="107"/>
-        <source>Drag to turn, wheel to go nearer, double-click to go back</source>
+        <source>Drag to rotate, wheel to zoom, double-click to reset</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
     <message>
@@ -4295,7 +4295,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/servo_window.py" line="241"/>
-        <source>Turning of the hand, °/s</source>
+        <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
     <message>
@@ -4461,82 +4461,82 @@ It {1}.</source>
 <context>
     <name>SettingsFilesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="51"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="52"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="82"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="83"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="88"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="93"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="145"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="149"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="205"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="215"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="171"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="181"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="122"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="206"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="217"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="147"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="151"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="172"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="182"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="120"/>
         <source>Saved {0} to {1}</source>
         <translation>Guardado: {0} en {1}</translation>
     </message>
@@ -4663,7 +4663,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="35"/>
-        <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc gives up what is being drawn or typed. Letters work while the picture has the focus: Enter gives it back.</source>
+        <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc cancels what is being drawn or typed. Letters work while the picture has the focus: Enter gives it back.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
@@ -4721,12 +4721,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="51"/>
-        <source>A real camera appears here by itself once it is on this network. If it does not, type its address above.</source>
+        <source>A real camera appears here automatically once it is on this network. If it does not, type its address above.</source>
         <translation>Una cámara real aparece aquí sola cuando está en esta red. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
-        <source>Connect to the source chosen, or let it go</source>
+        <source>Connect to the chosen source, or disconnect</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
@@ -4736,7 +4736,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="69"/>
-        <source>Open the source chosen in a tile, and leave the other one as it is</source>
+        <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
@@ -5057,7 +5057,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="117"/>
-        <source>Frames dropped because nobody took them in time: {0}</source>
+        <source>Frames dropped because they were not taken in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
@@ -5143,7 +5143,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/tuning/one_push.py" line="115"/>
-        <source>{0}: {1}; not all is as it was: {2}</source>
+        <source>{0}: {1}; not everything could be restored: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
@@ -5233,47 +5233,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="240"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="249"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="269"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="278"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="272"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="282"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="283"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="276"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="277"/>
-        <source>Telling the camera</source>
-        <translation>Avisando a la cámara</translation>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="287"/>
+        <source>Writing to the camera</source>
+        <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="265"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="274"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
@@ -5297,7 +5297,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="27"/>
-        <source>Set the camera as this set says; it can be undone</source>
+        <source>Load this set; this can be undone</source>
         <translation>Ajustar la cámara según este juego; se puede deshacer</translation>
     </message>
     <message>
@@ -5307,7 +5307,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
-        <source>Keep the present settings in this set; what it held is lost</source>
+        <source>Save the present settings in this set; its old contents are lost</source>
         <translation>Guardar los ajustes actuales en este juego; lo que contenía se pierde</translation>
     </message>
     <message>
@@ -5317,7 +5317,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="41"/>
-        <source>Let the camera wake up with this set from its next power-on</source>
+        <source>Let the camera start with this set from its next power-on</source>
         <translation>Que la cámara arranque con este juego la próxima vez que se encienda</translation>
     </message>
     <message>
@@ -5342,7 +5342,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="242"/>
-        <source>What it held is lost; that cannot be undone.</source>
+        <source>Its old contents are lost; this cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
@@ -5416,7 +5416,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
-        <source>Stop reading the values for a while</source>
+        <source>Pause reading the values</source>
         <translation>Dejar de leer los valores un rato</translation>
     </message>
     <message>
@@ -5436,7 +5436,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
-        <source>Forget what was read, and go on</source>
+        <source>Clear the values, and continue</source>
         <translation>Olvidar lo leído y seguir</translation>
     </message>
     <message>
@@ -5451,7 +5451,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/values_panel.ui" line="56"/>
-        <source>Lay all curves over each other, each over a range of its own</source>
+        <source>Show all curves in one plot, each with a range of its own</source>
         <translation>Superponer todas las curvas, cada una en su propio rango</translation>
     </message>
     <message>

@@ -52,7 +52,7 @@ def test_a_stream_that_begins_again_counts_from_nothing():
 def test_every_counter_is_in_the_details():
     found = judged(BEFORE, NOW | {"lost": 1, "incomplete": 2, "underruns": 3, "packets_resent": 4,
                                   "packets_missing": 5, "overruns": 6})  # fmt: skip
-    for words in ("200, lost 1, incomplete 2", "dropped because nobody took them in time: 3",
+    for words in ("200, lost 1, incomplete 2", "dropped because they were not taken in time: 3",
                   "resent 4, never arrived 5", "discarded: 6×"):  # fmt: skip
         assert words in found.detail
 

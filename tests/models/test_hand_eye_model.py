@@ -218,7 +218,7 @@ def test_too_few_poses_that_show_the_target_are_a_sentence(stand):
     assert "only 0 of 5 views were possible" in wizard.problem
     assert "needed: 5. Start again" in wizard.problem
     skipped = [event for event in wizard.happened if event.step is Step.SKIPPED]
-    assert skipped[0].text == "skipped: the target is not seen surely"
+    assert skipped[0].text == "skipped: the target is not seen reliably"
 
 
 def test_closing_while_the_robot_moves_stops_it(stand):

@@ -74,7 +74,7 @@ def test_it_plays_holds_and_steps(player):
     player.qtbot.keyClick(player.window, Qt.Key_Comma)
     held_at(player, 7)
     player.qtbot.keyClick(player.window, Qt.Key_P)
-    player.until(lambda: bar.playButton.text() == "Hold" and shown(player) != 7)
+    player.until(lambda: bar.playButton.text() == "Pause" and shown(player) != 7)
     assert not player.window.picture.pauseBar.isVisible(), "a recording has its own past"
     assert not player.errors
 
@@ -125,7 +125,7 @@ def test_the_bar_goes_with_the_recording(player):
     ("limit", "amount", "check"),
     [
         ("For a time", 0.5, lambda progress: 0.3 < progress.seconds <= 0.5),
-        ("So many frames", 7, lambda progress: progress.frames == 7),
+        ("For a number of frames", 7, lambda progress: progress.frames == 7),
         ("Up to a size", 1, lambda progress: 1e6 <= progress.size < 1.5e6),
     ],
 )

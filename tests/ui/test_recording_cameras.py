@@ -105,7 +105,7 @@ def test_closing_a_camera_that_is_recorded_asks(app, close):
         "another": lambda: app.program.sources.connect_to("sim:?width=32&height=32"),
     }[close]
     ask()
-    answer(app, "Go on recording")
+    answer(app, "Continue recording")
     assert first in app.program.connection.sources and app.program.recordings.runs(first)
     ask()
     answer(app, "Stop recording and close")
@@ -124,7 +124,7 @@ def test_closing_the_window_asks_while_something_is_recorded(app):
     press_record(app)
     app.until(lambda: written(app, first) > 2)
     app.window.actionQuit.trigger()
-    answer(app, "Go on recording")
+    answer(app, "Continue recording")
     assert app.window.isVisible() and app.program.recordings.runs(first)
     app.window.actionQuit.trigger()
     assert isinstance(app.program.recording.question, QMessageBox)

@@ -112,7 +112,7 @@ class OnePush:
             problems = [str(failure)]
         if not problems:
             return f"{name}: {why}"
-        text = translate("Tuning", "{0}: {1}; not all is as it was: {2}")
+        text = translate("Tuning", "{0}: {1}; not everything could be restored: {2}")
         return text.format(name, why, "; ".join(problems))
 
 

@@ -100,9 +100,7 @@ class AcquisitionController(QObject):
         """Save the newest frame in the snapshot folder."""
         frame, source = self._picture.frame, self._connection.source
         if frame is None or source is None or source.grabber is None:
-            self._messages.error(
-                self.tr("there is no frame yet to take a snapshot of; start the camera first")
-            )
+            self._messages.error(self.tr("there is no frame to save yet; start the camera first"))
             return
         self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
 

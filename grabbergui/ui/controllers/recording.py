@@ -88,7 +88,7 @@ class RecordingController(QObject):
         box.setText(self.tr("Being recorded: {0}").format(names))
         box.setInformativeText(self.tr("Closing ends the recording; what was recorded so far is kept."))
         close = box.addButton(self.tr("Stop recording and close"), QMessageBox.ButtonRole.AcceptRole)
-        go_on = box.addButton(self.tr("Go on recording"), QMessageBox.ButtonRole.RejectRole)
+        go_on = box.addButton(self.tr("Continue recording"), QMessageBox.ButtonRole.RejectRole)
         box.setDefaultButton(go_on)
         box.setEscapeButton(go_on)
 

@@ -284,7 +284,7 @@ class UserSetsController(QObject):
 
     def _start_with(self, name: str) -> None:
         text = self.tr("The camera starts with {0} from its next power-on").format(name)
-        self._change(self.tr("Telling the camera"), partial(user_sets.start_with, name=name), text)
+        self._change(self.tr("Writing to the camera"), partial(user_sets.start_with, name=name), text)
 
     def _change(self, title: str, change: Callable[[ChangeTrackingGrabber], None], text: str) -> None:
         """Do something with a set, and show the sets afterwards."""

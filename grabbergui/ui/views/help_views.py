@@ -95,7 +95,7 @@ class DoctorDialog(QDialog):
         self.setWindowTitle(self.tr("Doctor"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.text = QTextBrowser(self)
-        self.text.setAccessibleName(self.tr("What was found"))
+        self.text.setAccessibleName(self.tr("Findings"))
         self.stateLabel = QLabel(self.tr("Checking this computer…"), self)
         self._names = {
             Level.GOOD: self.tr("good"),

@@ -164,11 +164,11 @@ class PictureView(QWidget):
 
     def _hint(self, purpose: Purpose) -> str:
         return {
-            Purpose.SENSOR_REGION: self.tr("Draw the region that the camera is to send; Esc gives up."),
-            Purpose.FOCUS_REGION: self.tr("Draw the region that is to be sharp; Esc gives up."),
-            Purpose.PROFILE_LINE: self.tr("Draw the line whose values are to be shown; Esc gives up."),
-            Purpose.EXPOSURE_REGION: self.tr("Draw the region whose brightness counts; Esc gives up."),
-            Purpose.BALANCE_REGION: self.tr("Draw a region that should be grey; Esc gives up."),
+            Purpose.SENSOR_REGION: self.tr("Draw the region that the camera should send; Esc cancels."),
+            Purpose.FOCUS_REGION: self.tr("Draw the region to bring into focus; Esc cancels."),
+            Purpose.PROFILE_LINE: self.tr("Draw the line whose values you want to see; Esc cancels."),
+            Purpose.EXPOSURE_REGION: self.tr("Draw the region whose brightness counts; Esc cancels."),
+            Purpose.BALANCE_REGION: self.tr("Draw a region that should be grey; Esc cancels."),
         }.get(purpose, purpose.value)
 
     def setClippingText(self, text: str) -> None:

@@ -257,7 +257,7 @@ class PlaybackBar(QWidget):
     def setState(self, state: PlaybackState) -> None:
         """Show the state of the recording."""
         self._playing = state.playing
-        self.playButton.setText(self.tr("Hold") if state.playing else self.tr("Play"))
+        self.playButton.setText(self.tr("Pause") if state.playing else self.tr("Play"))
         self.playButton.setAccessibleName(self.playButton.text())
         name = "pause" if state.playing else "start"
         if self.playButton.property("iconName") != name:

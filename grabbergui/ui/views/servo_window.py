@@ -238,7 +238,9 @@ class ServoWindow(QWidget):
         self.distancePlot.setUp(self.tr("Hand to goal, mm"), (), CURVE_SECONDS, 10)
         self.anglePlot.setUp(self.tr("Hand to goal, °"), (), CURVE_SECONDS, 2)
         self.velocityPlot.setUp(self.tr("Velocity of the hand, mm/s"), "xyz", CURVE_SECONDS, 20)
-        self.turnPlot.setUp(self.tr("Turning of the hand, °/s"), "xyz", CURVE_SECONDS, 5, shows_time=True)
+        self.turnPlot.setUp(
+            self.tr("Rotation of the hand, °/s"), "xyz", CURVE_SECONDS, 5, shows_time=True
+        )
         self.history.setColumnWidth(0, 76)
         self.history.setColumnWidth(1, 196)
         self.stopButton.clicked.connect(lambda: self.stopPressed.emit())

@@ -239,7 +239,7 @@ class UserSetsDialog(QDialog):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Question)
         box.setText(self.tr("Save the present settings in {0}?").format(chosen.title))
-        box.setInformativeText(self.tr("What it held is lost; that cannot be undone."))
+        box.setInformativeText(self.tr("Its old contents are lost; this cannot be undone."))
         save = box.addButton(self.tr("Overwrite"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: self._on_question_finished(box.clickedButton() is save, chosen.name))

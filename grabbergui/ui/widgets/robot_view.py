@@ -104,7 +104,7 @@ class RobotView(QWidget):
         super().__init__(parent)
         self.setMinimumSize(240, 200)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setToolTip(self.tr("Drag to turn, wheel to go nearer, double-click to go back"))
+        self.setToolTip(self.tr("Drag to rotate, wheel to zoom, double-click to reset"))
         self.orbit = Orbit()
         """The viewpoint."""
         self._posture: Posture | None = None
