@@ -140,8 +140,7 @@ def test_a_recording_ends_at_its_limit(app, limit, amount, check):
     bar.amountBox.selectAll()
     app.qtbot.keyClicks(bar.amountBox, str(amount))
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
-    app.until(bar.recordButton.isChecked)
-    app.until(bar.playButton.isVisible)
+    app.until(bar.playButton.isVisible)  # a short recording may begin and end between two looks at its button
     progress = app.program.recordings.of(app.program.connection.source).progress
     assert check(progress), progress
     assert not bar.recordButton.isChecked()
