@@ -847,7 +847,7 @@ It {1}.</source>
         <translation>Quitar esta curva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="162"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="198"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1635,22 +1635,22 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="150"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="200"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="187"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="174"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="174"/>
         <source>Sharpness {0:.2f}    best {1:.2f}</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
     </message>
@@ -2295,12 +2295,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="79"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="75"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -3777,12 +3777,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="250"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="209"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="232"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -4279,22 +4279,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="239"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="240"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="241"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -4327,47 +4327,47 @@ It {1}.</source>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="278"/>
+        <location filename="../../grabbergui/models/servoing.py" line="277"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="279"/>
+        <location filename="../../grabbergui/models/servoing.py" line="278"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="280"/>
+        <location filename="../../grabbergui/models/servoing.py" line="279"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="281"/>
+        <location filename="../../grabbergui/models/servoing.py" line="280"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="283"/>
+        <location filename="../../grabbergui/models/servoing.py" line="282"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="284"/>
+        <location filename="../../grabbergui/models/servoing.py" line="283"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="285"/>
+        <location filename="../../grabbergui/models/servoing.py" line="284"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="286"/>
+        <location filename="../../grabbergui/models/servoing.py" line="285"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="282"/>
+        <location filename="../../grabbergui/models/servoing.py" line="281"/>
         <source>following</source>
         <translation>siguiendo</translation>
     </message>
@@ -4854,7 +4854,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="98"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -5460,7 +5460,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="307"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>

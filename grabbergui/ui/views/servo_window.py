@@ -38,12 +38,8 @@ from grabbergui.ui.windows import load_form
 
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "The states of a run without incidents, in order."
-
-
 _APART = (State.FOLLOWING, State.STUCK, State.LOST, State.STOPPED)
 "States that any other may lead to."
-
-
 _GAP, _ARROW, _PADDING = 6.0, 16.0, 11.0
 
 
@@ -238,9 +234,7 @@ class ServoWindow(QWidget):
         self.distancePlot.setUp(self.tr("Hand to goal, mm"), (), CURVE_SECONDS, 10)
         self.anglePlot.setUp(self.tr("Hand to goal, °"), (), CURVE_SECONDS, 2)
         self.velocityPlot.setUp(self.tr("Velocity of the hand, mm/s"), "xyz", CURVE_SECONDS, 20)
-        self.turnPlot.setUp(
-            self.tr("Rotation of the hand, °/s"), "xyz", CURVE_SECONDS, 5, shows_time=True
-        )
+        self.turnPlot.setUp(self.tr("Rotation of the hand, °/s"), "xyz", CURVE_SECONDS, 5, shows_time=True)
         self.history.setColumnWidth(0, 76)
         self.history.setColumnWidth(1, 196)
         self.stopButton.clicked.connect(lambda: self.stopPressed.emit())
