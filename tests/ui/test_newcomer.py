@@ -121,7 +121,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     window = newcomer.window
     newcomer.until(lambda: any("Simulated" in s.info.model and s.connected for s in listed(newcomer)))
     newcomer.until(lambda: newcomer.reads("Live"))
-    assert newcomer.reads("a real camera appears here by itself"), "how to find a real one is said"
+    assert newcomer.reads("a real camera appears here automatically"), "how to find a real one is said"
     newcomer.press("Disconnect")
     newcomer.until(lambda: newcomer.reads("Nothing is connected"))
     assert newcomer.reads("choose a source on the left")

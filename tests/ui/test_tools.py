@@ -156,7 +156,7 @@ def test_a_drawn_region_is_scored_for_focus(app):
     window.focusDock.show()
     app.until(lambda: "best" in window.focus.scoreLabel.text())
     app.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
-    assert "sharp" in window.picture.hintLabel.text()
+    assert "into focus" in window.picture.hintLabel.text()
     drag(app, (200, 200), (500, 400))
     assert not window.picture.hintLabel.text()
     region = app.program.measuring.wanted.focus_region
