@@ -40,7 +40,9 @@ def test_values_that_were_not_restored_are_reported(stage):
 
     s.grabber.on_write = refuse
     s.run(on(REGION, expose))
-    assert s.failures == ["Exposure: the camera is gone; not all is as it was: ExposureTimeRaw is locked"]
+    assert s.failures == [
+        "Exposure: the camera is gone; not everything could be restored: ExposureTimeRaw is locked"
+    ]
 
 
 def test_cancelling_restores_everything(stage):
