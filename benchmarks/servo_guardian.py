@@ -179,10 +179,14 @@ def tiago_on_ros2(*, stock: bool = False) -> Iterator[tuple[SimRobot, list[str]]
 
 
 @contextmanager
-def busy(programs: int) -> Iterator[None]:
-    """Programs that compute without a pause, each on one core."""
+def busy(programs: int, *, elsewhere: bool = False) -> Iterator[None]:
+    """Programs that compute without a pause, each on one core.
+
+    `elsewhere` they have sessions of their own, as what is started from other terminals.
+    """
     code = f"import time\nend = time.monotonic() + {BUSY_S}\nwhile time.monotonic() < end: pass"
-    started = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(programs)]
+    command = [sys.executable, "-c", code]
+    started = [subprocess.Popen(command, start_new_session=elsewhere) for _ in range(programs)]
     try:
         yield
     finally:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 
 from typing_extensions import override
@@ -36,12 +36,15 @@ Photon = Callable[[Frame], float]
 """When the middle of a frame's exposure was, seconds of `time.monotonic`."""
 Opened = AbstractContextManager[tuple[Robot, FrameGrabber, Photon]]
 """A robot and a camera, closed at the end."""
+ELSEWHERE, SAME = "2, other terminals", "2, same terminal"
 FPS = 30
 PERIOD_MS = 1e3 / FPS
 WARM_UP = 60
 WINDOW_WARM_UP = 150
 "Pictures at the beginning that do not count: until detectors, and the window, are there."
 LOADS = 0, 2
+TIAGO = bool(importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"))
+"Whether its simulation can be run here."
 METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512: an image arrives, is
 searched, and is answered by a command. Robot and camera are a process of their own with real-time priority,
 as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2 topic (RGB8),
@@ -52,7 +55,11 @@ exposure and transport are in it: *image here* is how much passes until the loop
 not, as a sensor has its image when the exposure ends: it begins {1e3 * closed_loop.DRAWN_AHEAD_S:g} ms
 before that, for where the robot will be by then. But its processor time is taken from the same two cores.
 *face*: no marker is there, and the head follows a face; *marker, face*: faces are searched although a
-marker is seen, which the program never does. Busy programs compute without a pause beside it."""
+marker is seen, which the program never does.
+
+Two busy programs compute without a pause beside it. From *other terminals* they are in sessions of their own;
+Linux shares the processor's time between sessions first (autogroup, or a desktop's control groups). From the
+*same terminal*, every thread of the loop competes with each of them alone."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,8 @@ class Case:
     "marker; face; marker, face."
     busy: int
     window: bool = False
+    elsewhere: bool = True
+    "Whether the busy programs were started from other terminals."
 
 
 @contextmanager
@@ -112,8 +121,11 @@ def cases() -> Iterator[Case]:
             yield Case("TEO", seen, load)
         if window:
             yield Case("TEO", "face", load, window=True)
-        if importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"):
+        if TIAGO:
             yield Case("TIAGo", "marker", load)
+    yield Case("TEO", "marker", LOADS[-1], elsewhere=False)
+    if TIAGO:
+        yield Case("TIAGo", "marker", LOADS[-1], elsewhere=False)
 
 
 def opened(case: Case) -> Opened:
@@ -129,21 +141,22 @@ def measure(arguments: list[str] | None = None) -> Section:
     options = parser.parse_args(arguments)
     single_threaded()
     run_as_others()
-    rows, worst, loaded = [], 0.0, 0.0
+    rows = []
+    worst = {"none": 0.0, ELSEWHERE: 0.0, SAME: 0.0}
     chosen = [
         case for case in cases() if options.robot in (None, case.robot) and options.busy in (None, case.busy)
     ]
     for case in chosen:
-        with opened(case) as (robot, camera, photon), busy(case.busy) if case.busy else nullcontext():
+        with opened(case) as (robot, camera, photon), busy(case.busy, elsewhere=case.elsewhere):
             arrivals, latencies = latencies_of(robot, camera, photon, options.seconds, case)
         percentiles = statistics.quantiles(latencies, n=100)
         median, p99 = statistics.median(latencies), percentiles[98]
-        worst = max(worst, p99)
-        loaded = max(loaded, p99) if case.busy else loaded
+        beside = "none" if not case.busy else ELSEWHERE if case.elsewhere else SAME
+        worst[beside] = max(worst[beside], p99)
         window = "in its window" if case.window else "headless"
         numbers = f"{median:.1f}", f"{percentiles[94]:.1f}", f"{p99:.1f}", f"{max(latencies):.1f}"
         here = f"{statistics.median(arrivals):.1f}"
-        rows.append([case.robot, case.seen, window, str(case.busy), str(len(latencies)), here, *numbers])
+        rows.append([case.robot, case.seen, window, beside, str(len(latencies)), here, *numbers])
         print(rows[-1], flush=True)
     header = ["robot", "seen", "program", "busy programs", "pictures", "image here, ms", "median, ms"]
     header += ["95 %", "99 %", "worst"]
@@ -154,10 +167,12 @@ def measure(arguments: list[str] | None = None) -> Section:
         [Table(header, rows)],
         goals=[
             Goal(
-                f"99 % within one frame period ({PERIOD_MS:.0f} ms), also beside two busy programs",
-                f"up to {worst:.1f} ms, beside busy programs up to {loaded:.1f} ms",
-                worst <= PERIOD_MS,
+                f"99 % within one frame period ({PERIOD_MS:.0f} ms), busy programs beside it: {beside}",
+                f"up to {p99:.1f} ms",
+                p99 <= PERIOD_MS,
             )
+            for beside, p99 in worst.items()
+            if p99
         ],
         machine=machine(),
     )
