@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import logging
 import math
+import threading
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -166,6 +167,7 @@ class Ros2Publisher:
         self._ros = Ros2Node(node_name, namespace)
         from diagnostic_msgs.msg import DiagnosticStatus
         from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
         from std_msgs.msg import Empty
         from std_srvs.srv import Trigger
 
@@ -175,7 +177,8 @@ class Ros2Publisher:
         kinds |= dict.fromkeys(("heads", "markers"), _detections()) if _detections() else {}
         self._publishers = {name: node.create_publisher(kinds[name], f"{prefix}/{name}", 5) for name in kinds}
         node.create_service(Trigger, f"{prefix}/stop", self._on_stop)
-        node.create_service(Trigger, f"{prefix}/resume", self._on_resume)
+        alone = MutuallyExclusiveCallbackGroup()  # stops are taken while it waits
+        node.create_service(Trigger, f"{prefix}/resume", self._on_resume, callback_group=alone)
         node.create_subscription(Empty, f"{prefix}/stop_now", self._on_stop_now, 1)
         self._ros.start()
         self._runner.cycle_done.connect(self._on_cycle)
@@ -193,9 +196,15 @@ class Ros2Publisher:
         answer.success, answer.message = True, "stopped; call resume to go on"
         return answer
 
-    def _on_resume(self, request: Any, answer: Any) -> Any:
+    async def _on_resume(self, request: Any, answer: Any) -> Any:
+        """Resume on a thread of its own, as the guardian takes a second to start again."""
+        from rclpy.task import Future
+
+        assert self._ros is not None
         was_stopped = bool(self._runner.gate.halted)
-        why_not = self._runner.resume()
+        ended: Future[str] = Future(executor=self._ros.node.executor)
+        threading.Thread(target=lambda: ended.set_result(self._runner.resume()), daemon=True).start()
+        why_not = await ended
         answer.success = not why_not
         answer.message = why_not or ("resumed" if was_stopped else "it was not stopped")
         return answer

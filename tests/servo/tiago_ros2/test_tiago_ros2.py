@@ -5,7 +5,9 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -193,6 +195,34 @@ def test_all_detections_are_published_where_vision_msgs_is_there(runner, listene
         assert found[0].results[0].pose.pose == found[0].bbox.center
     finally:
         runner.stop()
+        publisher.close()
+
+
+def test_a_stop_is_heard_while_another_one_is_being_ended(runner, listener, monkeypatch):
+    """The guardian takes a second to start again."""
+    from std_msgs.msg import Empty
+
+    publisher = Ros2Publisher(runner, "/servo")
+    publisher.open()
+    began, stopped = threading.Event(), threading.Event()
+
+    def release():
+        began.set()
+        until(lambda: runner.gate.halted == "stopped over ROS 2")
+        stopped.set()
+
+    monkeypatch.setattr(runner.gate, "release", release)
+    try:
+        at_once = listener.node.create_publisher(Empty, "/servo/stop_now", 1)
+        until(at_once.get_subscription_count)
+        runner.emergency_stop("by a test")
+        with ThreadPoolExecutor(1) as pool:
+            resumed = pool.submit(listener.call, "/servo/resume")
+            assert began.wait(PATIENCE)
+            at_once.publish(Empty())
+            assert stopped.wait(PATIENCE)
+            assert resumed.result(PATIENCE).success
+    finally:
         publisher.close()
 
 
