@@ -98,10 +98,10 @@ def watch(pipe: Connection, source: str, repeats: int) -> None:
     """Open the window on a source, adjust it by every means, drag it, and send what was `Seen`."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     with SOURCES[source]() as tuned:
-        pipe.send(_Session(tuned).measure(repeats))
+        pipe.send(_Operator(tuned).measure(repeats))
 
 
-class _Session:
+class _Operator:
     def __init__(self, tuned: Tuned) -> None:
         from grabbergui.ui.preferences import Preferences
         from grabbergui.ui.run.application import application

@@ -182,7 +182,7 @@ def tiago_on_ros2(*, stock: bool = False) -> Iterator[tuple[SimRobot, list[str]]
 def busy(programs: int, *, elsewhere: bool = False) -> Iterator[None]:
     """Programs that compute without a pause, each on one core.
 
-    `elsewhere` they have sessions of their own, as what is started from other terminals.
+    `elsewhere` they have scheduling groups of their own, as what is started from other terminals.
     """
     code = f"import time\nend = time.monotonic() + {BUSY_S}\nwhile time.monotonic() < end: pass"
     command = [sys.executable, "-c", code]

@@ -57,9 +57,9 @@ before that, for where the robot will be by then. But its processor time is take
 *face*: no marker is there, and the head follows a face; *marker, face*: faces are searched although a
 marker is seen, which the program never does.
 
-Two busy programs compute without a pause beside it. From *other terminals* they are in sessions of their own;
-Linux shares the processor's time between sessions first (autogroup, or a desktop's control groups). From the
-*same terminal*, every thread of the loop competes with each of them alone."""
+Two busy programs compute without a pause beside it. From *other terminals* they are in scheduling groups of
+their own; Linux shares the processor's time between such groups first (autogroup, or a desktop's control
+groups). From the *same terminal*, every thread of the loop competes with each of them alone."""
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def live(config):
     camera.close()
 
 
-def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
+def test_a_run_moves_the_arm_and_an_emergency_stop_ends_that(live):
     runner, _, robot = live
     cycles = []
     runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
@@ -157,7 +157,7 @@ def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
     until(lambda: robot.speed > 0.01)
 
 
-def test_a_session_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
+def test_a_run_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
     runner, _, robot = live
     cycles = []
     runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
@@ -170,7 +170,7 @@ def test_a_session_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
     until(lambda: robot.speed > 0.01)
 
 
-def test_a_session_without_images_comes_to_rest(live):
+def test_a_run_without_images_comes_to_rest(live):
     runner, camera, robot = live
     runner.start()
     until(lambda: runner.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
@@ -182,7 +182,7 @@ def test_a_session_without_images_comes_to_rest(live):
     until(lambda: runner.loop.machine.state is State.LOST)
 
 
-def test_a_session_whose_source_closes_reports_it_and_leaves_the_robot_at_rest(live):
+def test_a_run_whose_source_closes_reports_it_and_leaves_the_robot_at_rest(live):
     runner, camera, robot = live
     reasons = []
     runner.failed.connect(reasons.append)
