@@ -10,7 +10,7 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
-from grabbergui.servo.control import ArmController, HeadController, off_centre
+from grabbergui.servo.control import AHEAD_S, ArmController, HeadController, off_centre
 from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots import teo
 from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
@@ -75,6 +75,47 @@ def test_steps_have_one_size_and_their_own_pace():
     assert len(made) == 5
     assert np.degrees(made[0]) == pytest.approx([-2, -2])
     assert controller.step(point(0.01, 0.01), AHEAD, np.zeros(2), 5.0) is None
+
+
+@pytest.mark.parametrize(("toward", "end"), [(-1, "low"), (1, "high")])
+def test_a_step_ends_at_the_joint_s_limit(toward, end):
+    limit = getattr(teo.HEAD, end)
+    angles = limit - toward * np.radians([0.5, 0.5])
+    move = head(step=2.0).step(point(-0.3 * toward, 0.3 * toward), AHEAD, angles, 0.0)
+    assert angles + move == pytest.approx(limit)
+
+
+def test_a_step_that_is_due_now_is_made():
+    controller = head(step=2.0, step_period=0.2)
+    assert controller.step(point(0.3, 0), AHEAD, np.zeros(2), 1.0) is not None
+    assert controller.step(point(0.3, 0), AHEAD, np.zeros(2), 1.2) is not None
+
+
+def test_other_settings_hold_from_the_next_command():
+    controller = head(fastest=10)
+    controller.tune(HeadConfig(fastest=20))
+    velocity = controller.look(point(1.2, -0.9), AHEAD, np.zeros(2))
+    assert np.degrees(np.abs(velocity)) == pytest.approx([20, 20])
+
+
+def test_a_head_that_was_told_to_rest_starts_outside_the_wider_edge_only():
+    controller, angles = head(deadband=0.03, start=0.05), np.zeros(2)
+    assert controller.look(point(0.06, 0.06), AHEAD, angles).all()
+    controller.rest()
+    assert not controller.look(point(0.04, 0.04), AHEAD, angles).any()
+
+
+def test_searching_looks_level_then_down_then_up_and_tilts_no_faster_than_it_pans():
+    controller, angles, rows = head(search=20), np.zeros(2), []
+    levels = {"level": 0.0, "down": 0.6 * teo.HEAD.high[1], "up": 0.6 * teo.HEAD.low[1]}
+    for _ in range(6000):
+        velocity = controller.search(angles)
+        assert np.degrees(np.abs(velocity)).max() <= 20 + 1e-9
+        angles = angles + velocity * DT
+        row = next((name for name, tilt in levels.items() if abs(angles[1] - tilt) < 0.005), None)
+        if row and rows[-1:] != [row]:
+            rows.append(row)
+    assert rows[:6] in (["level", "down", "level", "up", "level", "down"], ["level", "down", "up"] * 2)
 
 
 def test_searching_sweeps_within_the_limits():
@@ -159,6 +200,45 @@ def test_noise_at_the_goal_does_not_move_the_hand():
 def test_a_goal_outside_the_workspace_is_not_approached(marker):
     controller = arm()
     assert not settled(controller, away(controller, marker_at(), 0.2), marker).any()
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_hand_slows_down_before_each_edge_of_the_workspace(axis, side):
+    """It is not carried past it by a goal that lies inside but close to it."""
+    controller = arm(follow=0.3)
+    low, high = (np.array(edge) for edge in ArmConfig().workspace)
+    edge = (high if side > 0 else low)[axis]
+    marker = marker_at(*((low + high) / 2 + (0.1, 0, 0)))
+    middle = controller.goal(marker)
+    hand = middle.copy()
+    hand[axis, 3] = edge - side * 0.01
+    goal = middle.copy()
+    goal[axis, 3] = edge - side * 0.001
+    shift = goal[:3, 3] - middle[:3, 3]
+    marker[:3, 3] += shift
+    velocity = side * 0.5 * np.eye(3)[axis]
+    twist = [controller.approach(hand, marker, DT, velocity) for _ in range(50)][-1]
+    assert 0 < side * twist[axis] <= 0.01 / AHEAD_S + 1e-9
+    assert controller.confined
+
+
+def test_a_hand_outside_the_workspace_may_come_back_only():
+    controller = arm()
+    low, high = (np.array(edge) for edge in ArmConfig().workspace)
+    marker = marker_at(*((low + high) / 2 + (0.1, 0, 0)))
+    hand = controller.goal(marker).copy()
+    hand[1, 3] = low[1] - 0.05
+    assert settled(controller, hand, marker)[1] > 0.05
+    assert not controller.confined
+
+
+def test_the_arm_s_other_settings_hold_from_the_next_command():
+    controller, marker = arm(fastest=0.05), marker_at()
+    hand = away(controller, marker, 0.3)
+    assert np.linalg.norm(settled(controller, hand, marker)[:3]) == pytest.approx(0.05)
+    controller.tune(ArmConfig(fastest=0.1))
+    assert np.linalg.norm(settled(controller, hand, marker)[:3]) == pytest.approx(0.1)
 
 
 def test_no_twist_comes_from_numbers_that_are_none():

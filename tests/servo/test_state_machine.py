@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 
-from grabbergui.servo.state_machine import Situation, State, StateMachine
+from grabbergui.servo.state_machine import Situation, State, StateMachine, Transition
 
 GRACE, SEARCH = 0.3, 2.0
 STEP = 0.02
@@ -172,6 +172,18 @@ def test_a_stop_holds_whatever_is_seen_until_it_is_ended(start):
     run.machine.resume(run.now)
     assert run.machine.state is State.LOST
     assert run.feed(MARKER_ASIDE) is State.CENTRING
+
+
+def test_a_stop_and_its_end_are_noted_with_time_and_reason():
+    run = Run()
+    run.machine.stop(run.now + 1, "by a test")
+    assert run.machine.reason == "by a test"
+    run.machine.resume(run.now + 2)
+    assert run.machine.reason == "resumed"
+    assert run.machine.transitions == [
+        Transition(run.now + 1, State.STOPPED, "by a test"),
+        Transition(run.now + 2, State.LOST, "resumed"),
+    ]
 
 
 def test_a_goal_that_is_only_touched_is_not_reached():

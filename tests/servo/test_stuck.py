@@ -152,6 +152,19 @@ def fed(watch, hands, approaching=True):
     return watch.stuck
 
 
+def test_one_that_gave_up_may_try_again_after_a_reset():
+    watch = ProgressWatch(1.0)
+    goal = geometry.pose(translation=(0.6, 0.0, 0.3))
+    watch.give_up()
+    watch.update(0.0, goal, goal, approaching=True)
+    assert not watch.stuck  # a goal that it did not have yet is another one
+    watch.give_up()
+    watch.update(0.1, goal, goal, approaching=True)
+    assert watch.stuck
+    watch.reset()
+    assert not watch.stuck
+
+
 def test_slow_progress_is_progress():
     """4 mm in three seconds, first of place, then of direction."""
     assert not fed(ProgressWatch(3.0), [off(0.05 - 0.0013 * DT * step) for step in range(1000)])
