@@ -123,7 +123,10 @@ def cases() -> Iterator[Case]:
             yield Case("TEO", "face", load, window=True)
         if TIAGO:
             yield Case("TIAGo", "marker", load)
-    yield Case("TEO", "marker", LOADS[-1], elsewhere=False)
+    for seen in ("marker", "face"):
+        yield Case("TEO", seen, LOADS[-1], elsewhere=False)
+    if window:
+        yield Case("TEO", "face", LOADS[-1], window=True, elsewhere=False)
     if TIAGO:
         yield Case("TIAGo", "marker", LOADS[-1], elsewhere=False)
 
