@@ -31,7 +31,7 @@ from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle
@@ -71,12 +71,7 @@ class YarpPublisher:
 
     def open(self) -> None:
         """Open the ports and follow the runner. Raises SourceUnavailableError, TransportError."""
-        try:
-            for port in self._ports:
-                port.open()
-        except BaseException:
-            self.close()
-            raise
+        open_all(self._ports)
         self._runner.cycle_done.connect(self._on_cycle)
 
     def close(self) -> None:

@@ -63,7 +63,8 @@ def translated(name: str) -> Iterator[None]:
         if error.errno == errno.EPIPE:
             raise EndpointHaltedError(f"{name} halted a USB endpoint") from error
         raise TransportError(f"{name}: USB error: {error.strerror or error}") from error
-    except NotImplementedError as error:  # so pyusb raises LIBUSB_ERROR_NOT_SUPPORTED
+    except NotImplementedError as error:
+        # pyusb's backends raise it for what the system's driver cannot do: LIBUSB_ERROR_NOT_SUPPORTED.
         raise TransportError(
             f"{name}: the driver that the system uses for it lacks this call; on Windows libusb needs WinUSB"
         ) from error

@@ -17,7 +17,7 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
@@ -249,12 +249,7 @@ class TeoPorts:
 
     def open(self) -> None:
         """Open all ports and stream. Raises SourceUnavailableError, TransportError."""
-        try:
-            for port in self._ports:
-                port.open()
-        except BaseException:
-            self.close()
-            raise
+        open_all(self._ports)
         self._running.set()
         self._thread = threading.Thread(target=self._stream, name="simulated TEO", daemon=True)
         self._thread.start()

@@ -7,7 +7,7 @@ from http.client import HTTPConnection
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
+from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, SourceNotFoundError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import name_client, ports
@@ -16,7 +16,7 @@ from grabbergui.net.yarp.os.link import RpcClient, administer, ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.names import Contact
-from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
 from patience import PATIENCE, until
 
@@ -321,3 +321,19 @@ def test_an_address_of_another_computer_is_refused_with_a_message(address):
     assert f"/out cannot listen at {address}: " in str(caught.value)
     assert str(caught.value).endswith("; is it an address of this machine?")
     assert "Errno" not in str(caught.value)
+
+
+def test_ports_that_belong_together_are_all_open_or_none(names, monkeypatch):
+    first, second = OutputPort("/both/first", names), OutputPort("/both/second", names)
+
+    def refuse():
+        raise TransportError("no room")
+
+    with monkeypatch.context() as patched, pytest.raises(TransportError, match="no room"):
+        patched.setattr(second, "open", refuse)
+        open_all([first, second])
+    with pytest.raises(SourceNotFoundError):
+        names.query("/both/first")
+    open_all([first, second])
+    with closing(first), closing(second):
+        assert names.query("/both/first").address == first.contact.address

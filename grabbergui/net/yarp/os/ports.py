@@ -6,8 +6,8 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
 
 from grabbergui.config.serving import EVERYBODY, AllowedAddresses
@@ -258,6 +258,15 @@ class _Puller:
         finally:
             self._link.close()
             self._on_end(self)
+
+
+def open_all(ports: Iterable[Port]) -> None:
+    """Open all ports, or none. Raises SourceUnavailableError, TransportError."""
+    with ExitStack() as opened:
+        for port in ports:
+            opened.callback(port.close)
+            port.open()
+        opened.pop_all()
 
 
 def _handled(name: str, handler: Handler | None, request: Request) -> Reply:
