@@ -60,7 +60,8 @@ class Camera(FrameGrabber):
         self._reconnecting: threading.Thread | None = None
         self._losses = threading.Lock()
         "Never held while anything waits: losses are reported by threads that closing the device joins."
-        self._lost_meanwhile = False
+        self._lost_meanwhile = ""
+        "Why it was lost while it was opened or came back; empty if it was not."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -72,7 +73,7 @@ class Camera(FrameGrabber):
             self.device.on_lost = self._on_lost
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
-            self._hears_events = self._lost_meanwhile = False
+            self._hears_events, self._lost_meanwhile = False, ""
             self.device.take_over = access is Access.TAKE_OVER
             self._writer = None  # what was set before it was closed is not set again
             try:
@@ -123,7 +124,7 @@ class Camera(FrameGrabber):
             events.close()
         if poller is not None:
             poller.stop()
-        if reconnecting is not None:
+        if reconnecting is not None and reconnecting is not threading.current_thread():
             reconnecting.join()
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
@@ -329,7 +330,7 @@ class Camera(FrameGrabber):
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
             if self._closed.is_set() or self._reconnecting is not None:
-                self._lost_meanwhile = True
+                self._lost_meanwhile = reason
                 return
             name = f"reconnect {self.info.uri}"
             thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
@@ -355,20 +356,24 @@ class Camera(FrameGrabber):
                 with self._losses:
                     if self._lost_meanwhile:
                         continue
-                    self._reconnecting = None
+                names = frozenset(description.name for description in self.feature_tree().descriptions())
+            # Closing waits for this thread, so what is reported here is reported before "closed".
             self.unlike_before = tuple(problems)
             self.connection_changed.emit(ConnectionState.OPEN, return_text(problems))
-            names = frozenset(description.name for description in self.feature_tree().descriptions())
             self.features_changed.emit(names)
-            return
+            with self._losses:
+                if not self._lost_meanwhile:
+                    self._reconnecting = None
+                    return
+            # Its loss was perhaps reported before "open".
+            self.connection_changed.emit(ConnectionState.LOST, self._lost_meanwhile)
 
     def _restore(self, streaming: bool) -> list[str]:
         """Open the device again and set it as it was; return what could not be set, a sentence each."""
         self.device.close_stream()
         self.device.close()
-        self._lost_meanwhile = self._acquisition.running = (
-            False  # what was reported until here is about what is closed
-        )
+        # What was reported until here is about what is closed.
+        self._lost_meanwhile, self._acquisition.running = "", False
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)

@@ -14,11 +14,12 @@ from grabbergui.core.errors import (
     FeatureValueError,
 )
 from grabbergui.core.features import AccessMode
-from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.grabber import Access, ConnectionState, return_text
 from grabbergui.core.selection import SettingKey
+from grabbergui.driver import camera as camera_module
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi.node_features import NodeFeature
-from patience import PATIENCE, attempts
+from patience import PATIENCE, attempts, until
 
 
 @pytest.fixture
@@ -339,6 +340,42 @@ def test_a_lost_device_can_be_closed(camera, monkeypatch):
     camera.close()
 
     assert not [thread for thread in set(threading.enumerate()) - before if thread.is_alive()]
+
+
+def test_a_device_closed_at_the_moment_of_its_return_is_closed(camera, monkeypatch):
+    states, closing = [], threading.Thread(target=camera.close)
+
+    def returned(problems):
+        closing.start()
+        closing.join(0.2)
+        return return_text(problems)
+
+    camera.connection_changed.connect(lambda state, why: states.append(state))
+    monkeypatch.setattr(camera_module, "return_text", returned)
+    camera.device.on_lost("the cable is out")
+
+    until(lambda: states[-1:] == [ConnectionState.CLOSED] and not closing.is_alive(), "closing")
+    assert states == [ConnectionState.LOST, ConnectionState.OPEN, ConnectionState.CLOSED]
+
+
+def test_a_device_lost_while_its_return_is_reported_comes_back_once_more(camera):
+    states = queue_module.Queue()
+    losses = iter(["out again"])
+
+    def lose(state, why):
+        if state is ConnectionState.OPEN:
+            for reason in losses:
+                camera.device.on_lost(reason)
+
+    camera.connection_changed.connect(lambda state, why: states.put(state))
+    camera.connection_changed.connect(lose)
+    camera.start()
+    camera.device.on_lost("the cable is out")
+
+    seen = [states.get(timeout=PATIENCE) for _ in range(5)]
+    lost, back = ConnectionState.LOST, ConnectionState.OPEN
+    assert seen == [lost, back, lost, lost, back]
+    assert camera.streaming and camera.feature("Width").value == 64
 
 
 def test_closing_ends_every_thread_and_may_be_done_twice():
