@@ -39,11 +39,13 @@ _CHANGES_PAYLOAD = (
 class Acquisition:
     """Starts, pauses and stops the stream of one camera. The caller holds the camera's lock.
 
-    `running` is also cleared by the thread that notices the loss of the camera.
+    `running` is also cleared by the thread that notices the loss of the camera; `wanted` stays.
     """
 
     def __init__(self, device: Device, fanout: FrameFanout, *, deliver_incomplete: bool) -> None:
         self.running = False
+        self.wanted = False
+        "Whether it runs, or would but for a pause or the loss of the camera."
         self._device = device
         self._fanout = fanout
         self._deliver_incomplete = deliver_incomplete
@@ -79,10 +81,15 @@ class Acquisition:
             self.lock_transport(locked=False)
             raise
         self._stream_locks.clear()
-        self.running = True
+        self.running = self.wanted = True
 
     def stop(self) -> None:
         """Stop the acquisition and close the stream, also if the camera refuses to stop."""
+        self.wanted = False
+        if self.running:
+            self._halt()
+
+    def _halt(self) -> None:
         self.running = False
         try:
             if self._in_control:
@@ -94,7 +101,7 @@ class Acquisition:
     @contextmanager
     def paused(self) -> Iterator[None]:
         """Stop the stream for the block, and start it again afterwards."""
-        self.stop()
+        self._halt()
         try:
             yield
         finally:

@@ -265,8 +265,7 @@ class Camera(FrameGrabber):
     @override
     def stop(self) -> None:
         with self._lock:
-            if self.streaming:
-                self._acquisition.stop()
+            self._acquisition.stop()
 
     @property
     @override
@@ -326,18 +325,18 @@ class Camera(FrameGrabber):
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         log.warning("%s: %s", self.info.uri, reason)
-        was_streaming, self._acquisition.running = self.streaming, False
+        self._acquisition.running = False
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
             if self._closed.is_set() or self._reconnecting is not None:
                 self._lost_meanwhile = reason
                 return
             name = f"reconnect {self.info.uri}"
-            thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
+            thread = threading.Thread(target=self._reconnect, name=name, daemon=True)
             self._reconnecting = thread
         thread.start()
 
-    def _reconnect(self, was_streaming: bool) -> None:
+    def _reconnect(self) -> None:
         """Try until it is back or closed. Another camera in its place is refused, and reported once."""
         reported = ""
         while not self._closed.wait(RECONNECT_PERIOD):
@@ -345,7 +344,7 @@ class Camera(FrameGrabber):
                 if self._closed.is_set():
                     return
                 try:
-                    problems = self._restore(was_streaming)
+                    problems = self._restore()
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     if isinstance(error, OtherCameraError) and str(error) != reported:
@@ -368,8 +367,9 @@ class Camera(FrameGrabber):
             # Its loss was perhaps reported before "open".
             self.connection_changed.emit(ConnectionState.LOST, self._lost_meanwhile)
 
-    def _restore(self, streaming: bool) -> list[str]:
+    def _restore(self) -> list[str]:
         """Open the device again and set it as it was; return what could not be set, a sentence each."""
+        streaming = self._acquisition.wanted
         self.device.close_stream()
         self.device.close()
         # What was reported until here is about what is closed.

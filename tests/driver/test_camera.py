@@ -307,6 +307,41 @@ def test_a_device_lost_again_while_it_comes_back_comes_back_once_more(camera):
     assert queue.get(PATIENCE)
 
 
+def test_a_device_lost_in_a_pause_of_its_stream_streams_again(camera, monkeypatch):
+    states, close_stream = queue_module.Queue(), camera.device.close_stream
+    camera.connection_changed.connect(lambda state, why: states.put(state))
+    camera.start()
+
+    def close_and_lose():
+        monkeypatch.undo()
+        close_stream()
+        camera.device.on_lost("the cable is out")
+
+    monkeypatch.setattr(camera.device, "close_stream", close_and_lose)
+    camera.write_feature("Width", 128)  # pauses the stream
+
+    assert [states.get(timeout=PATIENCE) for _ in range(2)] == [ConnectionState.LOST, ConnectionState.OPEN]
+    assert camera.streaming
+    assert camera.feature("Width").value == 128
+
+
+def test_a_device_stopped_while_it_is_lost_comes_back_stopped(camera, monkeypatch):
+    states, reopen = queue_module.Queue(), camera.device.open
+    camera.connection_changed.connect(lambda state, why: states.put(state))
+    camera.start()
+
+    def refuse(access):
+        monkeypatch.undo()
+        camera.stop()
+        raise DeviceLostError("still gone")
+
+    monkeypatch.setattr(camera.device, "open", refuse)
+    camera.device.on_lost("the cable is out")
+
+    assert [states.get(timeout=PATIENCE) for _ in range(2)] == [ConnectionState.LOST, ConnectionState.OPEN]
+    assert camera.device.open == reopen and not camera.streaming
+
+
 def test_a_device_lost_while_it_is_opened_is_not_taken_for_open(monkeypatch):
     grabber = sources.create("sim:?width=64&height=48")
     states, read = [], grabber.device.description
