@@ -78,14 +78,13 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "{0} was unplugged"),
     # A camera that does not answer
     QT_TRANSLATE_NOOP("Drivers", "{0} was not acknowledged within {1} s ({2} tries)"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} was not acknowledged within {1} s; the camera had asked for patience"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} was not acknowledged within {1} s; the camera had asked for more time"),
     QT_TRANSLATE_NOOP("Drivers", "{0} did not answer in time"),
     QT_TRANSLATE_NOOP("Drivers", "{0} did not answer within {1} s"),
     QT_TRANSLATE_NOOP("Drivers", "the device takes no commands; unplug it and plug it in again"),
     # A camera that somebody else uses
     QT_TRANSLATE_NOOP("Drivers", "another application at {0} controls {1}; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "another application controls {0}; close it there"),
-    QT_TRANSLATE_NOOP("Drivers", "another application controls the camera: {0}"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is in use by another application; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "the camera is open for reading only; another application may control it"),
     QT_TRANSLATE_NOOP(

@@ -1052,7 +1052,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="67"/>
-        <source>{0} was not acknowledged within {1} s; the camera had asked for patience</source>
+        <source>{0} was not acknowledged within {1} s; the camera had asked for more time</source>
         <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
     </message>
     <message>
@@ -1079,11 +1079,6 @@ It {1}.</source>
         <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application controls {0}; close it there</source>
         <translation>otra aplicación controla {0}; ciérrela allí</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
-        <source>another application controls the camera: {0}</source>
-        <translation>otra aplicación controla la cámara: {0}</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="67"/>

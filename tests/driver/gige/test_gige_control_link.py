@@ -10,11 +10,11 @@ from contextlib import ExitStack, closing
 
 import pytest
 
-from grabbergui.core.errors import DeviceLostError
+from grabbergui.core.errors import AccessDeniedError, DeviceLostError
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.bootstrap import Control, Register
 from grabbergui.driver.gige.control.channel import ControlTiming, Pulse
-from grabbergui.driver.gige.control.link import ControlLink
+from grabbergui.driver.gige.control.link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.gvcp import Ack
 from patience import PATIENCE, TRIES, until
 
@@ -28,6 +28,8 @@ class ScriptedCamera:
 
     def __init__(self, address: str) -> None:
         self.answers: Callable[[int], bool] = lambda address: True
+        self.privilege: int = Control.CONTROL
+        "What every register reads as."
         self.reads: list[int] = []
         "Addresses of all commands in the order in which they came."
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -50,7 +52,7 @@ class ScriptedCamera:
             (address, *_) = gvcp.ReadReg.decode(payload).addresses
             self.reads.append(address)
             if self.answers(address):
-                value = Control.CONTROL.to_bytes(4, "big")
+                value = self.privilege.to_bytes(4, "big")
                 self._socket.sendto(Ack(0, header.command + 1, header.req_id, value).encode(), client)
 
     def beats(self) -> int:
@@ -151,3 +153,25 @@ def test_loss_ends_a_command_that_waits(camera: ScriptedCamera, link: ControlLin
     link.start_heartbeat(Pulse(period=0.01, timing=ControlTiming(0.02, 3)), controlling=True)
     with pytest.raises(DeviceLostError, match="did not answer"):
         link.read_register(FEATURE)
+
+
+@pytest.mark.parametrize(("privilege", "error"), [(0, DeviceLostError), (Control.CONTROL, AccessDeniedError)])
+def test_a_write_without_an_answer_asks_who_is_in_control(
+    camera: ScriptedCamera, privilege: int, error: type[Exception]
+) -> None:
+    """Nobody is, after the camera has restarted: it is lost, which the next beat need not find out first."""
+    camera.answers = lambda address: address != FEATURE
+    losses: list[str] = []
+    with closing(ControlLink(camera.ip, camera.port, ControlTiming(ack_timeout=0.5, tries=1))) as link:
+        link.on_lost = losses.append
+        link.start_heartbeat(Pulse(period=60.0), controlling=True)
+        memory = DeviceMemory(link)
+        memory.writable = True
+        camera.privilege = privilege
+        with pytest.raises(error):
+            memory.write_register(FEATURE, 1)
+        if error is DeviceLostError:
+            until(lambda: losses, "the loss")
+            assert "has restarted" in losses[0]
+        else:
+            assert link.lost is None

@@ -8,11 +8,11 @@ from contextlib import closing
 
 import pytest
 
-from grabbergui.core.errors import AccessDeniedError, AckTimeoutError
+from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLostError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control.channel import ControlTiming
+from grabbergui.driver.gige.control.channel import ControlTiming, Pulse
 from grabbergui.driver.gige.control.link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Request, WriteReg
@@ -35,6 +35,29 @@ def test_another_program_in_control_is_noticed_and_named() -> None:
             other.execute(WriteReg(((Register.CCP, 0),)))
             state, _ = states.get(timeout=PATIENCE)
             assert state is ConnectionState.OPEN, "it is ours again when the other leaves"
+
+
+@pytest.mark.parametrize("taken", [False, True])
+def test_a_refused_write_notices_that_control_is_gone(monkeypatch: pytest.MonkeyPatch, taken: bool) -> None:
+    """A camera that restarted between two beats is lost, not controlled by another application."""
+    monkeypatch.setattr(Pulse, "for_timeout", lambda timeout_ms: Pulse(period=1.5))
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.7")) as simulated:
+        camera = Camera(GigeDevice(simulated.address))
+        states: queue.Queue[ConnectionState] = queue.Queue()
+        camera.open()
+        camera.write_feature("ExposureTime", 1500.0)
+        camera.connection_changed.connect(lambda state, why: states.put(state))
+        with closing(camera), closing(ControlLink(simulated.address)) as other:
+            simulated.control.release()
+            if taken:
+                other.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
+            with pytest.raises(DeviceLostError, match="took control" if taken else "has restarted"):
+                camera.write_feature("ExposureTime", 1600.0)
+            assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+            if taken:
+                other.execute(WriteReg(((Register.CCP, 0),)))
+            assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+            assert camera.feature("ExposureTime").value == 1500.0
 
 
 def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -253,7 +253,8 @@ class Heartbeat:
         self._pulse = pulse
         self._controlling = controlling
         self._holder = holder
-        self._request = PRIVILEGE if holder is None else PRIVILEGE_AND_HOLDER
+        self.request = PRIVILEGE if holder is None else PRIVILEGE_AND_HOLDER
+        "What each beat asks the device."
         self._exchange: Exchange | None = None
         self._begun = now
         self._next = now
@@ -272,12 +273,13 @@ class Heartbeat:
         if self._exchange is not None and self._exchange.done:
             exchange, self._exchange = self._exchange, None
             self._next = self._begun + self._pulse.period
-            self._judge(exchange, now)
+            self.judge(exchange, now)
         if self._exchange is None and self.lost is None and now >= self._next:
             self._begun = now
-            self._exchange = self._channel.start(self._request, now, self._pulse.timing, urgent=True)
+            self._exchange = self._channel.start(self.request, now, self._pulse.timing, urgent=True)
 
-    def _judge(self, exchange: Exchange, now: float) -> None:
+    def judge(self, exchange: Exchange, now: float) -> None:
+        """Note in `lost` what an exchange of `request` that has ended says."""
         error = exchange.error
         if exchange.payload is not None:
             self._judge_privilege(exchange.payload)
@@ -289,7 +291,7 @@ class Heartbeat:
 
     def _judge_privilege(self, payload: bytes) -> None:
         try:
-            privilege, *holder = self._request.decode_ack(payload)
+            privilege, *holder = self.request.decode_ack(payload)
         except RemoteProtocolError:
             return
         if not self._controlling:

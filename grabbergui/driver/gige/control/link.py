@@ -19,19 +19,23 @@ from grabbergui.core.errors import (
     AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
-    GrabberError,
     TransportError,
 )
 from grabbergui.driver.gige.bootstrap import (
     GVCP_PORT,
-    PORT_MASK,
     Capability,
-    Control,
     Field,
     GvcpConfiguration,
     Register,
 )
-from grabbergui.driver.gige.control.channel import ControlChannel, ControlTiming, Heartbeat, Holder, Pulse
+from grabbergui.driver.gige.control.channel import (
+    ControlChannel,
+    ControlTiming,
+    Exchange,
+    Heartbeat,
+    Holder,
+    Pulse,
+)
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, ReadMem, ReadReg, Request, Status, WriteMem, WriteReg
 from grabbergui.driver.gige.gvcp_messages import text_of
 
@@ -61,8 +65,10 @@ class ControlLink:
         self._receiving = False
         "Whether one of the waiting threads receives for all."
         self._closed = False
-        self._resting = threading.Event()
-        "Set once the heartbeat is to stop."
+        self._resting = False
+        "Whether the heartbeat is to stop."
+        self._awake = threading.Event()
+        "Set once the heartbeat's thread has more to do than to beat: to stop, or to report a loss."
         self._thread: threading.Thread | None = None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -87,21 +93,44 @@ class ControlLink:
         Raises AckTimeoutError, DeviceStatusError, DeviceLostError.
         """
         with self._lock:
-            self._require_open()
-            exchange = self._channel.start(request, time.monotonic(), timing)
-            try:
-                self._send_waiting()
-                self._wait()
-                while not exchange.done:
-                    self._require_open()
-                    self._send_due()
-                    self._wait()
-            finally:
-                self._channel.cancel(exchange)
+            exchange = self._carry_out(request, timing)
         if exchange.error is not None:
             raise exchange.error
         assert exchange.payload is not None
         return exchange.payload
+
+    def require_control(self) -> None:
+        """Ask the device who has control, as the heartbeat does, if it beats; without control it is lost.
+
+        Raises DeviceLostError, AckTimeoutError, DeviceStatusError.
+        """
+        heartbeat = self._heartbeat
+        if heartbeat is None:
+            return
+        with self._lock:
+            exchange = self._carry_out(heartbeat.request)
+            heartbeat.judge(exchange, time.monotonic())
+            if heartbeat.lost:
+                self._awake.set()
+                self._changed.notify_all()
+            self._require_open()
+        if exchange.error is not None:
+            raise exchange.error
+
+    def _carry_out(self, request: Request, timing: ControlTiming | None = None) -> Exchange:
+        """Send a command and wait, with the lock; return it answered or given up. Raises DeviceLostError."""
+        self._require_open()
+        exchange = self._channel.start(request, time.monotonic(), timing)
+        try:
+            self._send_waiting()
+            self._wait()
+            while not exchange.done:
+                self._require_open()
+                self._send_due()
+                self._wait()
+        finally:
+            self._channel.cancel(exchange)
+        return exchange
 
     def send_last(self, request: Request) -> None:
         """Send a command to a camera that counts as lost, without waiting: it may only have been slow."""
@@ -129,7 +158,8 @@ class ControlLink:
 
     def stop_heartbeat(self) -> None:
         """End the heartbeat; commands are still possible. May be called twice."""
-        self._resting.set()
+        self._resting = True
+        self._awake.set()
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join()
@@ -148,9 +178,9 @@ class ControlLink:
     def _run(self) -> None:
         heartbeat = self._heartbeat
         assert heartbeat is not None
-        while heartbeat.lost is None and not self._resting.wait(self._pause(heartbeat)):
+        while heartbeat.lost is None and not self._awake.wait(self._pause(heartbeat)):
             self._beat(heartbeat)
-        if heartbeat.lost and not self._resting.is_set():
+        if heartbeat.lost and not self._resting:
             log.warning("camera lost: %s", heartbeat.lost)
             if self.on_lost is not None:
                 self.on_lost(heartbeat.lost)
@@ -164,7 +194,7 @@ class ControlLink:
         with self._lock:
             heartbeat.handle_timer(time.monotonic())
             self._send_due()
-            while heartbeat.beating and not self._resting.is_set():
+            while heartbeat.beating and not self._awake.is_set():
                 self._wait()
                 self._send_due()
             heartbeat.handle_timer(time.monotonic())
@@ -315,27 +345,15 @@ class DeviceMemory:
             self._link.execute(request)
         except AckTimeoutError as error:
             # Some devices do not answer a refused write; unlike dead ones they answer a read.
-            self._link.read_register(Register.CCP)
+            self._link.require_control()
             raise AccessDeniedError(
                 "the camera answers reads but not this write; another application may control it"
             ) from error
         except DeviceStatusError as error:
-            if error.status == Status.ACCESS_DENIED and not self._in_control():
-                raise AccessDeniedError(f"another application controls the camera: {error}") from error
+            # Devices answer ACCESS_DENIED for locked features too.
+            if error.status == Status.ACCESS_DENIED:
+                self._link.require_control()
             raise
-
-    def _in_control(self) -> bool:
-        """Return whether control is ours: devices answer ACCESS_DENIED for locked features too."""
-        try:
-            privilege = self._link.read_register(Register.CCP)
-            if not privilege & (Control.CONTROL | Control.EXCLUSIVE):
-                return False
-            if self.capability & Capability.PRIMARY_APPLICATION:
-                port = self._link.read_register(Register.PRIMARY_APPLICATION_PORT) & PORT_MASK
-                return port in (0, self._link.local_port)
-        except GrabberError:
-            return False
-        return self.writable
 
     def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
