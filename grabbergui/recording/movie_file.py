@@ -110,7 +110,18 @@ class MovieRecording(Recording):
 
     def _seek(self, pts: int) -> None:
         self._container.seek(pts, stream=self._stream, backward=True)
-        self._frames = self._container.decode(self._stream)
+        self._frames = self._decode_on()
+
+    def _decode_on(self) -> Iterator[VideoFrame]:
+        """Give the frames from here on, up to a packet that was cut short.
+
+        A decoder on several threads would fail at that packet before it gave the whole frames before it.
+        """
+        for packet in self._container.demux(self._stream):
+            if packet.is_corrupt:
+                yield from self._stream.decode(None)
+                return
+            yield from self._stream.decode(packet)
 
 
 def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[int]]:
