@@ -118,8 +118,7 @@ class SimulatedDevice(Device):
             raise LocalProtocolError("the simulated camera's stream is open already")
         self._statistics = StreamStatistics()
         self._rate.clear()
-        # The first look draws the scene, which must not make the first frames late.
-        self.model.sensor.scene.view(0)
+        self.model.sensor.scene.prepare()
         self._running.set()
         pool = BufferPool(max(request.payload_size, 1))
         self._thread = threading.Thread(

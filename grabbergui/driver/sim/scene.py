@@ -53,6 +53,10 @@ class Scene(ABC):
     def view(self, time_ns: int) -> SceneView:
         """Return the view at a time on the device's clock; at least a sensor's size from (x, y) on."""
 
+    def prepare(self) -> None:
+        """Do once what takes long, which must not make the first frames late."""
+        self.view(0)
+
     def rendered(
         self, time_ns: int, settings: FrameSettings, *, grey: bool = False
     ) -> NDArray[np.uint16] | None:

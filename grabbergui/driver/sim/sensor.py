@@ -149,10 +149,10 @@ class _Preparation:
 
 
 class _Prepared:
-    """Prepares the scene's image when the optics change. Cameras that see the same share the latest."""
+    """Prepares the scene's image when the optics change. Cameras that see the same share the latest two."""
 
-    _latest: ClassVar[_Preparation | None] = None
-    "Replaced as a whole, so that any thread may read it."
+    _latest: ClassVar[tuple[_Preparation, ...]] = ()
+    "For a colour camera and a grey one, say. Replaced as a whole, so that any thread may read it."
 
     def __init__(self) -> None:
         self._held: _Preparation | None = None
@@ -163,9 +163,10 @@ class _Prepared:
         wanted = (view.picture, optics, kind)
         held = self._held
         if held is None or not held.serves(*wanted):
-            held = _Prepared._latest
-            if held is None or not held.serves(*wanted):
-                held = _Prepared._latest = _Preparation(*wanted, _prepare(*wanted))
+            held = next((shared for shared in _Prepared._latest if shared.serves(*wanted)), None)
+            if held is None:
+                held = _Preparation(*wanted, _prepare(*wanted))
+                _Prepared._latest = held, *_Prepared._latest[:1]
             self._held = held
         rows, columns = view.picture.shape[:2]
         x = (

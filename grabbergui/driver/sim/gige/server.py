@@ -114,7 +114,7 @@ class GigeCamera:
                 f"no camera can listen at {self.address}:{GVCP_PORT}: {error.strerror}; is another one there?"
             ) from error
         self.model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
-        self.model.sensor.scene.view(0)
+        self.model.sensor.scene.prepare()
         memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac)
         for register, value in self._flash.items():
             memory.set(register, value)

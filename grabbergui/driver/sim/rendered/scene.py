@@ -28,6 +28,9 @@ from grabbergui.driver.sim.settings import FrameSettings
 FOCAL_LENGTH = 1959.0
 "Pixels without binning: the whole width of the sensor sees 92.5°, the region after power-on 34.7°."
 
+_SMALLER = 16
+"How many times smaller than the sensor is an image that is drawn for its textures alone."
+
 Poses = Callable[[float], "Matrix | None"]
 "Seconds on the device's clock to a pose; None while the thing is not there."
 
@@ -136,6 +139,11 @@ class RenderedScene(Scene):
         """
         with self._lock:
             self._camera, self.ahead = camera_pose, ahead
+
+    def prepare(self) -> None:
+        """Prepare the textures by a small image; the whole sensor's takes a tenth of a second, unseen."""
+        shape = (SENSOR_HEIGHT // _SMALLER, SENSOR_WIDTH // _SMALLER, 3)
+        self._drawn(0, shape, np.diag([1 / _SMALLER, 1 / _SMALLER, 1]) @ sensor_pinhole())
 
     def view(self, time_ns: int) -> SceneView:
         """Return the whole sensor's image."""
