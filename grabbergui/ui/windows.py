@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import io
 from functools import cache
-from importlib import resources
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import CodeType
+from typing import Any
 
-from PyQt5 import uic
 from PyQt5.QtCore import QSize
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QFileDialog, QWidget
 
 from grabbergui.ui.theme import apply_icons
-
-# No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
-uic.widgetPluginPath.clear()
 
 TITLE_BAR = 40
 "Pixels that a window manager may take of the screen's height for a window's title."
@@ -29,18 +27,44 @@ def load_form(name: str, into: QWidget) -> None:
 
     The form's children become attributes of `into`, by their object names.
     """
-    uic.loadUi(io.StringIO(_form(name)), into)  # type: ignore[no-untyped-call]
+    form = _form(name)()
+    form.setupUi(into)
+    for child, widget in vars(form).items():
+        setattr(into, child, widget)
     apply_icons(into)
 
 
 @cache
-def _form(name: str) -> str:
-    """Return a form's text without its list of connections, which is empty.
+def _form(name: str) -> type[Any]:
+    """Return the class that Qt's compiler makes of a form; its `setupUi` fills a widget."""
+    path = Path(__file__).with_name("forms") / f"{name}.ui"
+    code = _FormLoader(name, str(path)).get_code(name)
+    assert code is not None, "get_code answers None only for modules without code"
+    made: dict[str, Any] = {}
+    exec(code, made)
+    return next(value for name, value in made.items() if name.startswith("Ui_"))
 
-    Qt would look in every child for signals that match the names of our methods: a fifth of the time.
+
+class _FormLoader(SourceFileLoader):
+    """Compiles a form as Python compiles a module: once, and anew after a change of its file.
+
+    Python keeps the code in `forms/__pycache__`, if it may write there. Half of the time in which a window is
+    built would go into reading the XML.
     """
-    form = resources.files("grabbergui.ui") / "forms" / f"{name}.ui"
-    return form.read_text(encoding="utf-8").replace("<connections/>", "")
+
+    def source_to_code(self, data: Any, path: Any, *, _optimization: int = -1) -> CodeType:
+        """Compile the XML of a form without its list of connections, which is empty.
+
+        Qt would look in every child for signals that match the names of our methods.
+        """
+        from PyQt5 import uic  # only to compile: its import takes as long as building a window
+
+        # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
+        uic.widgetPluginPath.clear()
+        source = io.StringIO()
+        form = io.StringIO(bytes(data).decode().replace("<connections/>", ""))
+        uic.compileUi(form, source)  # type: ignore[no-untyped-call]
+        return super().source_to_code(source.getvalue().encode(), path)
 
 
 def fit_screen(window: QWidget) -> None:
