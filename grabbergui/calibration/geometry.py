@@ -30,6 +30,13 @@ def inverse(matrix: Pose) -> Pose:
     return pose(turned, -turned @ matrix[:3, 3])
 
 
+def cross(first: Vector, second: Vector) -> Vector:
+    """(…, 3) cross products of (…, 3) vectors, for a few of which numpy's own takes four times as long."""
+    after, last = [1, 2, 0], [2, 0, 1]
+    product: Vector = first[..., after] * second[..., last] - first[..., last] * second[..., after]
+    return product
+
+
 def rotation_from_vector(vector: ArrayLike) -> NDArray[np.float64]:
     """(3, 3) of axis × angle in radians (Rodrigues)."""
     x, y, z = (float(value) for value in np.asarray(vector, np.float64))

@@ -215,13 +215,13 @@ def _motion(
     if chain is None:
         return place, twists, np.zeros((0, 6))
     joints = chain.jacobian(angles).T
-    joints[:, :3] += np.cross(joints[:, 3:], place[:3, 3] - tool[:3, 3])
+    joints[:, :3] += geometry.cross(joints[:, 3:], place[:3, 3] - tool[:3, 3])
     return place, twists, joints
 
 
 def _displacements(twists: NDArray[np.float64], arms: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (k, n, 3) velocities of n points at `arms` from the origin of k twists."""
-    velocities: NDArray[np.float64] = twists[:, None, :3] + np.cross(twists[:, None, 3:], arms)
+    velocities: NDArray[np.float64] = twists[:, None, :3] + geometry.cross(twists[:, None, 3:], arms)
     return velocities
 
 
@@ -279,17 +279,16 @@ def propose(
             f"only {len(candidates)} of {tries} poses show the target, {count} are wanted: "
             "move it, or take a smaller one"
         )
-    gains = []
-    for view in candidates:
-        jacobian = problem.jacobian(view, guess)
-        gains.append(jacobian.T @ jacobian)
+    jacobians = [problem.jacobian(view, guess) for view in candidates]
+    gains = np.array([jacobian.T @ jacobian for jacobian in jacobians])
     weights = np.array([1.0, 1.0, 1.0, LEVER**2, LEVER**2, LEVER**2])
     sum_known = information(problem, known, guess, 1.0) + 1e-6 * np.eye(problem.size)
     chosen: list[tuple[Vector, Vector]] = []
     for _ in range(count):
-        left = [float(weights @ np.diag(np.linalg.inv(sum_known + gain))[:6]) for gain in gains]
+        left = np.linalg.inv(sum_known + gains).diagonal(axis1=1, axis2=2)[:, :6] @ weights
         best = int(np.argmin(left))
-        sum_known = sum_known + gains.pop(best)
+        sum_known = sum_known + gains[best]
+        gains = np.delete(gains, best, axis=0)
         view = candidates.pop(best)
         chosen.append((view.camera_angles, view.target_angles))
     return chosen

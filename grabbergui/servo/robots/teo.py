@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
-from grabbergui.calibration.geometry import Pose, pose, rotation_from_vector
+from grabbergui.calibration.geometry import Pose, cross, pose, rotation_from_vector
 from grabbergui.servo.collision import Capsule, CapsuleBody
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots.robot import KinematicModel
@@ -34,18 +34,18 @@ class Joint:
     fastest: float
     "Degrees per second."
 
-    def frame(self, angle: float) -> Pose:
-        """Return the pose of the link's end in its start's frame, with the joint at `angle` radians."""
-        theta, twist = angle + math.radians(self.offset), math.radians(self.alpha)
-        ct, st, ca, sa = math.cos(theta), math.sin(theta), math.cos(twist), math.sin(twist)
-        return np.array(
-            [
-                [ct, -st * ca, st * sa, self.a * ct],
-                [st, ct * ca, -ct * sa, self.a * st],
-                [0.0, sa, ca, self.d],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+    def link(self) -> tuple[Pose, Pose, Pose]:
+        """Return (4, 4) shares of the pose of the link's end in its start's frame.
+
+        The first counts as often as the cosine of theta (the joint's angle and the offset), the second as
+        its sine, the third once.
+        """
+        ca, sa = math.cos(math.radians(self.alpha)), math.sin(math.radians(self.alpha))
+        cosine, sine, fixed = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+        cosine[:2] = (1.0, 0.0, 0.0, self.a), (0.0, ca, -sa, 0.0)
+        sine[:2] = (0.0, -ca, sa, 0.0), (1.0, 0.0, 0.0, self.a)
+        fixed[2:] = (0.0, sa, ca, self.d), (0.0, 0.0, 0.0, 1.0)
+        return cosine, sine, fixed
 
 
 class DhChain(Chain):
@@ -60,21 +60,25 @@ class DhChain(Chain):
             np.radians([joint.fastest for joint in joints]),
         )
         self.base, self.joints, self.tool = base, tuple(joints), tool
+        self._offsets = np.radians([joint.offset for joint in joints])
+        self._links = [np.array(share) for share in zip(*(joint.link() for joint in joints), strict=True)]
 
     @override
     def frames(self, angles: ArrayLike) -> list[Pose]:
         """Return the base, each link's end and the tool; z of a frame is the axis of the next joint."""
+        theta = (self.checked(angles) + self._offsets)[:, None, None]
+        cosine, sine, fixed = self._links
         poses = [self.base]
-        for joint, angle in zip(self.joints, self.checked(angles), strict=True):
-            poses.append(poses[-1] @ joint.frame(float(angle)))
-        return [*poses, poses[-1] @ self.tool]
+        for link in (*(np.cos(theta) * cosine + np.sin(theta) * sine + fixed), self.tool):
+            poses.append(poses[-1] @ link)
+        return poses
 
     @override
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
         frames = np.array(self.frames(angles))
         joints, tip = frames[: len(self.joints)], frames[-1, :3, 3]
         axes = joints[:, :3, 2]
-        return np.hstack((np.cross(axes, tip - joints[:, :3, 3]), axes)).T
+        return np.hstack((cross(axes, tip - joints[:, :3, 3]), axes)).T
 
 
 FASTEST = 50.0
