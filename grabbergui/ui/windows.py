@@ -18,6 +18,8 @@ from PyQt5.QtWidgets import QFileDialog, QWidget
 
 from grabbergui.ui.theme import apply_icons
 
+_FORMS = Path(__file__).with_name("forms")
+
 TITLE_BAR = 40
 "Pixels that a window manager may take of the screen's height for a window's title."
 
@@ -34,15 +36,21 @@ def load_form(name: str, into: QWidget) -> None:
     apply_icons(into)
 
 
+def compile_forms() -> None:
+    """Compile all forms, after an installation into a folder that its users may not write to."""
+    for form in _FORMS.glob("*.ui"):
+        _form(form.stem)
+
+
 @cache
 def _form(name: str) -> type[Any]:
     """Return the class that Qt's compiler makes of a form; its `setupUi` fills a widget."""
-    path = Path(__file__).with_name("forms") / f"{name}.ui"
-    code = _FormLoader(name, str(path)).get_code(name)
+    code = _FormLoader(name, str(_FORMS / f"{name}.ui")).get_code(name)
     assert code is not None, "get_code answers None only for modules without code"
     made: dict[str, Any] = {}
     exec(code, made)
-    return next(value for name, value in made.items() if name.startswith("Ui_"))
+    compiled: type[Any] = next(value for name, value in made.items() if name.startswith("Ui_"))
+    return compiled
 
 
 class _FormLoader(SourceFileLoader):
@@ -52,7 +60,7 @@ class _FormLoader(SourceFileLoader):
     built would go into reading the XML.
     """
 
-    def source_to_code(self, data: Any, path: Any, *, _optimization: int = -1) -> CodeType:
+    def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> CodeType:  # type: ignore[override]
         """Compile the XML of a form without its list of connections, which is empty.
 
         Qt would look in every child for signals that match the names of our methods.

@@ -1,0 +1,61 @@
+"""Forms are compiled once, and anew after a change."""
+
+import os
+import sys
+
+import pytest
+from PyQt5 import uic
+from PyQt5.QtWidgets import QWidget
+
+from grabbergui.ui import windows
+
+FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Card">
+<layout class="QVBoxLayout" name="lines"><item><widget class="QPushButton" name="saveButton">
+<property name="text"><string>{text}</string></property>
+<property name="iconName" stdset="0"><string notr="true">{icon}</string></property></widget></item></layout>
+</widget><connections/></ui>"""
+
+
+@pytest.fixture
+def forms(tmp_path, monkeypatch):
+    monkeypatch.setattr(windows, "_FORMS", tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    windows._form.cache_clear()
+    yield tmp_path
+    windows._form.cache_clear()
+
+
+def loaded(qtbot):
+    """Load the form as a program does that starts now."""
+    windows._form.cache_clear()
+    card = QWidget()
+    qtbot.addWidget(card)
+    windows.load_form("card", card)
+    return card
+
+
+def test_children_are_attributes_and_have_their_icons(qtbot, forms):
+    (forms / "card.ui").write_text(FORM.format(text="Save", icon="record"))
+    card = loaded(qtbot)
+    assert card.saveButton.parent() is card
+    assert card.saveButton.text() == "Save"
+    assert not card.saveButton.icon().isNull()
+
+
+def test_a_form_is_compiled_once_and_anew_after_a_change(qtbot, forms, monkeypatch):
+    path, compiled = forms / "card.ui", []
+    compile_ui = uic.compileUi
+    monkeypatch.setattr(uic, "compileUi", lambda *given: (compiled.append(1), compile_ui(*given)))
+    path.write_text(FORM.format(text="Save", icon="record"))
+    assert [loaded(qtbot).saveButton.text() for _ in range(2)] == ["Save", "Save"]
+    assert len(compiled) == 1
+    path.write_text(FORM.format(text="Keep", icon="record"))
+    os.utime(path, (0, 0))
+    assert loaded(qtbot).saveButton.text() == "Keep"
+    assert len(compiled) == 2
+
+
+def test_all_forms_can_be_compiled_before_they_are_needed(forms):
+    (forms / "card.ui").write_text(FORM.format(text="Save", icon="record"))
+    windows.compile_forms()
+    assert [file.name.split(".")[0] for file in (forms / "__pycache__").iterdir()] == ["card"]
