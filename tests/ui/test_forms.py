@@ -47,11 +47,13 @@ def test_a_form_is_compiled_once_and_anew_after_a_change(qtbot, forms, monkeypat
     compile_ui = uic.compileUi
     monkeypatch.setattr(uic, "compileUi", lambda *given: (compiled.append(1), compile_ui(*given)))
     path.write_text(FORM.format(text="Save", icon="record"))
-    assert [loaded(qtbot).saveButton.text() for _ in range(2)] == ["Save", "Save"]
+    cards = [loaded(qtbot), loaded(qtbot)]
+    assert [card.saveButton.text() for card in cards] == ["Save", "Save"]
     assert len(compiled) == 1
     path.write_text(FORM.format(text="Keep", icon="record"))
     os.utime(path, (0, 0))
-    assert loaded(qtbot).saveButton.text() == "Keep"
+    card = loaded(qtbot)
+    assert card.saveButton.text() == "Keep"
     assert len(compiled) == 2
 
 
