@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from enum import Enum
 from types import ModuleType
@@ -133,10 +133,14 @@ def create(uri: str | SourceUri) -> FrameGrabber:
     return opener(parsed)
 
 
-def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """Every source found within `timeout` seconds, all kinds at once; a kind that fails finds none."""
-    with ThreadPoolExecutor(len(_MODULES)) as pool:
-        found = pool.map(lambda scheme: _discover(scheme, timeout), schemes())
+def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) -> list[DeviceInfo]:
+    """Every source found within `timeout` seconds, all kinds at once; a kind that fails finds none.
+
+    `longer` has the seconds of kinds that are given more.
+    """
+    seconds = dict.fromkeys(schemes(), timeout) | dict(longer or {})
+    with ThreadPoolExecutor(len(seconds)) as pool:
+        found = pool.map(_discover, seconds.keys(), seconds.values())
         return [info for infos in found for info in infos]
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
-from grabbergui.cli.process import stop_on_signals
+from grabbergui.cli.process import passing_note, stop_on_signals
 from grabbergui.core.errors import UsageError
 from grabbergui.core.file_access import (
     CameraFile,
@@ -137,16 +136,6 @@ def _report(options: argparse.Namespace, result: dict[str, Any], outcome: str) -
 
 @contextmanager
 def _progress(name: str) -> Iterator[Progress]:
-    """Show the progress of a transfer on a terminal's stderr, in a line that is erased afterwards."""
-    if not sys.stderr.isatty():
-        yield lambda done, of: None
-        return
-    try:
-        yield lambda done, of: print(
-            f"\r{name}: {100 * done // of} %" if of else f"\r{name}: {done} bytes",
-            end="",
-            file=sys.stderr,
-            flush=True,
-        )
-    finally:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    """Show the progress of a transfer while it runs."""
+    with passing_note(name) as show:
+        yield lambda done, of: show(f"{name}: {100 * done // of} %" if of else f"{name}: {done} bytes")

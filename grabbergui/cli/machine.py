@@ -11,7 +11,7 @@ from typing import Any
 
 from grabbergui import sources
 from grabbergui.cli.parsing import positive
-from grabbergui.cli.process import dies_of_interrupt
+from grabbergui.cli.process import dies_of_interrupt, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
@@ -22,9 +22,8 @@ from grabbergui.setup.system_files import UDEV_RULE, DesktopEntry, install_udev_
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
-_ROS2, _ROS2_MORE = "ros2:", 2.0
-"""DDS participants announce themselves every three seconds: whoever missed an announcement hears the next one
-in so many seconds more."""
+_SEARCH_TIME, _ROS2_TIME = 2.0, 3.2
+"""DDS participants announce themselves every three seconds: whoever missed an announcement hears the next."""
 
 
 def add_commands(commands: Any) -> None:
@@ -39,15 +38,22 @@ def _add_list(commands: Any) -> None:
         "list", help="list every source found", example="grabbergui list --timeout 5 --json"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON array")
-    parser.add_argument("--timeout", type=positive, default=2.0, metavar="S", help="seconds to search (2)")
+    parser.add_argument(
+        "--timeout",
+        type=positive,
+        metavar="S",
+        help=f"seconds to search ({_SEARCH_TIME:g}; for ROS 2 {_ROS2_TIME:g}, if it has nothing earlier)",
+    )
     parser.set_defaults(run=_list)
 
 
 def _list(options: argparse.Namespace) -> int:
-    with dies_of_interrupt():
-        found = sources.discover(options.timeout)
-        if not any(info.uri.startswith(_ROS2) for info in found):
-            found += sources.discover_kind("ros2", _ROS2_MORE)
+    timeout = options.timeout
+    longer: dict[str, float] = {}
+    if timeout is None:
+        timeout, longer = _SEARCH_TIME, {sources.SourceKind.ROS2: _ROS2_TIME}
+    with dies_of_interrupt(), passing_note("searching …"):
+        found = sources.discover(timeout, longer)
     if somebody_types():
         Seen().keep_sources(info.uri for info in found)
     if options.json:

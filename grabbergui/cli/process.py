@@ -45,6 +45,25 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
 codecs.register_error(_NAME, _spelled)
 
 
+@contextmanager
+def passing_note(text: str) -> Iterator[Callable[[str], None]]:
+    """Show `text` on a terminal's stderr meanwhile, in a line that is erased afterwards.
+
+    Yields what replaces the text. Where nobody watches, nothing is shown.
+    """
+    watched = sys.stderr is not None and sys.stderr.isatty()
+
+    def show(text: str) -> None:
+        if watched:
+            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+    show(text)
+    try:
+        yield show
+    finally:
+        show("")
+
+
 LOG_FORMATS = ("text", "json")
 
 

@@ -13,7 +13,6 @@ from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.core.identity import DeviceInfo
 from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -40,20 +39,27 @@ def test_list_names_the_simulated_camera(capsys):
 
 
 def test_list_waits_at_its_default_for_what_ros_announces_every_three_seconds(capsys, monkeypatch):
-    camera, asked = DeviceInfo("ros2:/cam", model="/cam"), []
+    asked = {}
 
-    def later(kind, timeout):
-        asked.append((kind, timeout))
-        return [camera]
+    def answer(kind, timeout):
+        asked[kind] = timeout
+        return []
 
-    first = [DeviceInfo("sim:")]
-    monkeypatch.setattr(sources, "discover", lambda timeout: asked.append(("all", timeout)) or list(first))
-    monkeypatch.setattr(sources, "discover_kind", later)
-    assert "ros2:/cam" in run(capsys, "list")[1]
-    assert [kind for kind, _ in asked] == ["all", "ros2"] and sum(seconds for _, seconds in asked) > 3
-    first.append(camera)
+    monkeypatch.setattr(sources, "_discover", answer)
     run(capsys, "list")
-    assert len(asked) == 3, "who is found at once is not waited for"
+    assert asked["gige"] == 2.0 and 3.0 < asked["ros2"] < 4.0
+    run(capsys, "list", "--timeout", "2")
+    assert set(asked.values()) == {2.0}, "what the user says holds for every kind"
+
+
+def test_list_says_on_a_terminal_that_it_searches(capsys, monkeypatch):
+    seen = []
+    monkeypatch.setattr(sources, "discover", lambda *_: seen.append(capsys.readouterr().err) or [])
+    run(capsys, "list")
+    assert seen.pop() == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    *_, err = run(capsys, "list")
+    assert "searching" in seen.pop() and err == "\r\033[K"
 
 
 def test_the_human_readable_list_has_a_heading_and_aligned_columns(capsys):
