@@ -35,15 +35,25 @@ from grabbergui.driver.sim.u3v.serve import serve
 from grabbergui.driver.u3v import device as u3v
 from grabbergui.driver.v4l2 import device as v4l2
 
+try:
+    from viva_genicam import _camctl as viva
+except ImportError:
+    viva = None
+
 SOON = 120.0
 """Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
 ATTEMPTS = 4
 """So often a program may fail because the emulated machine answered too late."""
+WIDTH, HEIGHT = 320, 240
+"""The size of the simulated camera's images: many packets and several transfers each, soon copied."""
 FRAMES = 25
 """Frames that our host receives each time that it streams."""
 FORKING = multiprocessing.get_context("fork")
 CAMERAS: list[SpareCamera] = []
-PROGRAMS: list[SpareProgram] = []
+FORGETFUL: list[SpareProgram] = []
+VIVA: list[SpareProgram] = []
+VIVA_SAID = Path("/run/viva.txt")
+"""The output of the programs in `VIVA`."""
 LEFT_OPEN: list[object] = []
 """Cameras that a program does not close, still there when Python ends."""
 
@@ -69,8 +79,8 @@ class SpareCamera:
         registers.RESPONSE_TIME_MS = 5000  # the emulated machine may pause for longer than a camera does
         model = CameraModel(
             power_on={
-                reg.WIDTH: 640,
-                reg.HEIGHT: 480,
+                reg.WIDTH: WIDTH,
+                reg.HEIGHT: HEIGHT,
                 reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
             }
         )
@@ -84,22 +94,17 @@ class SpareCamera:
 
 
 class SpareProgram:
-    """A process that streams on command and then ends without closing anything; forked likewise.
+    """A process that does `work` on command, forked likewise.
 
     It ends as any program does, by the end of its main module.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, work: Callable[[], None]) -> None:
         reading, self._writing = os.pipe()
         self._process = os.fork()
         if not self._process:
             os.read(reading, 1)
-            camera = u3v.create(SourceUri.parse("u3v:"))
-            camera.open()
-            queue = camera.open_queue()
-            camera.start()
-            queue.get(60.0)
-            LEFT_OPEN.extend((camera, queue))
+            work()
             sys.exit()
 
     def status(self) -> int:
@@ -113,7 +118,7 @@ class SpareProgram:
                 ended.append(os.waitstatus_to_exitcode(status))
             return bool(process)
 
-        wait_until(has_ended, "a program that streams does not end")
+        wait_until(has_ended, "a program does not end")
         return ended[0]
 
 
@@ -191,13 +196,23 @@ def our_host(result: dict[str, Any]) -> None:
         camera.close()
 
 
+def stream_and_close_nothing() -> None:
+    """What a forgetful program does."""
+    camera = u3v.create(SourceUri.parse("u3v:"))
+    camera.open()
+    queue = camera.open_queue()
+    camera.start()
+    queue.get(60.0)
+    LEFT_OPEN.extend((camera, queue))
+
+
 def forgetful_program() -> int:
     """The exit status of a program that ends while it streams, without closing anything.
 
     An exception, e.g. of an answer that came too late, is 1, a crash is not.
     """
     for _ in range(ATTEMPTS):
-        status = PROGRAMS.pop().status()
+        status = FORGETFUL.pop().status()
         if status != 1:
             break
     return status
@@ -217,12 +232,20 @@ def aravis_streams(mode: str) -> dict[str, int]:
     return {name: int(count) for name, count in re.findall(r"(n_\w+)\s*=\s*(\d+)", text)}
 
 
+def list_and_read_by_viva() -> None:
+    """Do what two calls of viva-camctl do, whose start takes the emulated machine longer than the work."""
+    said = os.open(VIVA_SAID, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(said, 1)
+    os.dup2(said, 2)
+    viva.main(["list-usb"])
+    viva.main(["get", "--usb", "0", "--name", "PayloadSize"])
+
+
 def other_hosts(result: dict[str, Any]) -> None:
     """Aravis and viva-genicam, where they are installed."""
-    viva = shutil.which("viva-camctl", path=str(Path(sys.executable).parent))
-    if viva:
-        camctl = (sys.executable, "-S", viva)  # as this program was started
-        result["viva"] = run(*camctl, "list-usb") + run(*camctl, "get", "--usb", "0", "--name", "PayloadSize")
+    if VIVA:
+        VIVA.pop().status()
+        result["viva"] = VIVA_SAID.read_text()
     if shutil.which("arv-tool-0.8"):
         result["aravis_list"] = aravis("arv-tool-0.8")
         result["aravis_set"] = aravis("arv-tool-0.8", "control", "ExposureTime=3000", "Width")
@@ -342,7 +365,9 @@ def refusal() -> str:
 
 if __name__ == "__main__":
     compiled.disable(True)  # emulated, numba's compiler takes longer than all tests here
-    PROGRAMS = [SpareProgram() for _ in range(ATTEMPTS * len(sys.argv))]
+    FORGETFUL = [SpareProgram(stream_and_close_nothing) for _ in range(ATTEMPTS * 2)]
+    if viva is not None:
+        VIVA = [SpareProgram(list_and_read_by_viva) for _ in range(2)]
     CAMERAS = [SpareCamera() for _ in range(3)]
     results = {via: prove_webcam() if via == "webcam" else prove(via) for via in sys.argv[1:]}
     print("RESULT " + json.dumps(results), flush=True)
