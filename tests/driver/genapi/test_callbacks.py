@@ -33,7 +33,7 @@ def growth(nodes, times):
 def test_changes_leave_nothing_behind(nodes):
     growth(nodes, 100)
     # One reference left at each would be 3 blocks.
-    assert growth(nodes, 5000) < 1000
+    assert growth(nodes, 1500) < 1000
 
 
 class Handed:
