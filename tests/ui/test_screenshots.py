@@ -17,7 +17,7 @@ from patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 MANUAL = sorted((ROOT / "docs").glob("*.md"))
-LONGEST_WAIT = 0.2
+LONGEST_WAIT = 0.05
 """Seconds. The script waits longer for curves that are worth a look, if somebody takes one."""
 
 

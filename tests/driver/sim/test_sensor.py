@@ -5,6 +5,7 @@ import pytest
 
 from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim import sensor
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, StillScene
 from grabbergui.driver.sim.sensor import draw_pattern
@@ -98,6 +99,16 @@ def test_cameras_that_see_the_same_scene_keep_their_own_optics(lit):
     for _ in range(2):
         assert curved.picture().mean() == pytest.approx(linear**2, abs=0.01)
         assert straight.picture().mean() == pytest.approx(linear, abs=0.01)
+
+
+def test_cameras_that_are_used_in_turn_prepare_the_scene_once_each(lit, monkeypatch):
+    prepared = []
+    prepare = sensor._prepare
+    monkeypatch.setattr(sensor._Prepared, "_latest", ())
+    monkeypatch.setattr(sensor, "_prepare", lambda *wanted: (prepared.append(wanted[2]), prepare(*wanted))[1])
+    for name in ("Mono8", "BayerRG8", "Mono8", "BayerRG8"):
+        lit(PIXEL_FORMAT=by_name(name).code, GAMMA=1.5).picture()
+    assert prepared == ["mono", "RG"]
 
 
 def test_balance_acts_on_its_colour(lit):
