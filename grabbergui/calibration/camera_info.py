@@ -61,9 +61,16 @@ _Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_m
 
 def load(path: Path) -> Calibration:
     """Read a camera_info file. Raises UsageError, OSError."""
-    if path.stat().st_size > MAX_FILE_BYTES:
+    return parse(text_of(path), str(path))
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a calibration's file, of any kind of calibration. Raises UsageError, OSError."""
+    with path.open("rb") as file:
+        content = file.read(MAX_FILE_BYTES + 1)
+    if len(content) > MAX_FILE_BYTES:
         raise UsageError(f"{path} is too long for a calibration")
-    return parse(path.read_text("utf-8", "replace"), str(path))
+    return content.decode("utf-8", "replace")
 
 
 def save(calibration: Calibration, path: Path) -> None:
@@ -93,7 +100,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
     model = _text(values, "distortion_model", "plumb_bob")
     if model not in DISTORTION_LENGTH:
         raise UsageError(
-            f"{where}: distortion model '{model}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
+            f"{where}: distortion model '{model[:60]}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
         )
     coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
     # Older files leave out zeros at the end.
@@ -125,7 +132,7 @@ def read(text: str, where: str) -> dict[str, Any]:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
         raise UsageError(f"{where}{line}: {error.problem}") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise UsageError(f"{where} is no YAML of a camera_info file: {error}") from None
+        raise UsageError(f"{where} is no YAML of a calibration: {error}") from None
     if not isinstance(values, dict | None):
         raise UsageError(f"{where} has no entries 'key: value'")
     return values or {}
@@ -150,7 +157,8 @@ def _numbers(values: dict[str, Any], key: str, where: str) -> Matrix:
     if not all(isinstance(value, (int, float)) for value in data):
         raise UsageError(f"{where}: {key} holds something that is no number")
     if not isinstance(rows, int) or not isinstance(columns, int) or rows * columns != len(data) or rows < 1:
-        raise UsageError(f"{where}: {key} has {len(data)} numbers for {rows} rows and {columns} columns")
+        lengths = f"{_text(entry, 'rows', 'no')[:60]} rows and {_text(entry, 'cols', 'no')[:60]} columns"
+        raise UsageError(f"{where}: {key} has {len(data)} numbers for {lengths}")
     return np.array(data, np.float64).reshape(rows, columns)
 
 

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from grabbergui.calibration import geometry
+from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.errors import UsageError
+
+_LONGEST_LIST = 100
+"Joints of a robot, with room to spare."
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,16 +103,13 @@ def load(path: Path) -> HandEyeResult:
         float(_numbers(content, "rms_pixels", (), path)),
         (),
         float(_numbers(content, "reading_spread", (), path)),
-        str(content.get("method", "")),
+        _name(content, "method", path),
     )
 
 
 def _content(path: Path) -> dict[str, Any]:
-    try:
-        content = yaml.safe_load(path.read_text("utf-8", "replace"))
-    except yaml.YAMLError as error:
-        raise UsageError(f"{path} is no YAML: {error}") from error
-    if not isinstance(content, dict):
+    content = camera_info.read(camera_info.text_of(path), str(path))
+    if not content:
         raise UsageError(f"{path} holds no hand–eye calibration; `grabbergui hand-eye` writes one")
     return content
 
@@ -134,12 +134,30 @@ def _pose(content: dict[str, Any], key: str, path: Path) -> Pose:
 
 def _numbers(content: dict[str, Any], key: str, shape: tuple[int, ...] | None, path: Path) -> Vector:
     """Return an entry's finite numbers; of any length if `shape` is None."""
+    entry = content.get(key)
+    if not _is_small(entry):
+        raise UsageError(f"{path} has no numbers under {key}")
     try:
-        numbers = np.asarray(content[key], np.float64)
-    except (KeyError, TypeError, ValueError) as error:
+        numbers = np.asarray(entry, np.float64)
+    except (ValueError, OverflowError) as error:
         raise UsageError(f"{path} has no numbers under {key}") from error
     fits = numbers.ndim == 1 if shape is None else numbers.shape == shape
     if not fits or not np.isfinite(numbers).all():
         size = "a list" if shape is None else "×".join(map(str, shape)) or "one number"
         raise UsageError(f"{path}: {key} must be {size} of finite numbers")
     return numbers
+
+
+def _is_small(entry: object, dimensions: int = 2) -> bool:
+    """Whether an entry is a number, or short lists of numbers: aliases can make a short file's lists huge."""
+    if not isinstance(entry, list):
+        return isinstance(entry, int | float)
+    short = dimensions > 0 and len(entry) <= _LONGEST_LIST
+    return short and all(_is_small(each, dimensions - 1) for each in entry)
+
+
+def _name(content: dict[str, Any], key: str, path: Path) -> str:
+    entry = content.get(key, "")
+    if not isinstance(entry, str):
+        raise UsageError(f"{path}: {key} is no name")
+    return entry

@@ -52,6 +52,14 @@ def test_comments_may_stand_behind_everything():
     assert camera_info.read(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
 
 
+def test_a_number_of_rows_that_is_huge_by_aliases_is_not_written_out():
+    huge = "a0: &a0 [0, 0]\n" + "".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 8}]\n" for n in range(1, 7))
+    text = huge + camera_info.dump(Calibration.from_field_of_view(64, 48)).replace("rows: 3", "rows: *a6", 1)
+    with pytest.raises(UsageError, match="9 numbers for a list rows and 3 columns") as refused:
+        camera_info.parse(text)
+    assert len(str(refused.value)) < 200
+
+
 @pytest.mark.parametrize("value", ["", " [1, 2]", " 5", "\n  inner: 1"])
 def test_a_model_that_is_no_name_is_refused(value):
     text = camera_info.dump(Calibration.from_field_of_view(64, 48))

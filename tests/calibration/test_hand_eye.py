@@ -118,11 +118,26 @@ def test_a_result_survives_its_file(tmp_path):
     assert again.rms == pytest.approx(result.rms)
 
 
+BOMB = "a0: &a0 [0, 0]\n" + "".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 8}]\n" for n in range(1, 8))
+"""Lists of lists of lists by aliases: 4 million numbers in 300 bytes."""
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        (lambda text: "[1, 2", "no YAML"),
-        (lambda text: "7", "no hand–eye calibration"),
+        (lambda text: "[1, 2", "line 1: expected ','"),
+        (lambda text: "7", "has no entries"),
+        (lambda text: "", "no hand–eye calibration"),
+        (lambda text: text + "a: " + "[" * 2000, "no YAML"),
+        (lambda text: text + "# long\n" * 10_000, "too long"),
+        (lambda text: text.replace("rms_pixels: ", "rms_pixels: !!timestamp x"), "robot.yaml"),
+        (lambda text: text.replace("rms_pixels: ", f"rms_pixels: {'1' * 5000} #"), "rms_pixels"),
+        (
+            lambda text: text.replace("rms_pixels: ", f"rms_pixels: !!int {'1' * 400} #"),
+            "no numbers under rms",
+        ),
+        (lambda text: BOMB + text.replace("covariance:", "covariance: *a7\nother:"), "no numbers under cov"),
+        (lambda text: BOMB + text.replace("method:", "method: *a7\nother:"), "method is no name"),
         (lambda text: text.replace("camera:", "eye:"), "no camera with a translation"),
         (lambda text: text.replace("rms_pixels: ", "rms_pixels: x"), "no numbers under rms_pixels"),
         (lambda text: text.replace("rms_pixels: ", "rms_pixels: .inf #"), "must be one number of finite"),
