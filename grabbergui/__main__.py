@@ -1,5 +1,6 @@
 """The `grabbergui` command, also as `python -m grabbergui`."""
 
+import os
 import signal
 import sys
 
@@ -12,6 +13,7 @@ def main() -> int:
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who ignores it means it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    _open_standard_streams()
     if sys.argv[1:2] == ["--complete"]:  # a shell asks while somebody types: without the commands' imports
         from grabbergui.setup.completion import main as complete
 
@@ -19,6 +21,23 @@ def main() -> int:
     from grabbergui.cli import main as run
 
     return run()
+
+
+def _open_standard_streams() -> None:
+    """Open what our parent closed of stdin, stdout and stderr (`2>&-`), to nowhere.
+
+    Otherwise the next file to be opened, perhaps a recording, takes its number, and C libraries write their
+    messages into it. Python would print ours on stdout.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(
+                os.open(os.devnull, os.O_RDWR), True
+            )  # the lowest number that is free: this one
+    if sys.stderr is None:
+        sys.stderr = open(2, "w", closefd=False)  # noqa: SIM115  # until the program ends
 
 
 if __name__ == "__main__":

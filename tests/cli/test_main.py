@@ -121,7 +121,7 @@ def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
 def test_a_search_holds_nothing_that_an_interrupt_must_wait_for(monkeypatch, capsys):
     seen = []
     monkeypatch.setattr(
-        machine.sources, "discover", lambda timeout: seen.append(signal.getsignal(signal.SIGINT)) or []
+        machine.sources, "discover", lambda *_: seen.append(signal.getsignal(signal.SIGINT)) or []
     )
     before = signal.getsignal(signal.SIGINT)
     assert main(["list"]) == 0
@@ -153,3 +153,19 @@ def test_a_full_disk_is_reported_in_one_line():
         done = run("list", stdout=full)
     assert done.returncode == 1
     assert done.stderr == "grabbergui: No space left on device\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a POSIX shell closes it")
+def test_a_closed_stderr_takes_no_message_to_stdout_and_no_file(tmp_path):
+    """Whatever is opened next would be file 2, where libraries in C write their messages."""
+    closed = ["sh", "-c", 'exec "$@" 2>&-', "sh"]
+    done = subprocess.run(
+        [*closed, *PROGRAM_LINE, "get", "sim:", "NoSuchFeature"], stdout=subprocess.PIPE, timeout=PROGRAM
+    )
+    assert (done.returncode, done.stdout) == (1, b"")
+    script = (
+        "import os, grabbergui.__main__ as m; m._open_standard_streams(); print(os.open('x', os.O_CREAT))"
+    )
+    line = [*closed, sys.executable, "-c", script]
+    opened = subprocess.run(line, stdout=subprocess.PIPE, timeout=PROGRAM, cwd=tmp_path)
+    assert int(opened.stdout) > 2
