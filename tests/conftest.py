@@ -1,5 +1,6 @@
 """Fixtures of every test. Its presence makes the modules of this folder importable from them."""
 
+import gc
 import os
 import signal
 import sys
@@ -37,6 +38,16 @@ if isolation.WORKER:
     isolation.enter_own_namespaces()
 else:
     isolation.begin_run()
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect the tests without looking for garbage meanwhile: what is made stays."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
