@@ -67,6 +67,17 @@ class App:
     def until(self, condition, seconds=PATIENCE):
         self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(1000 * seconds))
 
+    def settled(self, look):
+        """Return what a look finds once three in a row find the same."""
+        found = []
+
+        def settled():
+            found.append(look())
+            return found[-3:] == 3 * found[-1:]
+
+        self.until(settled)
+        return found[-1]
+
 
 @pytest.fixture
 def make_app(qtbot, tmp_path):

@@ -153,15 +153,9 @@ def test_long_names_of_cameras_push_nothing_out(make_app, name):
         app.watch()
         assert app.program.connection.source.title == name
         assert (app.window.width(), app.window.height()) == (800, 600)
-        looks = []
-
-        def settled():
-            looks.append((app.window.minimumSizeHint().width(), clipped(app.window)))
-            return len(looks) > 3 and looks[-1] == looks[-2] == looks[-3]
-
-        app.until(settled)
+        found = app.settled(lambda: (app.window.minimumSizeHint().width(), clipped(app.window)))
         app.window.hide()
-        return looks[-1]
+        return found
 
     assert taken(name) == taken("left")
 
