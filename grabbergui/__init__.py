@@ -17,7 +17,12 @@ Importing this module loads neither Qt nor any transport: each name is imported 
 from __future__ import annotations
 
 import importlib
+import os
 from typing import TYPE_CHECKING
+
+# OpenCV reads it when it is loaded. By default its threads spin for a while after each call, waiting for the
+# next; between two frames that is in vain, and costs more than the conversion of a small one.
+os.environ.setdefault("OPENCV_THREAD_POOL_ACTIVE_WAIT_WORKER", "0")
 
 if TYPE_CHECKING:
     from grabbergui.core.errors import (

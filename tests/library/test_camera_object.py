@@ -58,6 +58,20 @@ def test_the_library_imports_no_qt() -> None:
     assert (done.stdout, done.returncode) == ("[]\n", 0), done.stderr
 
 
+@pytest.mark.parametrize(("given", "found"), [(None, "0"), ("2000", "2000")])
+def test_opencv_s_idle_threads_sleep_unless_asked_otherwise(
+    given: str | None, found: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    variable = "OPENCV_THREAD_POOL_ACTIVE_WAIT_WORKER"
+    monkeypatch.delenv(variable, raising=False)
+    if given is not None:
+        monkeypatch.setenv(variable, given)
+    # It is read when cv2 is loaded, so it must be set before.
+    script = f"import os, sys, grabbergui\nprint('cv2' in sys.modules, os.environ['{variable}'])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PROGRAM)
+    assert done.stdout == f"False {found}\n", done.stderr
+
+
 # -- features ----------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("feature", "attribute"),
