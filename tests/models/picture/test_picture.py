@@ -53,6 +53,15 @@ def test_a_frame_is_offered_once_ready_to_paint(stream, picture):
     assert ready == ["display"]
 
 
+@pytest.mark.parametrize(("name", "channels"), [("Mono8", 1), ("RGB8", 3)])
+def test_the_mean_is_that_of_all_components(stream, picture, name, channels):
+    pixels = np.zeros((48, 64, channels), np.uint8)
+    pixels[..., 0] = 90
+    stream.send(Frame(pixels.reshape(-1), 64, 48, pfnc.by_name(name), 1))
+    until(picture.take)
+    assert picture.mean == pytest.approx(90 / channels)
+
+
 def test_while_nobody_paints_nothing_is_converted_and_then_the_newest_is_shown(stream, picture):
     stream.send(frame(1))
     until(lambda: picture.converted == 1)
