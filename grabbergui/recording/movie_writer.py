@@ -34,6 +34,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.recording.recording import (
     RecordingError,
+    Rising,
     note_of,
     unpacked,
 )
@@ -247,6 +248,7 @@ class MovieWriter(RecordingWriter):
         self._movie: MovieFile | None = None
         self._shape: tuple[tuple[int, ...], Any] | None = None
         self._first = 0
+        self._clock = Rising()
         self._broken = False
         self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
 
@@ -261,7 +263,7 @@ class MovieWriter(RecordingWriter):
             raise RecordingError(
                 f"{self.path}: the frames' size or format changed; a movie cannot follow, .mcap can"
             )
-        time = max(0, (frame.received_ns - self._first) // 1000)
+        time = max(0, (self._clock.next(frame.received_ns) - self._first) // 1000)
         line = note_of(frame, pfnc.by_name(name)).line()
         try:
             self._work.add(partial(_encode, self._movie, pixels, time, line))

@@ -90,14 +90,32 @@ class Recording(ABC):
         return (self.times_ns[-1] - self.times_ns[0]) / 1e9 if self.times_ns else 0.0
 
 
+class Rising:
+    """Times of frames, one after the other, on a clock that is never set back."""
+
+    def __init__(self) -> None:
+        self._highest = 0
+        self._shift = 0
+
+    def next(self, time_ns: int) -> int:
+        """Return a time that is no earlier than those before it.
+
+        One a little earlier is held at the highest so far; after a longer way back, which is a clock that was
+        set, time goes on from there.
+        """
+        if time_ns + self._shift < self._highest - _CLOCK_SET:
+            self._shift = self._highest - time_ns
+        self._highest = max(self._highest, time_ns + self._shift)
+        return self._highest
+
+
+_CLOCK_SET = 1_000_000_000
+
+
 def rising(times: list[int]) -> list[int]:
-    """Times of frames with what fell back (a clock that was set) held at the highest so far."""
-    highest = 0
-    held = []
-    for time in times:
-        highest = max(highest, time)
-        held.append(highest)
-    return held
+    """Return the times of frames as `Rising` has them."""
+    clock = Rising()
+    return [clock.next(time) for time in times]
 
 
 def open_recording(path: Path) -> Recording:

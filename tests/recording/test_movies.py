@@ -77,6 +77,19 @@ def test_times_that_stand_or_fall_back_still_rise_in_the_movie(tmp_path):
     recording.close()
 
 
+def test_a_clock_that_is_set_back_does_not_crowd_the_frames_after_it(tmp_path):
+    hour = 3_600_000
+    at = [0, 40, 80, 80 - hour, 120 - hour, 160 - hour]
+    frames = [flat(index, at=ms * 1_000_000) for index, ms in enumerate(at)]
+    path = written(tmp_path / "set.mp4", RecordingKind.H264, frames)
+    with contextlib.closing(open_recording(path)) as recording:
+        steps = np.diff(recording.times_ns) // 1_000_000
+    assert steps.tolist() == [40, 40, 0, 40, 40]
+    notes_beside(path).unlink()
+    with contextlib.closing(open_recording(path)) as recording:
+        assert recording.times_ns[-1] > 150_000_000
+
+
 @pytest.mark.parametrize("kind", MOVIE_KINDS)
 @pytest.mark.parametrize("name", ["Mono8", "RGB8"])
 def test_any_frame_is_found_exactly(tmp_path, kind, name):
