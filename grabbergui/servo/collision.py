@@ -19,6 +19,8 @@ from grabbergui.servo.kinematics import Chain
 
 _SAMPLES = 65
 "Points of a segment whose distances to boxes are computed."
+_SHARES = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+"How far along it they lie."
 
 _POINT = 1e-24
 "A segment whose squared length is below this, in square metres, is a point."
@@ -144,11 +146,12 @@ def _segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> float:
     u, v, w = b - a, d - c, a - c
     uu, uv, vv, uw, vw = float(u @ u), float(u @ v), float(v @ v), float(u @ w), float(v @ w)
     determinant = uu * vv - uv * uv
-    s = float(np.clip((uv * vw - vv * uw) / determinant, 0, 1)) if determinant > 1e-14 * uu * vv else 0.0
+    s = min(max((uv * vw - vv * uw) / determinant, 0.0), 1.0) if determinant > 1e-14 * uu * vv else 0.0
     t = (uv * s + vw) / vv if vv > _POINT else 0.0
     t = min(max(t, 0.0), 1.0)
     s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > _POINT else 0.0
-    return float(np.linalg.norm(w + s * u - t * v))
+    apart = w + s * u - t * v
+    return math.sqrt(float(apart @ apart))  # numpy's norm takes three times as long
 
 
 def _box_distance(start: Vector, end: Vector, box: Box) -> float:
@@ -156,7 +159,7 @@ def _box_distance(start: Vector, end: Vector, box: Box) -> float:
 
     A signed distance changes no faster than the place does, so between samples it cannot fall further.
     """
-    points = start + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (end - start)
+    points = start + _SHARES * (end - start)
     off = np.maximum(box.low - points, points - box.high)
     outside = np.linalg.norm(np.maximum(off, 0.0), axis=1)
     signed = np.where(outside > 0, outside, off.max(axis=1))

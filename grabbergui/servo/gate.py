@@ -11,7 +11,9 @@ from __future__ import annotations
 import logging
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 
@@ -282,9 +284,10 @@ class CommandGate:
         if state is None:
             self.hindrance = "the robot has not said where its hand is"
             return replace(command, hand=np.zeros(6))
+        distance_now = cache(lambda: self._distance_now(state))
         for factor in SLOWER:
             hand = command.hand * factor
-            danger = self._danger(state, hand)
+            danger = self._danger(state, hand, distance_now)
             if not danger:
                 return replace(command, hand=hand)
             self.hindrance = self.hindrance or danger
@@ -293,8 +296,11 @@ class CommandGate:
             log.warning("the hand is held back: %s", self.hindrance)
         return replace(command, hand=np.zeros(6))
 
-    def _danger(self, state: RobotState, hand: Vector) -> str:
-        """Why a twist of the hand must not go on for `LOOKAHEAD_S`; empty if it may."""
+    def _danger(self, state: RobotState, hand: Vector, distance_now: Callable[[], float]) -> str:
+        """Why a twist of the hand must not go on for `LOOKAHEAD_S`; empty if it may.
+
+        `distance_now` is asked only for a hand that is or comes too near.
+        """
         low, high = self._config.arm.workspace
         ahead = state.hand[:3, 3] + hand[:3] * LOOKAHEAD_S
         # A hand that is outside may come back.
@@ -310,9 +316,16 @@ class CommandGate:
         if there.distance >= self._config.safety.clearance:
             return ""
         # What is too near already may only go away.
-        if there.distance < self._nearest(model.body, model.arm.clamped(state.arm)).distance:
+        if there.distance < distance_now():
             return f"{there.part} would come within {1e3 * max(there.distance, 0):.0f} mm of {there.other}"
         return ""
+
+    def _distance_now(self, state: RobotState) -> float:
+        """Return the metres from the arm to whatever is nearest; infinite where that is not known."""
+        model = self._robot.model
+        if model.body is None or state.arm is None:
+            return math.inf
+        return self._nearest(model.body, model.arm.clamped(state.arm)).distance
 
     def obstruction(self, arm: Vector) -> str:
         """Return why the arm must not rest at joint angles (radians), as display text; empty if it may."""

@@ -14,7 +14,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.collision import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.config import Config, LoopConfig
-from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.gate import SLOWER, Command, CommandGate
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
@@ -134,13 +134,19 @@ def test_a_hand_that_is_aimed_out_of_the_workspace_stays_inside(simulated, clock
     assert "leave the workspace (z = 0.0" in gate.hindrance
 
 
-def test_a_free_motion_costs_one_look_at_the_body(simulated, monkeypatch):
+def test_a_motion_costs_a_look_at_the_body_for_each_of_its_speeds_and_one_at_where_it_is(
+    simulated, monkeypatch
+):
     looks = []
     nearest = CapsuleBody.nearest
     monkeypatch.setattr(CapsuleBody, "nearest", lambda body, arm: looks.append(arm) or nearest(body, arm))
     gate = CommandGate(simulated, Config())
     assert gate.send(Command(hand=np.array([0.05, 0, 0, 0, 0, 0])), 0.0)
-    assert len(looks) == 1
+    assert len(looks) == 1  # it is free
+    looks.clear()
+    near = replace(Config(), safety=replace(Config().safety, obstacles=TABLE, clearance=0.5))
+    CommandGate(simulated, near).send(Command(hand=np.array([0, 0, -0.1, 0, 0, 0])), 0.02)
+    assert len(looks) == len(SLOWER) + 1
 
 
 def test_what_is_too_near_may_go_away(simulated, clock):
@@ -221,7 +227,8 @@ def test_nothing_reaches_a_robot_in_a_dry_run_not_even_a_stop():
 def test_all_motion_is_slowed_down_by_the_speed_override():
     def fastest(speed):
         loop = ClosedLoop(config=replace(Config(), loop=LoopConfig(speed=speed)))
-        loop.run(9)
+        assert loop.run(9, until=State.APPROACHING).state is State.APPROACHING
+        loop.run(1)  # within which the hand is as fast as it may be
         hands = [np.linalg.norm(cycle.command.hand[:3]) for cycle in loop.cycles]
         heads = [np.abs(cycle.command.head).max() for cycle in loop.cycles]
         return np.array([max(hands), max(heads)])
