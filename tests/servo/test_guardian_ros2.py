@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from importlib import resources
+from pathlib import Path
 
 import pytest
 
@@ -17,8 +18,10 @@ pytestmark = pytest.mark.ros2
 from test_guardian import PROMISED  # noqa: E402
 
 from benchmarks.servo_guardian import at_full_speed, moved_after, tiago_on_ros2  # noqa: E402
+from grabbergui.net.ros2.runtime import use_transports  # noqa: E402
 from patience import PROGRAM, TRIES, allowance  # noqa: E402
 
+PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 IN_SHARED_MEMORY = """
 import os, sys
 from grabbergui.core.errors import TransportError
@@ -59,13 +62,33 @@ def test_the_guardian_shares_no_memory_with_a_program_that_may_be_frozen(domain,
     """Also where the servo program, which started it, has set the profile with shared memory."""
     done = subprocess.run(
         [sys.executable, "-c", IN_SHARED_MEMORY, program],
-        env=os.environ | {"FASTDDS_DEFAULT_PROFILES_FILE": profile()},
+        env=os.environ | {PROFILES: profile()},
         capture_output=True,
         text=True,
         timeout=PROGRAM,
     )
     assert done.returncode == 0, done.stderr
     assert (int(done.stdout) > 0) == uses
+
+
+def test_a_copy_of_our_profile_is_ours_and_any_other_is_the_user_s(monkeypatch, tmp_path):
+    copy, other = tmp_path / "more-room.xml", tmp_path / "other.xml"
+    copy.write_text(Path(profile()).read_text("utf-8").replace("67108864", "134217728"), "utf-8")
+    other.write_text('<profiles><participant profile_name="lab"/></profiles>', "utf-8")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    for chosen, used in ((copy, str(copy)), (other, str(other)), (None, profile())):
+        monkeypatch.delenv(PROFILES, raising=False)
+        if chosen is not None:
+            monkeypatch.setenv(PROFILES, str(chosen))
+        use_transports(shared_memory=True)
+        assert os.environ[PROFILES] == used
+    monkeypatch.setenv(PROFILES, str(other))
+    use_transports(shared_memory=False)
+    assert os.environ[PROFILES] == str(other)
+    monkeypatch.setenv(PROFILES, str(copy))
+    for _ in range(2):
+        use_transports(shared_memory=False)
+        assert Path(os.environ[PROFILES]).name == "fastdds-loopback.xml"
 
 
 def profile():

@@ -23,6 +23,8 @@ _OR_SOURCE = "or source the system's setup.bash first"
 QUEUE_DEPTH = 5
 """Images that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
+_OURS = "<transport_id>pictures</transport_id>"
+"""Of our profile with shared memory, as its copies have it too."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
@@ -162,14 +164,22 @@ def use_transports(*, shared_memory: bool) -> None:
     a program that is frozen while it holds it never gives back.
     """
     folder = resources.files("grabbergui.resources") / "ros2"
-    ours = str(folder / "fastdds.xml")
-    if os.environ.get(_PROFILES, ours) != ours:  # the program that started this one may have set ours
+    chosen = os.environ.get(_PROFILES)
+    if chosen is not None and not _is_ours(chosen):
         return
     if shared_memory:
-        os.environ[_PROFILES] = ours
+        os.environ[_PROFILES] = chosen or str(folder / "fastdds.xml")
     elif os.environ.get(_RANGE) == "LOCALHOST":
         # In this range rmw adds shared memory to any transports; the profile keeps to this machine instead.
         os.environ.update({_RANGE: "SUBNET", _PROFILES: str(folder / "fastdds-loopback.xml")})
     else:
         os.environ.pop(_PROFILES, None)
         os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
+
+
+def _is_ours(profiles: str) -> bool:
+    """Whether this is our profile, set by the program that started this one, or a copy with other room."""
+    try:
+        return _OURS in Path(profiles).read_text("utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
