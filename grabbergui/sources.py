@@ -12,11 +12,9 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from enum import Enum
 from types import ModuleType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
-from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import (
     GigeUriOptions,
     NoOptions,
@@ -27,6 +25,10 @@ from grabbergui.core.uri import (
     U3vOptions,
     YarpOptions,
 )
+
+if TYPE_CHECKING:
+    from grabbergui.core.grabber import FrameGrabber
+    from grabbergui.core.identity import DeviceInfo
 
 log = logging.getLogger(__name__)
 
@@ -129,7 +131,7 @@ def create(uri: str | SourceUri) -> FrameGrabber:
     something this machine lacks.
     """
     parsed = parse(uri) if isinstance(uri, str) else _known(uri)
-    opener = cast(Callable[[SourceUri], FrameGrabber], _load(parsed.scheme).create)
+    opener = cast("Callable[[SourceUri], FrameGrabber]", _load(parsed.scheme).create)
     return opener(parsed)
 
 
@@ -139,6 +141,9 @@ def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) ->
     `longer` has the seconds of kinds that are given more.
     """
     seconds = dict.fromkeys(schemes(), timeout) | dict(longer or {})
+    importlib.import_module(
+        "grabbergui.core.grabber"
+    )  # what all kinds import, before their threads meet there
     with ThreadPoolExecutor(len(seconds)) as pool:
         found = pool.map(_discover, seconds.keys(), seconds.values())
         return [info for infos in found for info in infos]
@@ -158,7 +163,7 @@ def _known(uri: SourceUri) -> SourceUri:
 
 def _discover(scheme: str, timeout: float) -> list[DeviceInfo]:
     try:
-        finder = cast(Callable[[float], list[DeviceInfo]], _load(scheme).discover)
+        finder = cast("Callable[[float], list[DeviceInfo]]", _load(scheme).discover)
         return finder(timeout)
     except GrabberError as error:
         log.info("looking for %s: sources: %s", scheme, error)

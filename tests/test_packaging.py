@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import isolation
-from grabbergui.cli import _parser
+from grabbergui.cli import command_line
 from patience import PROGRAM
 
 ROOT = Path(__file__).parents[1]
@@ -148,7 +148,7 @@ def test_the_doctor_advises_nothing_that_the_installation_lacks(installed):
     findings = json.loads(installed.grabbergui("doctor", "--json", code=None))
     remedies = [each["remedy"] for each in findings if "grabbergui" in each["remedy"]]
     assert not [each["remedy"] for each in findings if re.search(r"\bmake \w+|scripts/", each["remedy"])]
-    parser, _ = _parser()
+    parser = command_line()
     for remedy in remedies:
         words = shlex.split(re.split(r"   |,| runs ", remedy.removeprefix("sudo "))[0])
         assert words[0] == str(installed.bin / "grabbergui"), remedy

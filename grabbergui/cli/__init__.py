@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from grabbergui import __version__
 from grabbergui.cli.parsing import CommandParser, wrapped
@@ -42,11 +43,25 @@ EXIT_CODES = {
 }
 """Exit codes."""
 
-_FAMILIES = (
-    "gui", "machine", "features", "files", "events", "frames", "serve", "simulate",
-    "gige", "calibrate", "servo", "yarp_server",
-)  # fmt: skip
-"""Modules here. Imported within `main`: the imports take long enough for a Ctrl-C."""
+FAMILIES = {
+    "gui": ("gui", "terminal"),
+    "machine": ("list", "doctor", "setup", "paths"),
+    "features": ("features", "get", "set", "run", "save", "load", "diff"),
+    "files": ("files",),
+    "events": ("events",),
+    "frames": ("grab", "record"),
+    "serve": ("serve",),
+    "simulate": ("simulate", "simulate-teo", "simulate-tiago"),
+    "gige": ("force-ip", "persistent-ip", "trigger-group"),
+    "calibrate": ("calibrate", "hand-eye"),
+    "servo": ("servo",),
+    "yarp_server": ("yarp-server",),
+}
+"""Modules here, and the commands that each adds, in the order of `--help`.
+
+A command imports its own family alone, within `main`: the imports take long enough for a Ctrl-C.
+"""
+COMMANDS = tuple(command for commands in FAMILIES.values() for command in commands)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,14 +93,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str]) -> int:
     try:
-        with dies_of_interrupt():
-            parser, commands = _parser()
         # A bare source, or only options of the window, mean the window.
         place = _command_place(arguments)
         first = arguments[place] if place < len(arguments) else ""
-        if first not in commands and first not in ("-h", "--help", "--version"):
-            _check_is_source(first, commands)
+        if first not in COMMANDS and first not in ("-h", "--help", "--version"):
+            _check_is_source(first)
             arguments.insert(place, "gui")
+        with dies_of_interrupt():
+            parser = command_line(_families_wanted(arguments[place]))
         options = parser.parse_args(arguments)
         set_up_log(options.log_level, options.log_format)
         return int(options.run(options))
@@ -95,11 +110,11 @@ def _run(arguments: list[str]) -> int:
             sys.stdout.flush()
 
 
-def _check_is_source(word: str, commands: Iterable[str]) -> None:
+def _check_is_source(word: str) -> None:
     """Raise UsageError for a first word that is no command, and neither an option nor a source."""
     if not word or word.startswith("-") or ":" in word:
         return
-    near = _nearest(word, commands)
+    near = _nearest(word)
     hint = f"did you mean `grabbergui {near}`? " if near else ""
     raise UsageError(
         f"'{word}' is no command; {hint}`grabbergui --help` lists them. "
@@ -107,14 +122,14 @@ def _check_is_source(word: str, commands: Iterable[str]) -> None:
     )
 
 
-def _nearest(word: str, commands: Iterable[str]) -> str:
+def _nearest(word: str) -> str:
     from grabbergui import sources
 
     if is_ip_address(word):
         return f"gige:{word}"
     if Path(word).exists():
         return f"file:{word}"
-    known = [*commands, *(f"{scheme}:" for scheme in sources.schemes())]
+    known = [*COMMANDS, *(f"{scheme}:" for scheme in sources.schemes())]
     return next(iter(difflib.get_close_matches(word, known, n=1)), "")
 
 
@@ -138,8 +153,7 @@ def command_parsers() -> dict[str, tuple[str, CommandParser]]:
     """Return the one-line help and the parser of every command, in the order of `--help`."""
     parser = argparse.ArgumentParser(prog="grabbergui")
     commands = parser.add_subparsers(parser_class=CommandParser)
-    for name in _FAMILIES:
-        importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
+    _add_families(commands, FAMILIES)
     summaries = {action.dest: action.help or "" for action in commands._choices_actions}
     return {name: (summaries.get(name, ""), command) for name, command in commands.choices.items()}
 
@@ -154,7 +168,15 @@ class _Parser(argparse.ArgumentParser):
         return super().format_help()
 
 
-def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
+def _families_wanted(first: str) -> Iterable[str]:
+    """Return the modules that the command line needs whose first word after shared options is this."""
+    if first in ("-h", "--help"):
+        return FAMILIES
+    return [family for family, commands in FAMILIES.items() if first in commands]
+
+
+def command_line(families: Iterable[str] = tuple(FAMILIES)) -> argparse.ArgumentParser:
+    """Return the parser of a command line with the commands of these families."""
     parser = _Parser(
         prog="grabbergui",
         description=wrapped("Tune GenICam cameras live. Without a command: the window on SOURCE.")
@@ -164,12 +186,16 @@ def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
     )
     _add_shared_options(parser)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=CommandParser)
-    for name in _FAMILIES:
-        importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
+    _add_families(commands, families)
     for command in commands.choices.values():
         # Also after the command, where their defaults must not override options before it.
         _add_log_options(command, argument_default=argparse.SUPPRESS, explained=False)
-    return parser, frozenset(commands.choices)
+    return parser
+
+
+def _add_families(commands: Any, families: Iterable[str]) -> None:
+    for family in families:
+        importlib.import_module(f"grabbergui.cli.{family}").add_commands(commands)
 
 
 def _add_shared_options(parser: argparse.ArgumentParser) -> None:

@@ -3,10 +3,13 @@
 import argparse
 import os
 import shlex
+import subprocess
+import sys
 
 import pytest
 
-from grabbergui.cli import _parser, command_parsers, main, shared_options
+from grabbergui.cli import FAMILIES, command_line, command_parsers, main, shared_options
+from patience import PROGRAM
 
 COMMANDS = command_parsers()
 
@@ -15,7 +18,7 @@ COMMANDS = command_parsers()
 def test_the_example_is_a_command_line_that_is_accepted(name):
     program, command, *arguments = shlex.split(COMMANDS[name][1].example)
     assert (program, command) == ("grabbergui", name)
-    parser, _ = _parser()
+    parser = command_line()
     parser.parse_args([command, *arguments])
 
 
@@ -48,9 +51,28 @@ def test_logging_is_explained_once(capsys):
 
 
 def test_logging_may_follow_the_command():
-    parser, _ = _parser()
+    parser = command_line()
     assert parser.parse_args(["list", "--log-level", "debug"]).log_level == "debug"
     assert parser.parse_args(["--log-level", "debug", "list"]).log_level == "debug"
+
+
+def test_every_family_adds_the_commands_that_are_said_to_be_its():
+    for family, commands in FAMILIES.items():
+        choices = command_line([family])._subparsers._group_actions[0].choices
+        assert tuple(choices) == commands
+    assert tuple(COMMANDS) == tuple(command for commands in FAMILIES.values() for command in commands)
+
+
+def test_what_opens_no_camera_loads_neither_numpy_nor_opencv():
+    code = """
+import contextlib, sys
+from grabbergui.cli import main
+for arguments in (["--version"], ["paths"], ["setup", "--help"], ["list", "--help"]):
+    with contextlib.suppress(SystemExit):
+        main(arguments)
+    assert not {"numpy", "cv2", "psygnal"} & set(sys.modules), arguments
+"""
+    subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=True, timeout=PROGRAM)
 
 
 def test_no_command_redefines_a_shared_option():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import _parser
+from grabbergui.cli import command_line
 
 UNIT = Path(__file__).parents[2] / "resources" / "systemd" / "grabbergui.service"
 PROGRAM = "/opt/grabbergui/.venv/bin/grabbergui"
@@ -37,7 +37,7 @@ def test_a_stranger_who_gets_in_can_do_little(tmp_path):
 
 def test_its_command_is_one_of_ours():
     command = re.search(rf"^ExecStart={PROGRAM} (.*)$", UNIT.read_text("utf-8"), re.MULTILINE)[1]
-    parser, _ = _parser()
+    parser = command_line()
 
     options = parser.parse_args(command.split())
 
