@@ -33,6 +33,8 @@ _WATCH_S = 0.02
 ENDED = "the loop ended"
 TIMES_KEPT = 100_000
 "Pictures whose times are kept: about an hour's."
+FEW_FROZEN = 1000
+"Python 3.12 itself starts with some hundred objects that its collector passes over; a program has many more."
 
 
 class Runner:
@@ -77,14 +79,18 @@ class Runner:
         self._tuned: Config | None = None
         self._running = threading.Event()
         self._threads: list[threading.Thread] = []
+        self._froze = False
+        "Whether the collector passes over all that was there before, because of this run."
 
     def start(self, held: str = "") -> None:
         """Begin; the source streams from here on. With `held`, a reason, nothing moves until `resume`."""
         if held:
             self.gate.halt(held)
         # Looking for garbage among all that the program is made of takes as long as a picture: 14 to 33 ms.
-        gc.collect()
-        gc.freeze()
+        self._froze = gc.get_freeze_count() < FEW_FROZEN  # `unfreeze` would release what others have frozen
+        if self._froze:
+            gc.collect()
+            gc.freeze()
         self._running.set()
         self._threads = [
             threading.Thread(target=self._run, name="servo loop", daemon=True),
@@ -102,7 +108,9 @@ class Runner:
             if thread is not threading.current_thread():
                 thread.join()
         self._threads = []
-        gc.unfreeze()
+        if self._froze:
+            gc.unfreeze()
+            self._froze = False
 
     @property
     def running(self) -> bool:

@@ -1,5 +1,6 @@
 """Faults that show only in long runs, or at one unlucky moment."""
 
+import gc
 import threading
 import time
 import types
@@ -24,7 +25,7 @@ from grabbergui.servo.robots import teo, teo_ports
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import Situation, State, StateMachine
-from patience import PATIENCE, until
+from patience import PATIENCE, set_aside_what_stays, until
 from second_writer import selector_in_motion
 
 MOVE = Command(head=np.array([0.1, 0.0]))
@@ -130,6 +131,22 @@ def test_a_run_frees_every_trigger_though_somebody_else_moves_their_selector(cam
             one.stop()
             assert [camera.read_setting(trigger).value for trigger in triggers] == ["Off", "Off"]
             camera.stop()
+
+
+@pytest.mark.parametrize("before", [False, True], ids=["nothing frozen", "frozen before"])
+def test_a_run_freezes_what_is_there_and_leaves_what_somebody_else_has_frozen(camera, before):
+    one = Runner(camera, RecordingRobot(), lambda frame: Detector(types.SimpleNamespace(detect=lambda _: [])))
+    gc.unfreeze()
+    if before:
+        gc.freeze()
+    try:
+        one.start()
+        assert gc.get_freeze_count() > runner.FEW_FROZEN
+        one.stop()
+        assert (gc.get_freeze_count() > runner.FEW_FROZEN) is before
+    finally:
+        one.stop()
+        set_aside_what_stays()
 
 
 def test_an_unexpected_error_in_detection_is_reported_and_the_robot_rests(camera):
