@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.priority import run_as_others, run_first
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo.config import ArmConfig, Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import GuardianLink
-from grabbergui.servo.priority import run_as_others, run_first
 from grabbergui.servo.robots.robot import Robot
 
 SPEED = 0.15

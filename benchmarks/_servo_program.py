@@ -19,11 +19,11 @@ from grabbergui import cli
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import Grey, MarkerDetection
 from grabbergui.cli import servo_robots
+from grabbergui.core.priority import run_as_others
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import HAND_ON_MARKER
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.priority import run_as_others
 from grabbergui.servo.robots.robot import Robot
 
 TRAVEL = 0.10

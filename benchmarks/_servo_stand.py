@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from grabbergui.calibration.geometry import Pose
 from grabbergui.core.pfnc import by_name
+from grabbergui.core.priority import run_first, single_threaded
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
@@ -22,7 +23,6 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
-from grabbergui.servo.priority import run_first, single_threaded
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts

@@ -170,20 +170,29 @@ def loss_table(found: dict[float, Results]) -> Table:
     return Table(header, rows, "Packets lost on purpose, 1400 bytes at 125 MB/s:")
 
 
-def latency_table(seconds: float) -> tuple[Table, list[Goal]]:
+def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
+    """The receivers in turn, round after round; the figures are of the frames of all rounds."""
     rows, goals = [], []
     for size in PACKET_SIZES:
-        figures: dict[str, tuple[float, float]] = {}
-        for name, receive in timed_receivers().items():
-            try:
-                run, delays = observe(Case(size, Conditions()), seconds, receive)
-            except ReceiverError as error:
-                rows.append([str(size), name, f"not measured: {error}", "–", "–"])
-                continue
-            if len(delays) > 1:
-                middle, late = 1e3 * statistics.median(delays), 1e3 * statistics.quantiles(delays, n=100)[98]
-                rows.append([str(size), name, f"{middle:.2f} ms", f"{late:.2f} ms", _megabytes(run)])
-                figures[name] = middle, late
+        delays: dict[str, list[float]] = {}
+        memory: dict[str, str] = {}
+        for _ in range(runs):
+            for name, receive in timed_receivers().items():
+                try:
+                    run, late = observe(Case(size, Conditions()), seconds, receive)
+                except ReceiverError as error:
+                    memory[name] = f"not measured: {error}"
+                else:
+                    delays.setdefault(name, []).extend(late)
+                    memory[name] = _megabytes(run)
+        figures = {
+            name: (1e3 * statistics.median(found), 1e3 * statistics.quantiles(found, n=100)[98])
+            for name, found in delays.items()
+            if len(found) > 1
+        }
+        for name, most in memory.items():
+            cells = [f"{figure:.2f} ms" for figure in figures.get(name, ())] or ["–", "–"]
+            rows.append([str(size), name, *cells, most])
         if {"ours", REFERENCE} <= figures.keys():
             ours, theirs = figures["ours"], figures[REFERENCE]
             for what, mine, reference in zip(("median", "99 of 100"), ours, theirs, strict=True):
@@ -304,7 +313,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         case = Case(1400, Conditions(loss=loss))
         losses[loss] = compare(case, options.seconds, options.runs, receivers())
         print(_document.table(loss_table({loss: losses[loss]})), flush=True)
-    latencies, latency_goals = latency_table(options.seconds)
+    latencies, latency_goals = latency_table(options.seconds, options.runs)
     fast, fast_goals = fast_run()
     tables = [rates_table(found), loss_table(losses), latencies, fast]
     asked = goals(found, losses) + singly_goal(found[SINGLY]) + latency_goals + fast_goals

@@ -20,12 +20,12 @@ from benchmarks._results import Goal, Section, Table, machine
 from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_picture, random_start, spread
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.priority import single_threaded
 from grabbergui.driver.sim.rendered.scene import Things, board_pose, swaying
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
 from grabbergui.servo.control import AHEAD_S, ArmController, off_centre
 from grabbergui.servo.kinematics import STRETCHED, Chain
-from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State

@@ -16,12 +16,12 @@ from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.priority import single_threaded
 from grabbergui.driver.sim.rendered.scene import Things, swaying
 from grabbergui.servo import control
 from grabbergui.servo.closed_loop import ClosedLoop, in_base
 from grabbergui.servo.config import ArmConfig, HeadConfig
 from grabbergui.servo.kinematics import STRETCHED, Chain
-from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State

@@ -21,12 +21,12 @@ from grabbergui import sources
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.priority import run_as_others, run_first, single_threaded
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.loop import ControlCycle
-from grabbergui.servo.priority import run_as_others, run_first, single_threaded
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp

@@ -124,9 +124,9 @@ def configuration(options: argparse.Namespace) -> Config:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from grabbergui.core.priority import single_threaded
     from grabbergui.servo import closed_loop
     from grabbergui.servo.detection import Detector
-    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.runner import Runner
 
     if options.screenshot is not None and (options.seconds is None or options.headless):

@@ -161,12 +161,12 @@ def _add_teo(commands: Any) -> None:
 
 
 def _simulate_teo(options: argparse.Namespace) -> int:
+    from grabbergui.core.priority import single_threaded
     from grabbergui.net.yarp.os.names import check_port_name
     from grabbergui.net.yarp.os.values import Dialect
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
-    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.robots import teo
     from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.teo_ports import TeoPorts
@@ -214,10 +214,10 @@ def _add_tiago(commands: Any) -> None:
 def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.calibration import camera_info
     from grabbergui.calibration.fitted import FittedCalibration
+    from grabbergui.core.priority import single_threaded
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
-    from grabbergui.servo.priority import single_threaded
     from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.priority import REALTIME, prompt_threads_permitted
 from grabbergui.doctor import Finding, good, note, problem, shared_memory
 from grabbergui.driver.gige.discovery import search
 from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
@@ -38,6 +39,8 @@ def check() -> Iterator[Finding]:
 def check_network() -> Iterator[Finding]:
     """The kernel settings, interfaces and cameras of GigE Vision."""
     yield from receive_buffer(SYSCTL)
+    if sys.platform == "linux" and os.cpu_count() != 1:
+        yield from priority(permitted=prompt_threads_permitted())
     found = [interface for interface in interfaces() if not interface.loopback]
     yield from packet_sizes(found)
     yield from shared_networks(found)
@@ -62,6 +65,18 @@ def receive_buffer(sysctl: Path) -> Iterator[Finding]:
         )
     else:
         yield good(f"socket buffers of up to {limit // 1024 // 1024} MiB")
+
+
+def priority(*, permitted: bool) -> Iterator[Finding]:
+    """Check whether threads that receive frames may be scheduled first."""
+    if permitted:
+        yield good("frames are received with real-time priority: on time beside busy programs, too")
+    else:
+        yield note(
+            "frames are received with ordinary priority: beside busy programs they come late",
+            f"echo '*  -  rtprio  {REALTIME}' | sudo tee /etc/security/limits.d/grabbergui.conf"
+            "   (from the next login on)",
+        )
 
 
 def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:

@@ -29,6 +29,14 @@ def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
     assert ("net.core.rmem_max" in finding.remedy) == (level is Level.NOTE)
 
 
+@pytest.mark.parametrize(("permitted", "level"), [(False, Level.NOTE), (True, Level.GOOD)])
+def test_frames_that_may_come_late_are_reported(permitted, level):
+    finding = only(checks.priority(permitted=permitted))
+
+    assert finding.level is level
+    assert ("rtprio  10'" in finding.remedy) == (level is Level.NOTE)
+
+
 def test_two_interfaces_in_one_subnet(tmp_path):
     one, other = Interface("eth0", "192.168.1.2"), Interface("eth1", "192.168.1.3")
 

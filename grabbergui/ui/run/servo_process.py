@@ -20,9 +20,9 @@ from PyQt5.QtCore import QTimer
 
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.priority import single_threaded
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
-from grabbergui.servo.priority import single_threaded
 from grabbergui.servo.runner import Runner
 from grabbergui.ui.run import standalone
 from grabbergui.ui.run.application import application, require_display

@@ -8,8 +8,10 @@ from grabbergui.driver.gige.stream.pace import (
     FASTEST,
     LAST_PAUSE,
     LONGEST_PAUSE,
+    MOST_POLLING,
     MOST_USUALLY_LATE,
     PAUSE_SHARE,
+    POLLING_SHARE,
     SHORTEST_PAUSE,
     STEADY_SPAN,
     Pace,
@@ -53,6 +55,41 @@ def test_the_last_pause_ends_with_the_block() -> None:
     pace = learned(ROOMY, rate)
     assert pace.pause(round(rate * LAST_PAUSE), PACKET, NOW) == pytest.approx(LAST_PAUSE, rel=0.02)
     assert pace.pause(2, PACKET, NOW) == 0, "too short to be worth it"
+
+
+def test_a_prompt_thread_waits_for_the_last_packets_one_by_one() -> None:
+    """It wakes with each of them; a pause until the expected end may last too long."""
+    rate = GIGABIT / PACKET
+    pace = learned(ROOMY, rate)
+    usual = pace.pause(1000, PACKET, NOW)
+    pace.prompt = True
+    assert pace.pause(round(rate * LAST_PAUSE), PACKET, NOW) == 0
+    assert pace.pause(1000, PACKET, NOW) == usual, "it pauses as others do before"
+
+
+def with_blocks_every(period: float, rate: float) -> Pace:
+    """A pace that saw blocks end so many seconds apart, the last of them now."""
+    pace = learned(ROOMY, rate)
+    pace.took(1, NOW, more=False)
+    pace.took(1, NOW + period, more=False)
+    return pace
+
+
+def test_the_end_of_a_block_is_watched_for_without_sleeping() -> None:
+    rate = GIGABIT / PACKET
+    pace, now = with_blocks_every(1.0, rate), NOW + 1.0
+    due = round(rate * MOST_POLLING) - 1
+    assert pace.polling(due, now) == MOST_POLLING
+    assert pace.polling(2 * due, now) == 0, "it is not due yet"
+    assert pace.polling(2 * due, now + MOST_POLLING) == MOST_POLLING, "the time that a batch took counts"
+    assert pace.polling(0, now) == 0, "nothing more is to come"
+
+
+def test_watching_takes_a_small_share_of_the_time() -> None:
+    rate = GIGABIT / PACKET
+    assert with_blocks_every(0.001, rate).polling(5, NOW + 0.001) == pytest.approx(POLLING_SHARE * 0.001)
+    assert learned(ROOMY, rate).polling(5, NOW) == 0, "how often blocks end is not known yet"
+    assert Pace(ROOMY, 4096).polling(5, NOW) == 0, "nor how fast packets come"
 
 
 def test_the_time_that_a_batch_took_counts() -> None:

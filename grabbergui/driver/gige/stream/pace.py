@@ -14,6 +14,10 @@ LAST_PAUSE = 0.001
 "Seconds before a block's end at which queued packets are read, so that little work is left at the end."
 MOST_USUALLY_LATE = 0.0003
 "Largest reduction of the last pause in seconds: packets that arrive in this time are read one by one."
+MOST_POLLING = 0.0003
+"Seconds before a block's end in which the thread watches for packets without sleeping."
+POLLING_SHARE = 0.01
+"Share of the time between two blocks' ends that may be spent so."
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
@@ -41,6 +45,8 @@ class Pace:
 
     def __init__(self, buffer_bytes: int, most_packets: int) -> None:
         """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
+        self.prompt = False
+        "Whether the thread wakes without delay. Then it waits for a block's last packets one by one."
         self._buffer_bytes = buffer_bytes
         self._most_packets = most_packets
         self._peak = 0.0
@@ -51,6 +57,8 @@ class Pace:
         "Packets per second including the time between blocks; 0 while unknown."
         self._ended = 0.0
         "Time at which the last block ended."
+        self._period = 0.0
+        "Seconds between the ends of the last two blocks; 0 while unknown."
         self._since_end = 0
         "Packets received since the last block ended."
         self._since: float | None = None
@@ -81,7 +89,8 @@ class Pace:
                 self._since = None
         self._since_end += packets
         if packets and not more:
-            self._mean = self._since_end / (now - self._ended) if self._ended else 0.0
+            self._period = now - self._ended if self._ended else 0.0
+            self._mean = self._since_end / self._period if self._period else 0.0
             self._ended, self._since_end = now, 0
         if self._since is None or not more:
             self._packets, self._since = 0, now if more else None
@@ -91,7 +100,8 @@ class Pace:
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
         """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
 
-        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
+        The last pause begins shortly before the end and ends with it, so that the frame is complete soon. A
+        `prompt` thread does without it.
         """
         if not expected or not self._rate or not self._peak:
             return 0.0
@@ -108,11 +118,22 @@ class Pace:
         )
         pause = expected / self._rate - since - self._usually_late
         before_last = pause - LAST_PAUSE
+        if self.prompt and before_last <= SHORTEST_PAUSE:
+            return 0.0
         if before_last > SHORTEST_PAUSE:
             # Equal pauses rather than long ones and a tiny one.
             pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
         pause = min(pause, longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
+
+    def polling(self, expected: int, now: float) -> float:
+        """Return the seconds to watch without sleeping for the `expected` packets until a block's end.
+
+        Once it sleeps, a thread wakes later than they arrive; so it does not when they are due.
+        """
+        if not expected or not self._rate or expected / self._rate - (now - self._looked_at) > MOST_POLLING:
+            return 0.0
+        return min(MOST_POLLING, POLLING_SHARE * self._period)
 
 
 def _followed(known: float, seen: float, fall: float) -> float:

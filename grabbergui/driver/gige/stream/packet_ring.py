@@ -166,6 +166,7 @@ class PacketRing(PacedSource):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Take packets from the ring, or once it has failed, from the reserve."""
         if self._reserve is not None:
+            self._reserve.prompt = self.prompt
             self._reserve.receive(assembler, timeout)
             return
         super().receive(assembler, timeout)
@@ -249,6 +250,9 @@ class PacketRing(PacedSource):
         odd |= headers["network"] != IP_AT
         odd |= (ends < IP_UDP_BYTES) | (ends > captured)
         return ends - IP_UDP_BYTES, odd
+
+    def _packets_wait(self) -> bool:
+        return bool(self._wait(0.0))
 
     def _discard(self) -> None:
         # Up to the first empty slot, as processors may fill slots out of order.

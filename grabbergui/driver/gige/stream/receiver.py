@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.priority import PromptThread
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.discovery.interfaces import readable
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
@@ -30,6 +31,9 @@ BURST = 64
 
 class DatagramSource(ABC):
     """Feeds an assembler from a socket. One thread."""
+
+    prompt = False
+    "Whether the thread wakes without delay when packets arrive."
 
     @abstractmethod
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
@@ -95,17 +99,24 @@ class PacedSource(DatagramSource):
         """
 
     @abstractmethod
+    def _packets_wait(self) -> bool:
+        """Return whether there are packets to take. Lets other threads run."""
+
+    @abstractmethod
     def _discard(self) -> None:
         """Discard all waiting packets."""
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
         before = assembler.statistics.packets
+        self._pace.prompt = self.prompt
         if self._overrun(assembler.statistics):
             assembler.note_overrun()
             self._skip()
         paused = self._drained and self._flowing and self._gather(assembler, timeout)
         wait = timeout if self._drained and not paused else 0.0
+        if wait and self._flowing:
+            self._poll(assembler)
         self._drained = True
         now = self._take_all(assembler, wait)
         packets = assembler.statistics.packets - before
@@ -144,6 +155,13 @@ class PacedSource(DatagramSource):
         if self._rest(pause):
             self._pace.slept(pause, time.monotonic() - begun)
         return True
+
+    def _poll(self, assembler: BlockAssembler) -> None:
+        """Watch for the last packets of a block, if they are due, without sleeping."""
+        now = time.monotonic()
+        end = now + self._pace.polling(assembler.expected(), now)
+        while now < end and not self._packets_wait():
+            now = time.monotonic()
 
     def _rest(self, seconds: float) -> bool:
         """Wait; return False if that ended early, because a block did."""
@@ -193,9 +211,11 @@ class StreamReceiver:
         return self._assembler.statistics.snapshot(self._rate)
 
     def _run(self) -> None:
-        assembler = self._assembler
+        assembler, thread = self._assembler, PromptThread()
         while not self._stopping:
-            wait = min(assembler.timer() - time.monotonic(), IDLE_WAIT)
+            now = time.monotonic()
+            self._source.prompt = thread.review(now)
+            wait = min(assembler.timer() - now, IDLE_WAIT)
             try:
                 self._source.receive(assembler, max(wait, 0.0))
             except OSError as error:

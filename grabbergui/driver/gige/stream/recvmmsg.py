@@ -263,6 +263,9 @@ class BatchSource(PacedSource):
         for each in self._more:
             each.close()
 
+    def _packets_wait(self) -> bool:
+        return bool(self._wait(0.0))
+
     def _discard(self) -> None:
         for descriptor in self._descriptors:
             for _ in range(SKIPS):

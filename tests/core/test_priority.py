@@ -1,0 +1,110 @@
+"""Real-time priority for threads that mostly wait: given, taken back, not inherited."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+
+from grabbergui.core import priority
+from grabbergui.core.priority import FRAMES, REALTIME, REVIEW, PromptThread, prompt_threads_permitted
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
+permitted = pytest.mark.skipif(not prompt_threads_permitted(), reason="needs the right to real-time priority")
+
+
+def on_own_thread(body: Callable[[], None]) -> None:
+    """Run `body` on a thread whose priority it may change; pass on what it raises."""
+    raised: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            body()
+        except BaseException as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    if raised:
+        raise raised[0]
+
+
+def policy() -> int:
+    return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+
+
+def compute(seconds: float) -> None:
+    """Take CPU time."""
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
+@linux
+@permitted
+def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not() -> None:
+    def body() -> None:
+        thread, now = PromptThread(), time.monotonic()
+        assert not thread.review(now + REVIEW / 2), "too early to judge"
+        now += REVIEW
+        assert thread.review(now)
+        assert policy() == os.SCHED_RR and os.sched_getparam(0).sched_priority == FRAMES < REALTIME
+        compute(0.04)
+        now += REVIEW
+        assert thread.review(now), "a twelfth of a core is waiting"
+        for _ in range(2):
+            compute(REVIEW * 0.3)
+            now += REVIEW
+            assert not thread.review(now)
+            assert policy() == os.SCHED_OTHER
+        now += REVIEW
+        assert thread.review(now), "it waits again"
+
+    on_own_thread(body)
+
+
+@linux
+@permitted
+def test_neither_threads_nor_programs_inherit_it() -> None:
+    def body() -> None:
+        assert PromptThread().review(time.monotonic() + REVIEW)
+        on_own_thread(lambda: inherited.append(policy()))
+        told = subprocess.run(
+            [sys.executable, "-c", "import os; print(os.sched_getscheduler(0))"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        inherited.append(int(told.stdout))
+
+    inherited: list[int] = []
+    on_own_thread(body)
+    assert inherited == [os.SCHED_OTHER, os.SCHED_OTHER]
+
+
+@linux
+def test_a_refusal_is_asked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def refuse(*arguments: object) -> None:
+        asked.append(arguments)
+        raise PermissionError
+
+    monkeypatch.setattr(priority.os, "sched_setscheduler", refuse)
+    thread, now = PromptThread(), time.monotonic()
+    assert not thread.review(now + REVIEW)
+    assert not thread.review(now + 2 * REVIEW)
+    assert len(asked) == 1
+    assert not prompt_threads_permitted()
+
+
+@linux
+def test_a_machine_with_one_core_keeps_its_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(priority.os, "sched_getaffinity", lambda process: {0})
+    assert not PromptThread().review(time.monotonic() + REVIEW)

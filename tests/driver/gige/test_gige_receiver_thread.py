@@ -1,0 +1,42 @@
+"""How the thread that receives a stream is scheduled."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from contextlib import closing
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.priority import prompt_threads_permitted
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import until
+
+SMALL = {reg.WIDTH: 320, reg.HEIGHT: 240, reg.FRAME_RATE: 30.0, reg.EXPOSURE_TIME: 1000.0}
+
+
+def policies() -> list[int]:
+    """Return the scheduling policies of the threads of this process that receive streams."""
+    threads = [thread for thread in threading.enumerate() if thread.name == "gige-receiver"]
+    return [os.sched_getscheduler(thread.native_id or 0) & ~os.SCHED_RESET_ON_FORK for thread in threads]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
+@pytest.mark.skipif(not prompt_threads_permitted(), reason="needs the right to real-time priority")
+@pytest.mark.parametrize("ring", ["0", "auto"])
+def test_a_stream_that_is_easy_to_follow_is_received_with_real_time_priority(ring: str) -> None:
+    address = f"127.88.{os.getpid() % 250 + 1}.{1 + (ring == 'auto')}"
+    with (
+        closing(GigeCamera(address, power_on=SMALL)),
+        closing(sources.create(f"gige:{address}?packet_ring={ring}")) as camera,
+    ):
+        camera.open()
+        frames = camera.open_queue(4)
+        camera.start()
+        frames.get(10.0)
+        until(lambda: policies() == [os.SCHED_RR])
+        frames.clear()
+        assert frames.get(10.0).complete
