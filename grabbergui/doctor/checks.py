@@ -70,10 +70,12 @@ def receive_buffer(sysctl: Path) -> Iterator[Finding]:
 def priority(*, permitted: bool) -> Iterator[Finding]:
     """Check whether threads that receive frames may be scheduled first."""
     if permitted:
-        yield good("frames are received with real-time priority: on time beside busy programs, too")
+        yield good(
+            "GigE Vision frames are received with real-time priority: on time beside busy programs, too"
+        )
     else:
         yield note(
-            "frames are received with ordinary priority: beside busy programs they come late",
+            "GigE Vision frames are received with ordinary priority: beside busy programs they come late",
             f"echo '*  -  rtprio  {REALTIME}' | sudo tee /etc/security/limits.d/grabbergui.conf"
             "   (from the next login on)",
         )
