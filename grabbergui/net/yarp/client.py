@@ -25,6 +25,7 @@ from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
+from grabbergui.net.yarp.image import MONO, PIXELS
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import check_port_name
@@ -152,7 +153,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 return
             self._connected()
             assert self._names and self._link
-            components = None
+            components, carrier = None, self._carrier
+            if self._link.ours and not wire.by_name(carrier).pull:
+                carrier = f"{carrier}+{PIXELS}.{MONO}"
             if self._with_components and self._link.ours:
                 components = ComponentReaders(
                     self, self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
@@ -161,7 +164,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 self._name,
                 self._names,
                 self._fanout.put,
-                carrier=self._carrier,
+                carrier=carrier,
                 bind=self._bind,
                 components=components,
             )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import Family
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import BLOB, INT32, LIST, VOCAB, Bottle, Buffer
 from grabbergui.net.yarp.os.values import Vocab
@@ -183,6 +184,13 @@ def _quantum(used: int, row_bytes: int) -> int:
 Picture = tuple[NDArray[Any], str]
 """Pixels and YARP's code for them."""
 
+PIXELS: Final = "pixels"
+"""Our modifier of carriers; others ignore it. `fast_tcp+pixels.mono` asks for images without colour as [mono]
+where everybody else gets [rgb], three times the bytes."""
+
+MONO: Final = "mono"
+"""The only value of `PIXELS` that means something."""
+
 _INTERLEAVED = {"RGB": "rgb", "BGR": "bgr", "RGBa": "rgba", "BGRa": "bgra"}
 
 
@@ -194,13 +202,20 @@ class Capability(Enum):
     RAW = "RAW"
     "The sensor's own values; Bayer patterns as mono, which is what YARP's raw readers expect."
 
-    def picture(self, frame: Frame) -> Picture:
-        """Return the frame's pixels for this interface. Raises PixelFormatError."""
-        return (frame.rgb(), "rgb") if self is Capability.COLOR else _raw(frame)
+    def picture(self, frame: Frame, *, mono: bool = False) -> Picture:
+        """Return the frame's pixels for this interface. Raises PixelFormatError.
 
-    def encode(self, frame: Frame) -> tuple[bytes, memoryview]:
-        """Return the frame as an image message. Raises PixelFormatError."""
-        return image.encode(*self.picture(frame))
+        With `mono`, those of a sensor without colour are not repeated for each of three colours.
+        """
+        if self is Capability.RAW:
+            return _raw(frame)
+        if mono and frame.pixel_format.family is Family.MONO:
+            return frame.mono(), "mono"
+        return frame.rgb(), "rgb"
+
+    def encode(self, frame: Frame, *, mono: bool = False) -> tuple[bytes, memoryview]:
+        """Return the frame as an image message; `mono` as for `picture`. Raises PixelFormatError."""
+        return image.encode(*self.picture(frame, mono=mono))
 
     def item(self, frame: Frame, box: tuple[int, int, int, int] | None = None) -> Bottle:
         """Return the frame, or its part (left, top, right, bottom), as an item of a reply."""

@@ -193,9 +193,10 @@ class _Publisher:
         self._due += self._period
         if self._due <= now:
             self._due = now + self._period
-        header, pixels = self._capability.encode(frame)
-        stamp = Stamp(self.published, frame.received_ns / 1e9)
-        self.port.write(header, pixels, stamp.encode())
+        stamp = Stamp(self.published, frame.received_ns / 1e9).encode()
+        for layout in self.port.asked_for(image.PIXELS):
+            header, pixels = self._capability.encode(frame, mono=layout == image.MONO)
+            self.port.write(header, pixels, stamp, only=(image.PIXELS, layout))
         self.published += 1
         return True
 

@@ -273,6 +273,17 @@ def test_a_server_that_vanished_without_closing_its_connections_is_read_again(sc
     dead.close()
 
 
+def test_ours_sends_mono_as_the_sensor_has_it(scene: Stage) -> None:
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        queue = remote.open_queue()
+        remote.start()
+        frame = queue.get(PATIENCE)
+        assert (frame.pixel_format.name, frame.nbytes) == ("Mono8", 168 * 100)
+        remote.close()
+
+
 def test_ours_has_every_feature(scene: Stage) -> None:
     with scene.share():
         remote = connect(scene)

@@ -84,7 +84,7 @@ def test_our_ports_are_listed_and_answer(scene: Stage, yarp: Run) -> None:
         assert [line for line in said if line in wanted] == wanted
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "fast_tcp+pixels.mono"])
 def test_yarp_reads_our_images(
     scene: Stage, yarp: Run, environment: dict[str, str], carrier: str, tmp_path: Path
 ) -> None:
@@ -96,7 +96,8 @@ def test_yarp_reads_our_images(
             # A port is registered a moment before it listens.
             until(lambda: "Success" in yarp("connect", "/grabber", "/reader", carrier), "the connection")
             # Over mjpeg the numbers between are those of the reader's own YARP.
-            picture = re.compile(rb"\[mat\] \[rgb\] \(3 50400 \d+ 168 100\)")
+            layout = rb"\[mono\] \(1 16800" if "mono" in carrier else rb"\[rgb\] \(3 50400"
+            picture = re.compile(rb"\[mat\] " + layout + rb" \d+ 168 100\)")
             until(lambda: picture.search(output.read_bytes()), "a picture")
             yarp("disconnect", "/grabber", "/reader")
         finally:

@@ -67,6 +67,26 @@ def test_raw_and_colour(scene: Stage, server: YarpGrabberServer) -> None:
         assert (header.code, pixels.shape) == ("mono", (100, 168))
 
 
+def test_a_reader_may_ask_for_mono_beside_others(scene: Stage, server: YarpGrabberServer) -> None:
+    with InputPort("/reader", scene.names) as asking, InputPort("/viewer", scene.names) as other:
+        asking.connect("/grabber", "fast_tcp+pixels.mono")
+        other.connect("/grabber", "fast_tcp")
+        for _ in range(2):
+            header, pixels = image.decode(asking.read(PATIENCE)[0])
+            assert (header.code, pixels.shape) == ("mono", (100, 168))
+            header, colour = image.decode(other.read(PATIENCE)[0])
+            assert (header.code, colour.shape) == ("rgb", (100, 168, 3))
+
+
+def test_both_layouts_show_the_same_frame(scene: Stage) -> None:
+    queue = scene.grabber.open_queue(1)
+    with scene.share():
+        frame = queue.get(PATIENCE)
+    queue.close()
+    grey, code = Capability.COLOR.picture(frame, mono=True)
+    assert code == "mono" and np.array_equal(frame.rgb(), np.dstack([grey] * 3))
+
+
 def test_raw_alone(scene: Stage) -> None:
     with scene.share(capabilities=Capability.RAW), InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber")

@@ -73,13 +73,17 @@ class Target:
 
     @property
     def modifiers(self) -> dict[str, str]:
-        """Of the carrier: `recv.bayer` is {"recv": "bayer"}."""
-        parts = self.carrier.split("+")[1:]
-        return {key: value for key, _, value in (part.partition(".") for part in parts)}
+        """Those of the carrier."""
+        return modifiers_of(self.carrier)
 
     def sender(self, name: str) -> str:
         """Return the sender's name with the modifiers, as the receiver wants to see them."""
         return " ".join((name, *(f"({key} {value or '1'})" for key, value in self.modifiers.items())))
+
+
+def modifiers_of(carrier: str) -> dict[str, str]:
+    """Return the modifiers of a carrier: {"recv": "bayer"} of `tcp+recv.bayer`."""
+    return {key: value for key, _, value in (part.partition(".") for part in carrier.split("+")[1:])}
 
 
 def check_port_name(name: str) -> str:

@@ -14,6 +14,7 @@ from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Header, Message
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
 from grabbergui.net.yarp.os.link import Link, greet
+from grabbergui.net.yarp.os.names import modifiers_of
 
 log = logging.getLogger(__name__)
 
@@ -72,6 +73,7 @@ class Output:
         self.carrier = carrier
         self.carrier_text = carrier_text or carrier.name
         "With its modifiers."
+        self.modifiers = modifiers_of(self.carrier_text)
         self.sent = 0
         "Messages."
         self.dropped = 0

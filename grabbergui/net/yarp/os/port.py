@@ -226,9 +226,18 @@ class Port:
             connection.close()
         return bool(found)
 
-    def send(self, parts: Sequence[Buffer], envelope: str = "") -> None:
-        """Pass a message to every reader. Never waits, and holds `parts` until all readers have it."""
-        self._readers.send(parts, envelope)
+    def asked_for(self, modifier: str) -> frozenset[str]:
+        """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
+        return self._readers.asked_for(modifier)
+
+    def send(
+        self, parts: Sequence[Buffer], envelope: str = "", *, only: tuple[str, str] | None = None
+    ) -> None:
+        """Pass a message to every reader, or `only` to those that give a modifier this value.
+
+        Never waits, and holds `parts` until all readers have it.
+        """
+        self._readers.send(parts, envelope, only=only)
 
     def wait_sent(self, timeout: float) -> bool:
         """Wait until no message waits for a reader; return whether that was so within `timeout` seconds."""

@@ -46,12 +46,20 @@ class OutputPort(Port):
         super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT, allowed=allowed)
         self._handler = handler
 
-    def write(self, header: Buffer, payload: Buffer = b"", envelope: str = "") -> None:
+    def write(
+        self,
+        header: Buffer,
+        payload: Buffer = b"",
+        envelope: str = "",
+        *,
+        only: tuple[str, str] | None = None,
+    ) -> None:
         """Send one message, which is not copied: leave its memory alone until all readers have it.
 
+        `only` is a modifier and its value: readers whose carrier gives it another one get nothing.
         Never waits. A reader that is still busy gets the newest message when it is ready.
         """
-        self.send([header, payload] if len(payload) else [header], envelope)
+        self.send([header, payload] if len(payload) else [header], envelope, only=only)
 
     def write_bottle(self, bottle: Bottle, envelope: str = "") -> None:
         """Send a Bottle."""

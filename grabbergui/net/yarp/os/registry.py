@@ -252,9 +252,21 @@ class Readers:
         for output in self._registry.outputs:
             self._close(output)
 
-    def send(self, parts: Sequence[Buffer], envelope: str = "") -> None:
-        """Pass a message to every reader. Never waits, and holds `parts` until all readers have it."""
+    def asked_for(self, modifier: str) -> frozenset[str]:
+        """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
+        return frozenset(output.modifiers.get(modifier, "") for output in self._registry.outputs)
+
+    def send(
+        self, parts: Sequence[Buffer], envelope: str = "", *, only: tuple[str, str] | None = None
+    ) -> None:
+        """Pass a message to every reader, or `only` to those that give a modifier this value.
+
+        Never waits, and holds `parts` until all readers have it.
+        """
         outputs = self._registry.outputs
+        if only is not None:
+            modifier, value = only
+            outputs = [output for output in outputs if output.modifiers.get(modifier, "") == value]
         if outputs:
             message = Outgoing(parts, envelope)
             for output in outputs:
