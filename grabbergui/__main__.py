@@ -14,6 +14,9 @@ def main() -> int:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who ignores it means it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     _open_standard_streams()
+    # The matrices here are small, and OpenBLAS's threads spin while they wait for each other: they would take
+    # three times as long. A program that imports the package keeps the threads that it has.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if sys.argv[1:2] == ["--complete"]:  # a shell asks while somebody types: without the commands' imports
         from grabbergui.setup.completion import main as complete
 

@@ -17,6 +17,8 @@ from patience import set_aside_what_stays
 # No test looks for cameras beyond this machine, or needs a display.
 os.environ["GRABBERGUI_INTERFACES"] = "lo"
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# As in the program (`grabbergui.__main__`), before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Who starts programs in the background lets them ignore Ctrl+C, and all that they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,11 +1,15 @@
 """Files that come with the program are found from any folder, by the names that the manual uses."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from grabbergui.core.environment import RESOURCES, find_file
 from grabbergui.core.errors import MissingFileError
+from patience import PROGRAM
 
 
 @pytest.mark.parametrize("name", ["resources/servo/servo.ini", "servo/servo.ini", "servo.ini"])
@@ -32,3 +36,17 @@ def test_nothing_else_is_taken_for_one(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MissingFileError, match="there is no configuration"):
         find_file(Path(name), "configuration")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems count threads elsewhere")
+def test_numpy_has_one_thread_in_the_program():
+    code = (
+        "import os, sys; from grabbergui.__main__ import main\n"
+        "sys.argv[1:] = ['--complete', 'bash']; main()\n"
+        "import numpy; print(); print(len(os.listdir('/proc/self/task')))"
+    )
+    variables = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=variables, stdout=subprocess.PIPE, timeout=PROGRAM, check=True
+    )
+    assert int(done.stdout.split()[-1]) == 1
