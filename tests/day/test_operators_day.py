@@ -177,8 +177,8 @@ def microseconds(text: str | None) -> float | None:
 def cameras():
     """Two cameras with power-on values of their own."""
     both = (
-        Camera("127.21.0.1", "DAY1", width=640, height=480, fps=20),
-        Camera("127.21.0.2", "DAY2", width=320, height=240, fps=20, exposure=4000),
+        Camera("127.21.0.1", "DAY1", width=640, height=480, fps=8),
+        Camera("127.21.0.2", "DAY2", width=320, height=240, fps=8, exposure=4000),
     )
     try:
         for camera in both:
