@@ -10,6 +10,7 @@ from grabbergui.driver.gige.stream.pace import (
     LONGEST_PAUSE,
     MOST_POLLING,
     MOST_USUALLY_LATE,
+    ONE_BY_ONE_SHARE,
     PAUSE_SHARE,
     POLLING_SHARE,
     SHORTEST_PAUSE,
@@ -57,22 +58,27 @@ def test_the_last_pause_ends_with_the_block() -> None:
     assert pace.pause(2, PACKET, NOW) == 0, "too short to be worth it"
 
 
-def test_a_prompt_thread_waits_for_the_last_packets_one_by_one() -> None:
-    """It wakes with each of them; a pause until the expected end may last too long."""
-    rate = GIGABIT / PACKET
-    pace = learned(ROOMY, rate)
-    usual = pace.pause(1000, PACKET, NOW)
-    pace.prompt = True
-    assert pace.pause(round(rate * LAST_PAUSE), PACKET, NOW) == 0
-    assert pace.pause(1000, PACKET, NOW) == usual, "it pauses as others do before"
-
-
 def with_blocks_every(period: float, rate: float) -> Pace:
     """A pace that saw blocks end so many seconds apart, the last of them now."""
     pace = learned(ROOMY, rate)
     pace.took(1, NOW, more=False)
     pace.took(1, NOW + period, more=False)
     return pace
+
+
+@pytest.mark.parametrize(
+    ("period", "left"), [(1.0, 0.0), (0.01, LAST_PAUSE - ONE_BY_ONE_SHARE * 0.01)], ids=["slow", "fast"]
+)
+def test_a_prompt_thread_reads_the_last_packets_as_they_arrive(period: float, left: float) -> None:
+    """A pause until the expected end may last too long; many short blocks would cost many wake-ups."""
+    rate = GIGABIT / PACKET
+    pace, now = with_blocks_every(period, rate), NOW + period
+    last = round(rate * LAST_PAUSE)
+    usual = pace.pause(1000, PACKET, now)
+    assert pace.pause(last, PACKET, now) == pytest.approx(LAST_PAUSE, rel=0.02)
+    pace.prompt = True
+    assert pace.pause(1000, PACKET, now) == usual, "it pauses as others do before"
+    assert pace.pause(last, PACKET, now) == pytest.approx(left, rel=0.02)
 
 
 def test_the_end_of_a_block_is_watched_for_without_sleeping() -> None:

@@ -18,6 +18,9 @@ MOST_POLLING = 0.0003
 "Seconds before a block's end in which the thread watches for packets without sleeping."
 POLLING_SHARE = 0.01
 "Share of the time between two blocks' ends that may be spent so."
+ONE_BY_ONE_SHARE = 0.03
+"""Share of the time between two blocks' ends in which a prompt thread reads packets as they arrive, since a
+pause may end late. `LAST_PAUSE` at most."""
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
@@ -100,8 +103,8 @@ class Pace:
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
         """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
 
-        The last pause begins shortly before the end and ends with it, so that the frame is complete soon. A
-        `prompt` thread does without it.
+        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
+        That of a `prompt` thread ends earlier.
         """
         if not expected or not self._rate or not self._peak:
             return 0.0
@@ -118,11 +121,11 @@ class Pace:
         )
         pause = expected / self._rate - since - self._usually_late
         before_last = pause - LAST_PAUSE
-        if self.prompt and before_last <= SHORTEST_PAUSE:
-            return 0.0
         if before_last > SHORTEST_PAUSE:
             # Equal pauses rather than long ones and a tiny one.
             pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
+        elif self.prompt:
+            pause -= min(LAST_PAUSE, ONE_BY_ONE_SHARE * self._period)
         pause = min(pause, longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
 
