@@ -143,6 +143,15 @@ class FrameGrabber(ABC):
         `Feature.problem`.
         """
 
+    @property
+    def reads_at_once(self) -> int:
+        """How many features `read_features` reads in one request to the camera."""
+        return 1
+
+    def read_features(self, names: Sequence[str]) -> list[Feature]:
+        """Return features in the order of their names. Raises as `feature` if one of them does."""
+        return [self.feature(name) for name in names]
+
     @abstractmethod
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """Write a value (or its text) and return what the camera then reports.

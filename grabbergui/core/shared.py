@@ -6,7 +6,7 @@ A `ReadOnlyGrabber` is a handle for networks whose peers are not trusted.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -73,6 +73,15 @@ class SharedGrabber(FrameGrabber):
     @override
     def feature(self, name: str) -> Feature:
         return self._grabber.feature(name)
+
+    @property
+    @override
+    def reads_at_once(self) -> int:
+        return self._grabber.reads_at_once
+
+    @override
+    def read_features(self, names: Sequence[str]) -> list[Feature]:
+        return self._grabber.read_features(names)
 
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
 
@@ -21,6 +21,9 @@ from grabbergui.net.tree import TreeFeatures
 
 MOST_SEEN = 500
 "Settings that are compared when the other end comes back; each is a request."
+
+READS_AT_ONCE = 10
+"""Features read by one request. A write that comes meanwhile waits for the answer."""
 
 log = logging.getLogger(__name__)
 
@@ -111,6 +114,23 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         self._require(name)
         with self._lock:
             return self._note(self._shown(name), self._connected().read(name))
+
+    @property
+    @override
+    def reads_at_once(self) -> int:
+        return READS_AT_ONCE if isinstance(self._known(), TreeFeatures) else 1
+
+    @override
+    def read_features(self, names: Sequence[str]) -> list[Feature]:
+        if not isinstance(self._known(), TreeFeatures):
+            return super().read_features(names)
+        for name in names:
+            self._require(name)
+        with self._lock:
+            shown = [self._shown(name) for name in names]
+            tree = self._connected()
+            assert isinstance(tree, TreeFeatures)
+            return [self._note(*one) for one in zip(shown, tree.read_several(names), strict=True)]
 
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:

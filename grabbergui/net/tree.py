@@ -11,7 +11,7 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from enum import Enum
 from types import NoneType
@@ -63,10 +63,14 @@ class TreeFeatures:
 
     def read(self, name: str) -> Feature:
         """Return the feature as the server has it now."""
-        found = self._ask("feature", name)
-        if not isinstance(found, list) or len(found) != 1:
-            raise RemoteProtocolError(f"the server did not describe {name}")
-        return read_feature(found[0])
+        return self.read_several([name])[0]
+
+    def read_several(self, names: Sequence[str]) -> list[Feature]:
+        """Return features as the server has them now, by one request. Each name may be given once."""
+        found = self._ask("feature", *names)
+        if not isinstance(found, list) or len(found) != len(names):
+            raise RemoteProtocolError(f"the server did not describe {', '.join(names)}")
+        return [read_feature(one) for one in found]
 
     def write(self, name: str, value: FeatureValue) -> Feature:
         """Write a feature; return it as the server reports it afterwards."""

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Set
 from dataclasses import fields
 from functools import partial
+from itertools import islice
 from typing import TypeVar
 
 from psygnal import Signal
@@ -68,6 +69,8 @@ class FeatureTreeModel:
         "Features still to be read, oldest first; whether to publish each even if it did not change."
         self._reading = False
         "Whether a reading job is in progress."
+        self._one_by_one = 0
+        "How many of them are read singly, as one could not be read together with others."
         self._watched: frozenset[str] = frozenset()
         self._companions: frozenset[str] = frozenset()
         "Automatic modes of the watched features."
@@ -277,17 +280,45 @@ class FeatureTreeModel:
             with self._lock:
                 if not self._wanted:
                     break
-                name = next(iter(self._wanted))
-                always = self._wanted.pop(name)
-            self._read(name, always)
+                names = list(islice(self._wanted, self._reads_at_once()))
+                wanted = {name: self._wanted.pop(name) for name in names}
+            if len(names) > 1:
+                self._read_together(wanted)
+            else:
+                self._read(names[0], wanted[names[0]])
             if time.monotonic() >= deadline or self._worker.pressed:
                 break
         with self._lock:
             self._reading = bool(self._wanted) and self._worker.submit(self._read_some)
 
-    def _read(self, name: str, always: bool) -> None:
+    def _reads_at_once(self) -> int:
+        if self._one_by_one:
+            self._one_by_one -= 1
+            return 1
         try:
-            feature = self._grabber.feature(name)
+            return self._grabber.reads_at_once
+        except GrabberError:  # closed meanwhile
+            return 1
+
+    def _read_together(self, wanted: dict[str, bool]) -> None:
+        """Read several by one request. If any of them fails, they are read one by one next."""
+        try:
+            features = self._grabber.read_features(list(wanted))
+        except Exception as error:
+            log.debug("%s are read one by one: %s", ", ".join(wanted), error)
+            with self._lock:
+                if not self._closed:
+                    again = {name: always or self._wanted.pop(name, False) for name, always in wanted.items()}
+                    self._wanted = again | self._wanted
+                    self._one_by_one = len(wanted)
+            return
+        for (name, always), feature in zip(wanted.items(), features, strict=True):
+            self._read(name, always, feature)
+
+    def _read(self, name: str, always: bool, feature: Feature | None = None) -> None:
+        """Read a feature, unless it was `feature` just now, and publish it."""
+        try:
+            feature = feature or self._grabber.feature(name)
             self._publish(self._grabber.offered(feature), always)
             self._witness(feature)
         except TransportError as error:

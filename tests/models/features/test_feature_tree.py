@@ -89,6 +89,50 @@ def test_requested_features_are_read_on_the_worker_and_reported_even_if_unchange
     assert s.model.feature("A") == s.grabber.known["A"]
 
 
+class RemoteScript(ScriptedGrabber):
+    """Reads up to four features by one request."""
+
+    reads_at_once = 4
+
+    def __init__(self, features):
+        super().__init__(features)
+        self.requests = []
+
+    def read_features(self, names):
+        self.requests.append(len(names))
+        return super().read_features(names)
+
+
+def test_features_of_a_remote_camera_are_read_by_few_requests(stage, monkeypatch):
+    monkeypatch.setattr("test_feature_tree.ScriptedGrabber", RemoteScript)
+    s = stage(*(number(f"F{n}", float(n)) for n in range(6)))
+    s.model.request([f"F{n}" for n in range(6)])
+    s.settle()
+    assert s.grabber.requests == [4, 2]
+    assert [(feature.name, feature.value) for feature in s.changed] == [(f"F{n}", float(n)) for n in range(6)]
+
+
+def test_one_that_cannot_be_read_does_not_affect_those_read_together_with_it(stage, monkeypatch):
+    monkeypatch.setattr("test_feature_tree.ScriptedGrabber", RemoteScript)
+    s = stage(*(number(f"F{n}") for n in range(6)))
+    s.grabber.failures["F1"] = FeatureValueError("it burns", "F1")
+    s.model.request([f"F{n}" for n in range(6)])
+    s.settle()
+    assert s.grabber.requests == [4, 2]
+    assert sorted(feature.name for feature in s.changed) == [f"F{n}" for n in range(6)]
+    assert s.model.feature("F1").problem == "it burns"
+    assert s.errors == []
+
+
+def test_a_lost_remote_device_is_reported_once(stage, monkeypatch):
+    monkeypatch.setattr("test_feature_tree.ScriptedGrabber", RemoteScript)
+    s = stage(*(number(f"F{n}") for n in range(6)))
+    s.grabber.failures = {f"F{n}": DeviceLostError("gone") for n in range(6)}
+    s.model.request([f"F{n}" for n in range(6)])
+    s.settle()
+    assert len(s.errors) == 1
+
+
 def test_a_write_overtakes_a_long_reading(stage):
     features = [number(f"F{n}") for n in range(200)]
     s = stage(*features)

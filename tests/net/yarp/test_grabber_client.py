@@ -273,6 +273,31 @@ def test_a_server_that_vanished_without_closing_its_connections_is_read_again(sc
     dead.close()
 
 
+def test_ours_gives_several_features_by_one_request(scene: Stage) -> None:
+    names = ["Gain", "Width", "PixelFormat"]
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        assert isinstance(remote, YarpGrabber) and remote._link
+        ask, asked = remote._link._rpc.call, []
+        remote._link._rpc.call = lambda *request: asked.append(request) or ask(*request)  # type: ignore[method-assign, func-returns-value]
+        assert remote.reads_at_once >= len(names)
+        assert remote.read_features(names) == [scene.grabber.offered(scene.grabber.feature(n)) for n in names]
+        features = [request for request in asked if "feature" in request[0]]
+        assert len(features) == 1
+        with pytest.raises(FeatureNotFoundError):
+            remote.read_features(["Gain", "Gian"])
+        remote.close()
+
+
+def test_a_server_of_yarps_own_is_asked_for_one_at_a_time(remote: FrameGrabber) -> None:
+    assert (remote.reads_at_once > 1) == bool(remote.info.serial)  # only ours reports one
+    assert [feature.name for feature in remote.read_features(["Gain", "ExposureTime"])] == [
+        "Gain",
+        "ExposureTime",
+    ]
+
+
 def test_ours_sends_mono_as_the_sensor_has_it(scene: Stage) -> None:
     with scene.share():
         remote = connect(scene)
