@@ -19,6 +19,11 @@ from pathlib import Path
 from grabbergui.ui.run import window
 window.SCREENSHOT_PATIENCE = {PATIENCE}
 """
+ALONE = """
+from grabbergui.models.sources import SourceListModel
+SourceListModel.start = lambda self: None
+"""
+"""Other sources are not looked for: to import each kind takes as long as all that these tests look at."""
 
 
 def run(code, tmp_path):
@@ -58,7 +63,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
 def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path, theme):
     target = tmp_path / "window.png"
     done = run(
-        f"sys.exit(window.run('sim:', offscreen=True, theme='{theme}',"
+        ALONE + f"sys.exit(window.run('sim:', offscreen=True, theme='{theme}',"
         f" screenshot=Path({json.dumps(str(target))})))",
         tmp_path,
     )
@@ -114,7 +119,7 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
 
 def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
     done = run(
-        "from grabbergui.models.messages import MessageModel as M; shown = []\n"
+        ALONE + "from grabbergui.models.messages import MessageModel as M; shown = []\n"
         "def show(self, text):\n"
         "    shown.append(text)\n"
         "    window.QTimer.singleShot(0, window.QCoreApplication.quit)\n"
@@ -164,7 +169,8 @@ def test_what_qt_warns_of_is_logged(tmp_path):
 def test_it_shows_a_grabber_that_is_open_already_and_an_event_closes_it(tmp_path):
     target = tmp_path / "window.png"
     done = run(
-        f"""
+        ALONE
+        + f"""
 import threading, time
 from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
