@@ -53,25 +53,24 @@ def rotation_from_vector(vector: ArrayLike) -> NDArray[np.float64]:
 
 def vector_from_rotation(rotation: NDArray[np.float64]) -> Vector:
     """Axis × angle in radians, the angle 0 to π; the inverse of `rotation_from_vector`."""
-    twice = np.array(
-        [
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        ]
-    )
-    sine, cosine = float(np.linalg.norm(twice)) / 2, (float(np.trace(rotation)) - 1) / 2
+    twice, sine, cosine = _turn(rotation)
     angle = math.atan2(sine, cosine)
     if sine > 1e-6:
-        axis: Vector = twice / (2 * sine)
-        return axis * angle
+        return np.array(twice) * (angle / (2 * sine))
     if cosine > 0:
-        return twice / 2
+        return np.array(twice) / 2
     # Half a turn: R + I = 2 · axis · axisᵀ, of which the largest column is the safest to take.
     outer = rotation + np.eye(3)
     column = outer[:, int(np.argmax(np.diag(outer)))]
     half_turn: Vector = column / np.linalg.norm(column) * angle
     return half_turn
+
+
+def _turn(rotation: NDArray[np.float64]) -> tuple[tuple[float, float, float], float, float]:
+    """Return 2 · sine · axis, sine and cosine of the angle, as floats: arrays of three are slower."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    x, y, z = zy - yz, xz - zx, yx - xy
+    return (x, y, z), math.hypot(x, y, z) / 2, (xx + yy + zz - 1) / 2
 
 
 def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
@@ -121,12 +120,13 @@ def add_delta(start: Pose, twist: Vector, seconds: float = 1.0) -> Pose:
 
 def angle_between(first: Pose, second: Pose) -> float:
     """By how much two poses are turned against each other, radians."""
-    return float(np.linalg.norm(vector_from_rotation(first[:3, :3].T @ second[:3, :3])))
+    _, sine, cosine = _turn(first[:3, :3].T @ second[:3, :3])
+    return math.atan2(sine, cosine)
 
 
 def distance(first: Pose, second: Pose) -> float:
     """Metres between two poses' origins."""
-    return float(np.linalg.norm(first[:3, 3] - second[:3, 3]))
+    return math.dist(first[:3, 3].tolist(), second[:3, 3].tolist())
 
 
 def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Pose:
@@ -144,4 +144,6 @@ def is_pose(matrix: NDArray[np.float64]) -> bool:
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         return False
     rotation = matrix[:3, :3]
-    return bool(np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-3 and np.linalg.det(rotation) > 0)
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return determinant > 0 and bool(np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-3)
