@@ -6,8 +6,11 @@ import socket
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
+from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
@@ -79,11 +82,8 @@ def test_stretches_of_packets_alternate_between_the_sockets(port: Port, extended
     assert sorted(found) == [(each, each // stretch % MEMBERS) for each in wanted]
 
 
-@pytest.mark.parametrize("extended", [False, True])
-def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
-    """Nobody reads while the pictures come; they are in order afterwards and nothing is asked for."""
-    stride, packets = 100, 400
-    bench = Bench(payload_size=stride * packets, stride=stride, buffers=8)
+def long_block(stride: int, packets: int, *, extended: bool = False) -> list[bytes]:
+    """The datagrams of one frame with so many payload packets."""
     bodies = bytes(index % 251 for index in range(stride * packets))
     leader = block(1, extended=extended)[0]
     payload = [
@@ -92,19 +92,47 @@ def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
         for index in range(packets)
     ]
     trailer = PacketHeader(PacketFormat.TRAILER, 1, packets + 1, extended=extended).encode()
-    trailer += block(1, extended=extended)[-1][-8:]
+    return [leader, *payload, trailer + block(1, extended=extended)[-1][-8:]]
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
+    """Nobody reads while the pictures come; they are in order afterwards and nothing is asked for."""
+    stride, packets = 100, 400
+    bench = Bench(payload_size=stride * packets, stride=stride, buffers=8)
     alone = int(buffer_bytes(port.receiver) / 768)
     assert alone < packets / 4, "one socket holds a fraction of it"
     more = widen(port.receiver, WANTED, stride)
     source = BatchSource(port.receiver, DEVICE, more)
     try:
-        port.send([leader, *payload, trailer])
+        port.send(long_block(stride, packets, extended=extended))
         drain(source, bench)
         bench.assembler.flush()
     finally:
         source.close()
     assert bench.statistics.packets == packets + 2
     assert bench.statistics.incomplete == 0 and bench.requests == []
+
+
+def test_packets_of_several_sockets_are_taken_at_once(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
+    stride, packets = 100, 60
+    assert packets > 4 << stretch_bits(buffer_bytes(port.receiver), stride), "they lie in several sockets"
+    bench = Bench(payload_size=stride * packets, stride=stride, buffers=8)
+    batches: list[int] = []
+    receive_rows = bench.assembler.receive_rows
+
+    def counting(rows: NDArray[np.uint8], *arguments: Any) -> None:
+        batches.append(len(rows))
+        receive_rows(rows, *arguments)
+
+    monkeypatch.setattr(bench.assembler, "receive_rows", counting)
+    source = BatchSource(port.receiver, DEVICE, widen(port.receiver, WANTED, stride))
+    try:
+        port.send(long_block(stride, packets))
+        drain(source, bench)
+    finally:
+        source.close()
+    assert max(batches) == packets and bench.statistics.packets == packets + 2
 
 
 def test_images_arrive_in_order(port: Port) -> None:

@@ -128,15 +128,19 @@ class MessageSlots:
         self._messages["iov"] = _addresses(self._iov)
         self._messages["iov_length"] = 2
         self._messages["control"] = _addresses(self._control)
+        self._address: int = self._messages.ctypes.data
         self._lengths = self._messages["received"]
         self._control_lengths = self._messages["control_length"]
         self._divide(USUAL_DATAGRAM)
 
-    def receive(self, descriptor: int) -> int:
-        """Take waiting datagrams from a socket; return how many. Never waits. Raises OSError."""
-        self._control_lengths[: self.count] = CONTROL.itemsize
-        messages = ctypes.c_void_p(self._messages.ctypes.data)
-        received: int = self._call(descriptor, messages, self.count, DONT_WAIT, None)
+    def receive(self, descriptor: int, begin: int = 0) -> int:
+        """Take waiting datagrams from a socket into the slots from `begin` on; return how many.
+
+        Never waits. Raises OSError.
+        """
+        self._control_lengths[begin : self.count] = CONTROL.itemsize
+        messages = ctypes.c_void_p(self._address + begin * MMSGHDR.itemsize)
+        received: int = self._call(descriptor, messages, self.count - begin, DONT_WAIT, None)
         if received >= 0:
             return received
         code = ctypes.get_errno()
@@ -250,12 +254,15 @@ class BatchSource(PacedSource):
         super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES))
         self._newest = 0
         "Index of the socket that the last packets were read from."
+        self._held = 0
+        "Slots with packets that the assembler has yet to get: of several sockets, each of which holds few."
 
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
         waiting = self._waiting(timeout)
         now = time.monotonic()
         for index in waiting:
             now = self._drain(index, assembler)
+        self._take_held(assembler, now)
         return now
 
     def close(self) -> None:
@@ -267,6 +274,7 @@ class BatchSource(PacedSource):
         return bool(self._wait(0.0))
 
     def _discard(self) -> None:
+        self._held = 0
         for descriptor in self._descriptors:
             for _ in range(SKIPS):
                 if self._slots.skip(descriptor) < self._slots.count:
@@ -281,21 +289,25 @@ class BatchSource(PacedSource):
         return sorted(ready, key=lambda index: (index - self._newest) % count)
 
     def _drain(self, index: int, assembler: BlockAssembler) -> float:
-        """Take all packets of one socket; return the time of the last read."""
+        """Read all packets of one socket; return the time of the last read. The last stay in the slots."""
         for _ in range(BATCHES):
-            slots = self._slots.count
-            received = self._slots.receive(self._descriptors[index])
+            room = self._slots.count - self._held
+            received = self._slots.receive(self._descriptors[index], self._held)
             now = time.monotonic()
+            self._held += received
             if received:
                 self._newest = index
-                self._take(assembler, received, now)
-            if received < slots:
+            if received < room:
                 return now
+            self._take_held(assembler, now)
         self._drained = False
         return now
 
-    def _take(self, assembler: BlockAssembler, received: int, now: float) -> None:
-        """Give a batch to the assembler, stretches of datagrams of equal length at once."""
+    def _take_held(self, assembler: BlockAssembler, now: float) -> None:
+        """Give the packets in the slots to the assembler, stretches of datagrams of equal length at once."""
+        received, self._held = self._held, 0
+        if not received:
+            return
         for stretch in self._slots.stretches(received):
             if stretch.length == FOREIGN:
                 assembler.ignore(stretch.end - stretch.begin)
