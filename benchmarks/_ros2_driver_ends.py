@@ -27,6 +27,9 @@ PACKET_SIZE = 8164
 EXPOSURE_US = 10_000.0
 PATIENCE = 30.0
 "Seconds in which a driver must have opened the camera."
+OPENING = 1.0
+"""Seconds from a driver's publisher to its first subscription: camera_aravis2 1.2 overlooks one that comes
+while it is still opening the camera, and never starts the stream."""
 
 
 # -- the camera --------------------------------------------------------------------------------------
@@ -108,7 +111,8 @@ class Seen:
 def read(pipe: Connection, number: int, topic: str) -> None:
     """Read pictures as anybody's rclpy program does, with the default quality of service (reliable, 10 deep).
 
-    `"join"` is answered when the first picture came (False: none did), `"seen"` with a `Seen` since then.
+    `"join"` waits for the driver, and is answered when the first picture came (False: none did); `"seen"` is
+    answered with a `Seen` since then.
     """
     from sensor_msgs.msg import Image
 
@@ -123,6 +127,8 @@ def read(pipe: Connection, number: int, topic: str) -> None:
         while (order := pipe.recv()) is not None:
             if order == "join":
                 arrivals.clear()
+                _until(lambda: node.count_publishers(topic) > 0)
+                time.sleep(OPENING)
                 node.create_subscription(Image, topic, take, 10)
                 came = _until(lambda: bool(arrivals))
                 cpu, since = time.process_time(), time.monotonic()
