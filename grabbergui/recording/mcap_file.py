@@ -25,7 +25,14 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.recording.recording import FrameNote, Recording, RecordingError, rebuilt, rising
+from grabbergui.recording.recording import (
+    FrameNote,
+    Recording,
+    RecordingError,
+    in_order_of_receipt,
+    rebuilt,
+    rising,
+)
 from grabbergui.recording.ros_image import (
     IMAGE_NAME,
     TIME_NAME,
@@ -165,7 +172,7 @@ class McapRecording(Recording):
         return lines.view(">u2").astype("<u2") if image.is_bigendian and deep else lines
 
     def _device_time(self, place: _Place) -> int:
-        time_place = self._times.get(place.sequence)
+        time_place = self._times.get((place.sequence, place.log_time))
         if time_place is None:
             return 0
         try:
@@ -271,8 +278,11 @@ class McapRecording(Recording):
                 for place in places:
                     self._beside.setdefault((place.sequence, place.log_time), []).append(place)
         self.title = f"{self.path.name} {topic}"
-        self._images = sorted(images, key=lambda place: place.log_time)
-        self._times = {place.sequence: place for place in clocks.get(topic + DEVICE_TIME, [])}
+        self._images = in_order_of_receipt(images, lambda place: place.log_time)
+        # A camera that restarted counts its frames from one again.
+        self._times = {
+            (place.sequence, place.log_time): place for place in clocks.get(topic + DEVICE_TIME, [])
+        }
         self.times_ns = rising([place.log_time for place in self._images])
 
     def _main(self, place: _Place) -> str:

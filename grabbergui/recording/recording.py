@@ -9,10 +9,10 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.scan3d import Scan3d
+
+T = TypeVar("T")
 
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
@@ -116,6 +118,19 @@ def rising(times: list[int]) -> list[int]:
     """Return the times of frames as `Rising` has them."""
     clock = Rising()
     return [clock.next(time) for time in times]
+
+
+def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:
+    """Return items that lie roughly in the order of receipt, sorted by time up to where a clock was set."""
+    stretches: list[list[T]] = [[]]
+    latest = 0
+    for item in items:
+        if time(item) < latest - _CLOCK_SET:
+            stretches.append([])
+            latest = 0
+        stretches[-1].append(item)
+        latest = max(latest, time(item))
+    return [item for stretch in stretches for item in sorted(stretch, key=time)]
 
 
 def open_recording(path: Path) -> Recording:

@@ -4,6 +4,7 @@ import contextlib
 import errno
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback
 from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.recording import RecordingError, open_recording
+from grabbergui.recording.recording import RecordingError, in_order_of_receipt, open_recording
 from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer, kind_of
 from patience import PATIENCE, until
 
@@ -260,6 +261,35 @@ def test_a_disk_that_fills_up_ends_it_with_readable_files(camera, tmp_path, monk
     assert len(recording) == 5
     assert recording.frame(4, 0).width == 64
     recording.close()
+
+
+def test_an_mcap_is_played_in_the_order_of_receipt_though_the_clock_was_set_back(tmp_path):
+    hour = 3_600_000_000_000
+    frames = [
+        replace(made("Mono8", index), received_ns=START + index * STEP - (hour if index > 2 else 0))
+        for index in range(6)
+    ]
+    path = written(RecordingKind.MCAP, tmp_path / "x.mcap", frames)
+    with contextlib.closing(open_recording(path)) as recording:
+        played = [recording.frame(index, 0).frame_id for index in range(6)]
+        assert played == [frame.frame_id for frame in frames]
+        assert np.diff(recording.times_ns).tolist() == [STEP, STEP, 0, STEP, STEP]
+
+
+def test_messages_that_lie_a_little_out_of_order_are_sorted():
+    second = 1_000_000_000
+    times = [second, 3 * second, 2 * second + 1, 4 * second, second, second + 2, second + 1]
+    ordered = in_order_of_receipt(times, lambda time: time)
+    assert ordered == [*sorted(times[:4]), *sorted(times[4:])]
+
+
+def test_a_camera_that_counts_from_one_again_keeps_the_device_times_of_its_first_frames(tmp_path):
+    frames = [
+        replace(made("Mono8", index), frame_id=index % 3 + 1, timestamp_ns=1000 + index) for index in range(6)
+    ]
+    path = written(RecordingKind.MCAP, tmp_path / "x.mcap", frames)
+    with contextlib.closing(open_recording(path)) as recording:
+        assert [recording.frame(index, 0).timestamp_ns for index in range(6)] == list(range(1000, 1006))
 
 
 class FullDisk:
