@@ -8,8 +8,8 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from typing_extensions import override
 
 from grabbergui.core.errors import (
     AccessDeniedError,
+    AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
     RemoteProtocolError,
@@ -41,6 +42,7 @@ from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
+from grabbergui.driver.gige.bootstrap import Control, Register
 
 
 class AravisDevice(Device):
@@ -61,13 +63,17 @@ class AravisDevice(Device):
         # The signal's handler must live as long as the device.
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
         self._handler = 0
+        self._lost = ""
+        "Why the camera is lost; empty while it is not."
+        self._reporting = threading.Lock()
+        "Of `_lost`: Aravis and a register may notice at once."
 
     # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
         """Aravis takes control by itself; for reading only it is given back at once."""
         self.close()
-        self._library = load()
+        self._library, self._lost = load(), ""
         found = None if is_ip_address(self._name) else self._find()
         # Of two cameras with one id, Aravis opens either; an address leads to one.
         name = found.address_or_id if found else self._name
@@ -155,20 +161,23 @@ class AravisDevice(Device):
 
     def _on_signal(self, device: int, user_data: int) -> None:
         # On a thread of Aravis, which must not wait for us and for which Python would keep a record for ever.
-        threading.Thread(target=self._report_lost, name="aravis-lost", daemon=True).start()
+        reason = "Aravis lost control: the camera does not answer, or another application has it"
+        arguments = (reason, device)
+        threading.Thread(target=self._report_lost, args=arguments, name="aravis-lost", daemon=True).start()
 
-    def _report_lost(self) -> None:
+    def _report_lost(self, reason: str, device: int | None) -> None:
+        with self._reporting:
+            if self._lost or device is None or device != self._device:
+                return
+            self._lost = reason
         if self.on_lost is not None:
-            self.on_lost("Aravis lost control: the camera does not answer, or another application has it")
+            self.on_lost(reason)
 
     # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
-        data = ctypes.create_string_buffer(length)
-        failure = Failure(f"reading {length} bytes at 0x{address:X}")
-        self._library_of_open().arv_device_read_memory(self._device, address, length, data, failure.place)
-        failure.check()
-        return data.raw
+        with self._watched():
+            return self._read(address, length)
 
     @override
     def write(self, address: int, data: bytes) -> None:
@@ -176,8 +185,48 @@ class AravisDevice(Device):
         if not self._writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
         failure = Failure(f"writing {len(data)} bytes at 0x{address:X}")
-        library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
+        with self._watched(writing=True):
+            library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
+            failure.check()
+
+    def _read(self, address: int, length: int) -> bytes:
+        data = ctypes.create_string_buffer(length)
+        failure = Failure(f"reading {length} bytes at 0x{address:X}")
+        self._library_of_open().arv_device_read_memory(self._device, address, length, data, failure.place)
         failure.check()
+        return data.raw
+
+    @contextmanager
+    def _watched(self, *, writing: bool = False) -> Iterator[None]:
+        """Notice that the camera is lost where an access fails.
+
+        Aravis says so by itself, but late: its heartbeat waits while accesses are repeated.
+        """
+        try:
+            yield
+        except DeviceLostError as error:
+            self._report_lost(str(error), self._device)
+            raise
+        except (AckTimeoutError, DeviceStatusError) as error:
+            if writing or isinstance(error, AckTimeoutError):
+                self._require_answer(error)
+            raise
+
+    def _require_answer(self, cause: Exception) -> None:
+        """Raise DeviceLostError, and report it, if the camera is silent or no longer under our control."""
+        gige = self.chunk_layout is DataLayout.GIGE_VISION
+        try:
+            control = int.from_bytes(self._read(Register.CCP if gige else 0, 4), "big")
+        except AckTimeoutError:
+            reason = "the camera does not answer"
+        except DeviceStatusError:
+            return
+        else:
+            if not gige or not self._writable or control & (Control.CONTROL | Control.EXCLUSIVE):
+                return
+            reason = "the camera took our control back; its heartbeat may have expired, or it has restarted"
+        self._report_lost(reason, self._device)
+        raise DeviceLostError(f"the camera is lost: {reason}") from cause
 
     @override
     def description(self) -> bytes:
@@ -209,6 +258,8 @@ class AravisDevice(Device):
     def _library_of_open(self) -> Any:
         if self._device is None:
             raise DeviceLostError(f"{self.info.title} is not open")
+        if self._lost:
+            raise DeviceLostError(f"the camera is lost: {self._lost}")
         return self._library
 
 

@@ -16,6 +16,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import (
     AccessDeniedError,
+    AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
     FeatureValueError,
@@ -162,6 +163,37 @@ def test_control_that_went_elsewhere_is_reported(opened: FrameGrabber, simulated
     simulated.control.release()
     assert states.get(timeout=PATIENCE) is ConnectionState.LOST
     assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+
+
+def test_a_refused_write_notices_that_control_is_gone(opened: FrameGrabber, simulated: GigeCamera) -> None:
+    """A camera that restarted between two heartbeats of Aravis is lost; it does not refuse this feature."""
+    states: queue.Queue[ConnectionState] = queue.Queue()
+    opened.write_feature("ExposureTime", 1500.0)
+    opened.connection_changed.connect(lambda state, why: states.put(state))
+    simulated.control.release()
+    with pytest.raises(DeviceLostError, match="is lost"):
+        opened.write_feature("ExposureTime", 1600.0)
+    assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+    assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+    assert opened.feature("ExposureTime").value == 1500.0
+
+
+def test_a_camera_that_answers_neither_write_nor_read_is_lost(
+    opened: FrameGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def time_out(failure: library.Failure) -> None:
+        raise AckTimeoutError("Aravis answered: timeout")
+
+    states: queue.Queue[tuple[ConnectionState, str]] = queue.Queue()
+    opened.connection_changed.connect(lambda state, why: states.put((state, why)))
+    with monkeypatch.context() as silence:
+        silence.setattr(library.Failure, "check", time_out)
+        with pytest.raises(DeviceLostError, match="does not answer"):
+            opened.write_feature("ExposureTime", 1600.0)
+        assert states.get(timeout=PATIENCE) == (ConnectionState.LOST, "the camera does not answer")
+        with pytest.raises(DeviceLostError):
+            opened.write_feature("ExposureTime", 1600.0)
+    assert states.get(timeout=PATIENCE)[0] is ConnectionState.OPEN
 
 
 def twin_at(address: str, model: str = "Twin") -> GigeCamera:
