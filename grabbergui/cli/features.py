@@ -231,16 +231,9 @@ def _save(options: argparse.Namespace) -> int:
 
 
 def _load(options: argparse.Namespace) -> int:
-    with opened(options.source) as grabber, stop_on_signals() as cancelled:
+    with opened(options.source) as grabber:
         features = files.load(options.file, grabber.selectors.of)
-        report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
-        rolled_back = None
-        if not options.json:
-            print("\n".join(report.lines()))
-        if options.all_or_nothing and not report.settled and not options.dry_run:
-            rolled_back = roll_back(grabber, report).summary()
-            if not options.json:
-                print(f"rolled back: {rolled_back}")
+        report, rolled_back = _load_onto(grabber, features, options)
     if options.json:
         print(json.dumps({**_loaded(report), "rolled_back": rolled_back}, indent=2))
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
@@ -250,6 +243,21 @@ def _load(options: argparse.Namespace) -> int:
             f" settings are not as {options.file} has them"
         )
     return 0
+
+
+def _load_onto(
+    grabber: FrameGrabber, features: FeatureSet, options: argparse.Namespace
+) -> tuple[LoadReport, str | None]:
+    with stop_on_signals() as cancelled:
+        report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
+        rolled_back = None
+        if not options.json:
+            print("\n".join(report.lines()))
+        if options.all_or_nothing and not report.settled and not options.dry_run:
+            rolled_back = roll_back(grabber, report).summary()
+            if not options.json:
+                print(f"rolled back: {rolled_back}")
+    return report, rolled_back
 
 
 def _loaded(report: LoadReport) -> dict[str, Any]:

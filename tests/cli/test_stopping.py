@@ -1,12 +1,15 @@
 """Signals that end a server: the first is a wish, one a moment later the same, a later one an order."""
 
+import os
 import signal
+import subprocess
+import sys
 import threading
 
 import pytest
 
-from grabbergui.cli import process
-from patience import PATIENCE
+from grabbergui.cli import EXIT_TERMINATED, process
+from patience import PATIENCE, until
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -49,6 +52,31 @@ def test_a_signal_waits_until_genapi_is_left():
             threading.Event().wait(PATIENCE)
     assert interrupted
     grabber.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
+def test_a_file_of_settings_that_never_ends_is_left(tmp_path):
+    fifo = tmp_path / "settings.yaml"
+    os.mkfifo(fifo)
+
+    def reached() -> bool:
+        try:
+            ends.append(os.open(fifo, os.O_WRONLY | os.O_NONBLOCK))
+        except OSError:  # nobody reads yet
+            return False
+        return True
+
+    ends: list[int] = []
+    program = subprocess.Popen([sys.executable, "-m", "grabbergui", "load", "sim:", fifo])
+    try:
+        until(reached, "the file to be read")
+        program.terminate()
+        assert program.wait(PATIENCE) == EXIT_TERMINATED
+    finally:
+        program.kill()
+        program.wait()
+        for end in ends:
+            os.close(end)
 
 
 def test_afterwards_signals_act_as_before():

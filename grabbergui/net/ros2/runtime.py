@@ -102,6 +102,8 @@ class Ros2Node:
             self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
         except (RuntimeError, ValueError) as error:
             self.context.try_shutdown()
+            if not ros_args and isinstance(error, RuntimeError):
+                raise SourceUnavailableError(f"ROS 2 cannot start: {_without_places(error)}") from error
             if not ros_args:
                 raise
             raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
@@ -144,6 +146,8 @@ class Ros2Node:
 def _without_places(error: Exception) -> str:
     """Return ROS's message without places in its source; for unknown arguments ROS only lists them."""
     text = re.sub(r",? at /\S+?:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
+    if "log directory" in text:
+        text += "; ROS_LOG_DIR may name a folder that can be written"
     return f"unknown: {text}" if text.startswith("[") else text
 
 

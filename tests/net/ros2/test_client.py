@@ -1,6 +1,9 @@
 """Our client on a server of ours."""
 
+import os
 import queue
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -19,6 +22,27 @@ from grabbergui.core.errors import (  # noqa: E402
 )
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
+
+
+def test_a_search_without_a_folder_for_ros_logs_finds_the_others(tmp_path):
+    """As in a home that is read-only: ROS 2 does not start then, which is no matter of the other kinds."""
+    (tmp_path / "file").touch()
+    environment = os.environ | {"ROS_LOG_DIR": str(tmp_path / "file" / "log")}
+    command = [sys.executable, "-m", "grabbergui"]
+    listed = subprocess.run(
+        [*command, "list", "--timeout", "0.5"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert (listed.returncode, listed.stderr) == (0, "") and "sim:" in listed.stdout
+    served = subprocess.run(
+        [*command, "serve", "sim:", "--ros2", "/logless"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert served.returncode == 1
+    assert "ROS 2 cannot start" in served.stderr and "ROS_LOG_DIR" in served.stderr
+    assert len(served.stderr.splitlines()) == 1
 
 
 def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
