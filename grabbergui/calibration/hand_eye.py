@@ -24,6 +24,7 @@ from grabbergui.calibration.hand_eye_model import (
     HandEyeView,
     Problem,
     camera_from_target,
+    root_mean_square,
 )
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
@@ -228,10 +229,12 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
         if not geometry.is_pose(camera):
             continue
         for tool, target in zip(tools, targets, strict=True):
-            guess = Guess(camera, tool @ camera @ target, *none)
-            error = float(np.median([problem.error(view, guess) for view in views]))
+            held = tool @ camera @ target
+            poses = [geometry.inverse(each @ camera) @ held for each in tools]
+            residuals = map(problem.residuals_at, views, poses)
+            error = float(np.median([root_mean_square(each) for each in residuals]))
             if error < least:
-                best, least, chosen = guess, error, name
+                best, least, chosen = Guess(camera, held, *none), error, name
     if best is None:
         raise UsageError(_TOO_LITTLE)
     return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE), chosen

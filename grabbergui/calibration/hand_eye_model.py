@@ -148,7 +148,12 @@ class Problem:
 
     def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
         """Return (2 n,) pixels from where corners are seen to where the guess has them."""
-        pose = camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
+        return self.residuals_at(
+            view, camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
+        )
+
+    def residuals_at(self, view: HandEyeView, pose: Pose) -> Vector:
+        """Return the same for the target's pose in the camera's optical frame."""
         seen, _ = cv2.projectPoints(
             view.points,
             geometry.vector_from_rotation(pose[:3, :3]),
@@ -197,8 +202,12 @@ class Problem:
 
     def error(self, view: HandEyeView, guess: Guess) -> float:
         """Return the root mean square distance of a view's corners, pixels."""
-        residuals = self.residuals(view, guess)
-        return math.sqrt(float(residuals @ residuals) / len(view.points))
+        return root_mean_square(self.residuals(view, guess))
+
+
+def root_mean_square(residuals: Vector) -> float:
+    """Return the root mean square distance of corners whose residuals are these, pixels."""
+    return math.sqrt(float(residuals @ residuals) / (len(residuals) // 2))
 
 
 def _motion(
