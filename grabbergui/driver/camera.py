@@ -62,6 +62,8 @@ class Camera(FrameGrabber):
         "Never held while anything waits: losses are reported by threads that closing the device joins."
         self._lost_meanwhile = ""
         "Why it was lost while it was opened or came back; empty if it was not."
+        self._away = ""
+        "Why it is lost, until it is back; empty while it is not."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -73,7 +75,7 @@ class Camera(FrameGrabber):
             self.device.on_lost = self._on_lost
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
-            self._hears_events, self._lost_meanwhile = False, ""
+            self._hears_events, self._lost_meanwhile, self._away = False, "", ""
             self.device.take_over = access is Access.TAKE_OVER
             self._writer = None  # what was set before it was closed is not set again
             try:
@@ -85,7 +87,7 @@ class Camera(FrameGrabber):
             except BaseException:
                 if self._nodes is not None:
                     self._nodes.close()
-                self._nodes = None
+                self._nodes, self._away = None, ""
                 self.device.close()
                 self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
@@ -120,6 +122,7 @@ class Camera(FrameGrabber):
             self.device.close()
             reconnecting, self._reconnecting = self._reconnecting, None
             events, self._events = self._events, None
+            self._away = ""
         if events is not None:
             events.close()
         if poller is not None:
@@ -160,7 +163,8 @@ class Camera(FrameGrabber):
 
         A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
         """
-        return self._write(name, value).feature
+        with self._explaining_loss():
+            return self._write(name, value).feature
 
     @override
     def read_setting(self, key: SettingKey) -> Feature:
@@ -173,9 +177,7 @@ class Camera(FrameGrabber):
     @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Consequences are found by the description's invalidation rules."""
-        if not key.selected:
-            return self._write(key.name, value)
-        with self._selecting(key.selected):
+        with self._explaining_loss(), self._selecting(key.selected) if key.selected else nullcontext():
             return self._write(key.name, value)
 
     @override
@@ -226,7 +228,7 @@ class Camera(FrameGrabber):
         self._require(name)
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
-        with self._lock if name == LOAD_SET else nullcontext():
+        with self._explaining_loss(), self._lock if name == LOAD_SET else nullcontext():
             self._opened().execute(name)
             if name == LOAD_SET:
                 self._writes().memory.note_loaded_set(self.setting(name))
@@ -243,7 +245,7 @@ class Camera(FrameGrabber):
     def write_register(self, name: str, content: bytes) -> None:
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
-        with self._lock:
+        with self._explaining_loss(), self._lock:
             self._opened().write_register(name, content)
 
     # -- acquisition -----------------------------------------------------------------------------
@@ -325,6 +327,7 @@ class Camera(FrameGrabber):
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         log.warning("%s: %s", self.info.uri, reason)
+        self._away = reason
         self._acquisition.running = False
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
@@ -358,13 +361,18 @@ class Camera(FrameGrabber):
                 names = frozenset(description.name for description in self.feature_tree().descriptions())
             # Closing waits for this thread, so what is reported here is reported before "closed".
             self.unlike_before = tuple(problems)
-            self.connection_changed.emit(ConnectionState.OPEN, return_text(problems))
+            self._away = ""
+            # As visible as the loss: a server's log has no other sign of its end.
+            how = return_text(problems)
+            log.warning("%s: back, %s", self.info.uri, how)
+            self.connection_changed.emit(ConnectionState.OPEN, how)
             self.features_changed.emit(names)
             with self._losses:
                 if not self._lost_meanwhile:
                     self._reconnecting = None
                     return
             # Its loss was perhaps reported before "open".
+            self._away = self._lost_meanwhile
             self.connection_changed.emit(ConnectionState.LOST, self._lost_meanwhile)
 
     def _restore(self) -> list[str]:
@@ -401,6 +409,16 @@ class Camera(FrameGrabber):
             return remembered.restore(self)
         finally:
             writer.memory = remembered
+
+    @contextmanager
+    def _explaining_loss(self) -> Iterator[None]:
+        """Say why the camera is lost, where it is closed between attempts to open it again."""
+        try:
+            yield
+        except DeviceLostError as error:
+            if not self._away or self._away in str(error):
+                raise
+            raise DeviceLostError(f"{self.info.title} is lost: {self._away}") from error
 
     def _writes(self) -> SettingWriter:
         self._opened()

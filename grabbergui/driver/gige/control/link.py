@@ -181,7 +181,7 @@ class ControlLink:
         while heartbeat.lost is None and not self._awake.wait(self._pause(heartbeat)):
             self._beat(heartbeat)
         if heartbeat.lost and not self._resting:
-            log.warning("camera lost: %s", heartbeat.lost)
+            log.info("camera lost: %s", heartbeat.lost)
             if self.on_lost is not None:
                 self.on_lost(heartbeat.lost)
 
