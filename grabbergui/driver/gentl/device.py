@@ -20,6 +20,7 @@ from typing_extensions import override
 
 from grabbergui.core.errors import (
     AccessDeniedError,
+    AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
     GrabberError,
@@ -205,11 +206,25 @@ class GentlDevice(Device):
 
     @contextmanager
     def _watched(self) -> Iterator[None]:
-        """Report a lost camera once, on the thread that notices."""
+        """Report a lost camera once, on the thread that notices.
+
+        Many producers answer for a camera that is gone as for a slow one, by a timeout. One that does not
+        answer for its first register either is taken for lost.
+        """
         try:
             yield
         except DeviceLostError as error:
             self._report_lost(str(error))
+            raise
+        except AckTimeoutError as error:
+            try:
+                with answering("reading the first register"):
+                    self._opened().remote_port.read(0, 4)
+            except (AckTimeoutError, DeviceLostError):
+                self._report_lost(str(error))
+                raise DeviceLostError(str(error)) from error
+            except DeviceStatusError:
+                pass
             raise
 
     def _report_lost(self, reason: str) -> None:

@@ -14,6 +14,7 @@ from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import (
     AccessDeniedError,
+    AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
     MissingFileError,
@@ -235,6 +236,30 @@ def test_a_camera_lost_while_streaming_is_reported_once(grabber, monkeypatch, ca
     assert states[0][0] is ConnectionState.LOST
     assert caplog.text.count("receiving:") == 1
     queue.get(PATIENCE)  # it is opened again, and streams
+
+
+def test_a_camera_for_which_the_producer_only_times_out_is_lost(grabber, monkeypatch):
+    def silent(*arguments):
+        raise stream.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
+
+    def slow(*arguments):
+        writes.append(arguments)
+        raise stream.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
+
+    states, writes = [], []
+    grabber.connection_changed.connect(lambda state, reason: states.append(state))
+    with monkeypatch.context() as answers_reads:
+        answers_reads.setattr(stream.gentl.Port, "write", slow)
+        with pytest.raises(AckTimeoutError):
+            grabber.device.write(0, bytes(4))
+        assert writes and not states
+    with monkeypatch.context() as answers_nothing:
+        answers_nothing.setattr(stream.gentl.Port, "write", silent)
+        answers_nothing.setattr(stream.gentl.Port, "read", silent)
+        with pytest.raises(DeviceLostError, match="no answer"):
+            grabber.device.write(0, bytes(4))
+        assert states == [ConnectionState.LOST]
+    until(lambda: states[-1] is ConnectionState.OPEN, "its return")
 
 
 def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
