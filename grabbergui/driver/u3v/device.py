@@ -230,12 +230,19 @@ class U3vDevice(Device):
 
     @contextlib.contextmanager
     def _noticing_loss(self) -> Iterator[RegisterAccess]:
-        registers = self._opened()
+        registers, handle = self._opened(), self._handle
         try:
             yield registers
         except DeviceLostError as error:
             self._on_gone(str(error))
             raise
+        except TransportError as error:
+            # A transfer that the unplugging interrupted fails like one that a disturbance did.
+            if handle is None or handle.is_present():
+                raise
+            reason = f"{self.info.title} was unplugged"
+            self._on_gone(reason)
+            raise DeviceLostError(reason) from error
 
     def _opened(self) -> RegisterAccess:
         if self._lost:

@@ -13,6 +13,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     GrabberError,
     SourceNotFoundError,
+    TransportError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState
@@ -22,6 +23,8 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.registers import CONTROL_IN, STREAM_IN
 from grabbergui.driver.u3v.device import U3vDevice
+from grabbergui.driver.u3v.usb import UsbHandle
+from grabbergui.driver.u3v.watcher import Watcher
 from patience import PATIENCE, until
 
 
@@ -137,6 +140,26 @@ def test_unplugging_an_idle_camera_is_noticed(plug_in) -> None:
         device.read(0, 4)
     device.close()
     assert len(reasons) == 1
+
+
+def test_a_transfer_that_unplugging_interrupted_says_so(plug_in, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise TransportError("USB error: Input/Output Error")
+
+    simulated, device = plug_in()
+    reasons: list[str] = []
+    device.on_lost = reasons.append
+    monkeypatch.setattr(Watcher, "_run", lambda watcher: None)
+    device.open(Access.CONTROL)
+    monkeypatch.setattr(UsbHandle, "write", fail)
+    with pytest.raises(TransportError, match="Input/Output"):
+        device.write(0, bytes(4))
+    assert not reasons, "a disturbance is no loss"
+    simulated.unplug()
+    with pytest.raises(DeviceLostError, match="unplugged"):
+        device.write(0, bytes(4))
+    assert len(reasons) == 1
+    device.close()
 
 
 def _everything(device: U3vDevice) -> None:
