@@ -43,6 +43,9 @@ _UNITS = {
 LONG = 10_000
 """From here on a number is shown in a larger unit, where its unit has one."""
 
+SHORT = 0.1
+"""Below it a number is not shown any more in the larger unit that it was shown in."""
+
 _POWERS = (
     {"s": 0, "sec": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9},
     {"Hz": 0, "kHz": 3, "MHz": 6},
@@ -65,8 +68,19 @@ def unit_text(unit: str) -> str:
     return _UNITS.get(unit, unit)
 
 
-def shown_unit(number: int | float, unit: str) -> str:
-    """Return the unit in which to show a number that has `unit`: seconds for a million microseconds."""
+def shown_unit(number: int | float, unit: str, before: str = "") -> str:
+    """Return the unit in which to show a number that has `unit`: seconds for a million microseconds.
+
+    A larger unit in which it was shown `before` is kept until the number is short in it, so that who types 9
+    over "10 ms", and then 8, means milliseconds twice.
+    """
+    shown = _long_unit(number, unit)
+    kept = _power_between(unit, before)
+    return before if kept > _power_between(unit, shown) and abs(number) >= SHORT * 10.0**kept else shown
+
+
+def _long_unit(number: int | float, unit: str) -> str:
+    """Return the largest unit in which a long number is at least 1; a short one's own."""
     for powers, larger in zip(_POWERS, _SHOWN_IN, strict=True):
         if unit in powers and LONG <= abs(number) < math.inf:
             exact = [name for name in larger if abs(number) >= 10.0 ** (powers[name] - powers[unit])]
@@ -126,7 +140,7 @@ def can_become_number(text: str, unit: str, shown_in: str) -> bool:
 
 def without_shown_unit(text: str, shown_in: str) -> str:
     """Drop the shown unit from a text if the user typed another one before it."""
-    typed = text.removesuffix(unit_text(shown_in)).strip()
+    typed = text.removesuffix(f" {unit_text(shown_in)}").strip()
     another = typed != text.strip() and bool(typed[_begun_number(typed) :].strip())
     return typed if another else text
 
@@ -162,6 +176,13 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
                 raise ValueError("not a finite number") from None
             return round(as_float)
     return _fraction(bare)
+
+
+def typed_unit(text: str, unit: str) -> str:
+    """Return the unit at the end of a typed text, if it is a multiple of `unit`; else nothing."""
+    text = text.strip()
+    family = next((powers for powers in _POWERS if unit in powers), {})
+    return next((name for name in sorted(family, key=len, reverse=True) if text.endswith(name)), "")
 
 
 def typed_value(text: str, feature: Feature) -> FeatureValue:

@@ -17,6 +17,7 @@ from grabbergui.models.features.text import (
     parse_number,
     quantity_text,
     shown_unit,
+    typed_unit,
     without_shown_unit,
 )
 from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, WheelGuard
@@ -78,6 +79,8 @@ class NumberField(QAbstractSpinBox):
 
     def setFeature(self, feature: Feature) -> None:
         """Show a number feature. A text that is being typed stays."""
+        if self._feature is None or feature.name != self._feature.name:
+            self._shown_in = ""
         self._feature = feature
         self._following.stop()
         self._show()
@@ -151,7 +154,7 @@ class NumberField(QAbstractSpinBox):
         if feature is None or not isinstance(feature.value, int | float):
             text = ""
         else:
-            self._shown_in = shown_unit(feature.value, feature.unit)
+            self._shown_in = shown_unit(feature.value, feature.unit, self._shown_in)
             text = self._fitting(feature.value, feature.unit)
         if text != self._line.text():
             selected = self._line.hasSelectedText()
@@ -167,7 +170,7 @@ class NumberField(QAbstractSpinBox):
         room = self._line.width() - LINE_EDIT_PADDING
         text = ""
         for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
-            text = quantity_text(number, unit, digits)
+            text = quantity_text(number, unit, digits, self._shown_in)
             if not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= room:
                 break
         return text
@@ -202,6 +205,7 @@ class NumberField(QAbstractSpinBox):
             self._stop_typing()
         else:
             self._typing = False
+            self._shown_in = typed_unit(self._line.text(), self._feature.unit) or self._shown_in
             self._edit(number)
             self.typingFinished.emit()
 

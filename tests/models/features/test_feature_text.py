@@ -12,7 +12,9 @@ from grabbergui.models.features.text import (
     parse_coded,
     parse_number,
     quantity_text,
+    shown_unit,
     tooltip_html,
+    typed_unit,
     value_text,
 )
 
@@ -195,3 +197,39 @@ def test_camel_case_may_be_broken():
 )
 def test_long_numbers_are_shown_in_a_larger_unit(number, unit, text):
     assert quantity_text(number, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "before", "unit"),
+    [
+        (5000.0, "ms", "ms"),
+        (100.0, "ms", "ms"),
+        (99.0, "ms", "us"),
+        (0.0, "ms", "us"),
+        (1_000_000.0, "ms", "s"),
+        (5000.0, "s", "us"),
+        (200_000.0, "s", "s"),
+        (20_000.0, "s", "ms"),
+        (5000.0, "us", "us"),
+        (10_000.0, "us", "ms"),
+        (5000.0, "kHz", "us"),
+        (5000.0, "", "us"),
+    ],
+)
+def test_the_unit_that_was_shown_is_kept_where_it_suits_the_number(number, before, unit):
+    assert shown_unit(number, "us", before) == unit
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "typed"),
+    [
+        ("5 ms", "us", "ms"),
+        ("5ms", "us", "ms"),
+        ("5 s", "us", "s"),
+        ("5", "us", ""),
+        ("5 dB", "dB", ""),
+        ("5 µs", "us", "µs"),
+    ],
+)
+def test_the_unit_of_a_typed_text_is_recognised(text, unit, typed):
+    assert typed_unit(text, unit) == typed

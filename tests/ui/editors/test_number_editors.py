@@ -45,6 +45,30 @@ def test_a_unit_that_is_typed_takes_the_place_of_the_one_shown(take, qtbot, type
     assert hand.values == [taken]
 
 
+def test_numbers_typed_one_after_another_have_one_unit(take, qtbot):
+    hand = take(EXPOSURE)
+    field = hand.editor.field
+    for typed, shown in (
+        ("5", "5 ms"),
+        ("6", "6 ms"),
+        ("0.2s", "0.2 s"),
+        ("0.3", "0.3 s"),
+        ("80us", "80 µs"),
+    ):
+        field.selectAll()
+        qtbot.keyClicks(field, typed)
+        qtbot.keyClick(field, Qt.Key_Return)
+        qtbot.waitUntil(lambda shown=shown: field.text() == shown)
+    assert hand.values == [5000.0, 6000.0, 200_000.0, 300_000.0, 80.0]
+
+
+def test_another_feature_is_shown_in_its_own_unit(take, qtbot):
+    field = take(EXPOSURE).editor.field
+    assert field.text() == "10 ms"
+    field.setFeature(replace(EXPOSURE, name="ExposureTimeAbs", value=500.0))
+    assert field.text() == "500 µs"
+
+
 def test_only_what_a_number_can_be_may_be_typed(take, qtbot):
     gain = take(feature(K.FLOAT, 7.5, minimum=0.0, maximum=48.0, unit="dB")).editor.field
     assert gain.text() == "7.5 dB"
