@@ -176,23 +176,27 @@ def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
     for size in PACKET_SIZES:
         delays: dict[str, list[float]] = {}
         memory: dict[str, str] = {}
+        refused: dict[str, ReceiverError] = {}
         for _ in range(runs):
             for name, receive in timed_receivers().items():
                 try:
                     run, late = observe(Case(size, Conditions()), seconds, receive)
                 except ReceiverError as error:
-                    memory[name] = f"not measured: {error}"
+                    refused[name] = error
                 else:
                     delays.setdefault(name, []).extend(late)
                     memory[name] = _megabytes(run)
-        figures = {
-            name: (1e3 * statistics.median(found), 1e3 * statistics.quantiles(found, n=100)[98])
-            for name, found in delays.items()
-            if len(found) > 1
-        }
-        for name, most in memory.items():
-            cells = [f"{figure:.2f} ms" for figure in figures.get(name, ())] or ["–", "–"]
-            rows.append([str(size), name, *cells, most])
+        figures: dict[str, tuple[float, float]] = {}
+        for name, found in delays.items():
+            if len(found) > 1:
+                figures[name] = 1e3 * statistics.median(found), 1e3 * statistics.quantiles(found, n=100)[98]
+                middle, late_one = figures[name]
+                rows.append([str(size), name, f"{middle:.2f} ms", f"{late_one:.2f} ms", memory[name]])
+        rows += [
+            [str(size), name, f"not measured: {error}", "–", "–"]
+            for name, error in refused.items()
+            if name not in figures
+        ]
         if {"ours", REFERENCE} <= figures.keys():
             ours, theirs = figures["ours"], figures[REFERENCE]
             for what, mine, reference in zip(("median", "99 of 100"), ours, theirs, strict=True):

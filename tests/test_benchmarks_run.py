@@ -45,7 +45,7 @@ def test_a_latency_that_cannot_be_measured_says_why(monkeypatch):
     monkeypatch.setattr(gige_peers, "observe", lambda case, seconds, receive: (receive(1, 1), [0.001, 0.002]))
     monkeypatch.setattr(_gige_receivers, "SYSTEM_PYTHON", "/missing/python3")
 
-    table, goals = gige_peers.latency_table(0.1)
+    table, goals = gige_peers.latency_table(0.1, 2)
 
     ours, aravis = table.rows[:2]
     assert ours[1:3] == ["ours", "1.50 ms"]

@@ -135,7 +135,7 @@ def test_a_frame_is_published_for_those_who_come_later(monkeypatch):
 
 
 def test_without_tf_s_messages_it_says_what_to_do(monkeypatch):
-    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
+    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
     with pytest.raises(SourceUnavailableError, match=r"tf2_msgs is not installed: source"):
         publish_frame(None, "head", "camera", CAMERA)
 
