@@ -23,7 +23,7 @@ NICE = -10
 """Nice value where real-time priority is refused."""
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4
 "Flags of `mlockall(2)`: pages that are mapped now stay in memory from their first use on."
-REVIEW = 0.5
+REVIEW = 0.1
 "Seconds between two reviews of a `PromptThread`."
 MOST_WORK = 0.25
 "Share of a core that a thread with real-time priority may need."

@@ -55,7 +55,7 @@ def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not() -
         now += REVIEW
         assert thread.review(now)
         assert policy() == os.SCHED_RR and os.sched_getparam(0).sched_priority == FRAMES < REALTIME
-        compute(0.04)
+        compute(REVIEW * 0.08)
         now += REVIEW
         assert thread.review(now), "a twelfth of a core is waiting"
         for _ in range(2):
