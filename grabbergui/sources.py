@@ -141,9 +141,8 @@ def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) ->
     `longer` has the seconds of kinds that are given more.
     """
     seconds = dict.fromkeys(schemes(), timeout) | dict(longer or {})
-    importlib.import_module(
-        "grabbergui.core.grabber"
-    )  # what all kinds import, before their threads meet there
+    # All kinds import it: their threads must not meet in a module that is half imported.
+    importlib.import_module("grabbergui.core.grabber")
     with ThreadPoolExecutor(len(seconds)) as pool:
         found = pool.map(_discover, seconds.keys(), seconds.values())
         return [info for infos in found for info in infos]

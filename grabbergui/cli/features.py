@@ -233,7 +233,7 @@ def _save(options: argparse.Namespace) -> int:
 def _load(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber:
         features = files.load(options.file, grabber.selectors.of)
-        report, rolled_back = _load_onto(grabber, features, options)
+        report, rolled_back = _apply(grabber, features, options)
     if options.json:
         print(json.dumps({**_loaded(report), "rolled_back": rolled_back}, indent=2))
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
@@ -245,9 +245,10 @@ def _load(options: argparse.Namespace) -> int:
     return 0
 
 
-def _load_onto(
+def _apply(
     grabber: FrameGrabber, features: FeatureSet, options: argparse.Namespace
 ) -> tuple[LoadReport, str | None]:
+    """Load settings, and roll them back if all or nothing was asked for; return how both ended."""
     with stop_on_signals() as cancelled:
         report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
         rolled_back = None

@@ -70,9 +70,17 @@ from grabbergui.cli import main
 for arguments in (["--version"], ["paths"], ["setup", "--help"], ["list", "--help"]):
     with contextlib.suppress(SystemExit):
         main(arguments)
-    assert not {"numpy", "cv2", "psygnal"} & set(sys.modules), arguments
+    print(arguments, *sorted({"numpy", "cv2", "psygnal"} & set(sys.modules)), file=sys.stderr)
 """
-    subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=True, timeout=PROGRAM)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=PROGRAM
+    )
+    assert done.stderr.splitlines() == [
+        "['--version']",
+        "['paths']",
+        "['setup', '--help']",
+        "['list', '--help']",
+    ]
 
 
 def test_no_command_redefines_a_shared_option():

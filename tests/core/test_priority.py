@@ -75,13 +75,13 @@ def test_neither_threads_nor_programs_inherit_it() -> None:
     def body() -> None:
         assert PromptThread().review(time.monotonic() + REVIEW)
         on_own_thread(lambda: inherited.append(policy()))
-        told = subprocess.run(
+        program = subprocess.run(
             [sys.executable, "-c", "import os; print(os.sched_getscheduler(0))"],
             capture_output=True,
             text=True,
             check=True,
         )
-        inherited.append(int(told.stdout))
+        inherited.append(int(program.stdout))
 
     inherited: list[int] = []
     on_own_thread(body)

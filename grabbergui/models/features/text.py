@@ -180,9 +180,8 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
 
 def typed_unit(text: str, unit: str) -> str:
     """Return the unit at the end of a typed text, if it is a multiple of `unit`; else nothing."""
-    text = text.strip()
     family = next((powers for powers in _POWERS if unit in powers), {})
-    return next((name for name in sorted(family, key=len, reverse=True) if text.endswith(name)), "")
+    return next((name for name in sorted(family, key=len, reverse=True) if text.rstrip().endswith(name)), "")
 
 
 def typed_value(text: str, feature: Feature) -> FeatureValue:
@@ -203,10 +202,8 @@ def typed_value(text: str, feature: Feature) -> FeatureValue:
 
 def _without_unit(text: str, unit: str) -> tuple[str, int]:
     """Return the number before a unit, and by which power of ten that is more than the feature's own unit."""
-    for powers in _POWERS:
-        for other in sorted(powers, key=len, reverse=True):
-            if unit in powers and text.endswith(other):
-                return text[: -len(other)].strip(), powers[other] - powers[unit]
+    if typed := typed_unit(text, unit):
+        return text[: -len(typed)].strip(), _power_between(unit, typed)
     for own in (unit, unit_text(unit)):
         if own and text.endswith(own):
             return text[: -len(own)].strip(), 0

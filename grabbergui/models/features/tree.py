@@ -316,7 +316,7 @@ class FeatureTreeModel:
             self._read(name, always, feature)
 
     def _read(self, name: str, always: bool, feature: Feature | None = None) -> None:
-        """Read a feature, unless it was `feature` just now, and publish it."""
+        """Publish `feature`; where it has not been read yet, read it first."""
         try:
             feature = feature or self._grabber.feature(name)
             self._publish(self._grabber.offered(feature), always)

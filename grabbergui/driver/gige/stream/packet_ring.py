@@ -137,7 +137,6 @@ class PacketRing(PacedSource):
         self._make_reserve = reserve
         self._reserve: DatagramSource | None = None
         size = Geometry(packet_size, wanted)
-        super().__init__(Pace(int(size.slots * kernel_bytes(packet_size)), size.slots))
         # With a protocol it listens to all interfaces at once; what comes before the ring is discarded.
         self._socket = socket.socket(AF_PACKET, socket.SOCK_DGRAM, socket.htons(ETH_P_IP))
         try:
@@ -159,7 +158,8 @@ class PacketRing(PacedSource):
         self._proved: int | None = 0
         "Packets through the ring since the UDP socket receives all, too; None while it does not."
         self._last_packet = time.monotonic()
-        self._wait = waiter([self._socket])
+        pace = Pace(int(size.slots * kernel_bytes(packet_size)), size.slots)
+        super().__init__(pace, waiter([self._socket]))
         self._wait_for_trailer = waiter([receiver])
         self._wait_for_both = waiter([self._socket, receiver])
 
@@ -250,9 +250,6 @@ class PacketRing(PacedSource):
         odd |= headers["network"] != IP_AT
         odd |= (ends < IP_UDP_BYTES) | (ends > captured)
         return ends - IP_UDP_BYTES, odd
-
-    def _packets_wait(self) -> bool:
-        return bool(self._wait(0.0))
 
     def _discard(self) -> None:
         # Up to the first empty slot, as processors may fill slots out of order.

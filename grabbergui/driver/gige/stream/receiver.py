@@ -79,8 +79,10 @@ which all waiting packets are discarded: a full buffer makes holes in every fram
 class PacedSource(DatagramSource):
     """Takes packets in batches. One thread."""
 
-    def __init__(self, pace: Pace) -> None:
+    def __init__(self, pace: Pace, wait: Callable[[float], list[int]]) -> None:
+        """`wait` waits up to so many seconds; it returns the descriptors of sockets with packets."""
         self._pace = pace
+        self._wait = wait
         self._drained = True
         "Whether the last read emptied the buffer."
         self._busy_since = 0.0
@@ -97,10 +99,6 @@ class PacedSource(DatagramSource):
 
         Clears `_drained` if more may be left. Raises OSError.
         """
-
-    @abstractmethod
-    def _packets_wait(self) -> bool:
-        """Return whether there are packets to take. Lets other threads run."""
 
     @abstractmethod
     def _discard(self) -> None:
@@ -160,7 +158,7 @@ class PacedSource(DatagramSource):
         """Watch for the last packets of a block, if they are due, without sleeping."""
         now = time.monotonic()
         end = now + self._pace.polling(assembler.expected(), now)
-        while now < end and not self._packets_wait():
+        while now < end and not self._wait(0.0):
             now = time.monotonic()
 
     def _rest(self, seconds: float) -> bool:

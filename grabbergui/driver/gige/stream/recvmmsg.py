@@ -247,11 +247,10 @@ class BatchSource(PacedSource):
         self._more = more
         sockets = [receiver, *more]
         self._descriptors = [each.fileno() for each in sockets]
-        self._wait = waiter(sockets)
         for each in sockets:
             join_packets(each)
         self._slots = MessageSlots(device_ip)
-        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES))
+        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), waiter(sockets))
         self._newest = 0
         "Index of the socket that the last packets were read from."
         self._held = 0
@@ -269,9 +268,6 @@ class BatchSource(PacedSource):
         """Close the further sockets."""
         for each in self._more:
             each.close()
-
-    def _packets_wait(self) -> bool:
-        return bool(self._wait(0.0))
 
     def _discard(self) -> None:
         self._held = 0
