@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from grabbergui import sources
 from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.net.yarp import client
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
@@ -58,3 +60,11 @@ def stage() -> Iterator[Stage]:
     finally:
         grabber.close()
         name_server.close()
+
+
+def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
+    """A remote camera at the scene's name server, not yet open."""
+    parsed = SourceUri.parse(uri)
+    return client.create(
+        SourceUri(parsed.scheme, parsed.name, {**parsed.options, "nameserver": scene.address})
+    )

@@ -8,9 +8,8 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from grabber_stage import Stage, stage
+from grabber_stage import Stage, connect
 
 from grabbergui.core.errors import (
     FeatureAccessError,
@@ -22,28 +21,18 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
-from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client, client_link, image
+from grabbergui.net.yarp import client, client_link
 from grabbergui.net.yarp.client import YarpGrabber
-from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.dev import grabber_service, grabber_values
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
-from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, attempts, until
-
-
-@pytest.fixture(scope="module")
-def scene() -> Iterator[Stage]:
-    with stage() as scene:
-        yield scene
 
 
 @pytest.fixture(params=["ours", "3.x", "4.0"])
@@ -80,13 +69,6 @@ def coloured(scene: Stage) -> Iterator[Stage]:
     scene.grabber.write_feature("PixelFormat", before)
 
 
-def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
-    parsed = SourceUri.parse(uri)
-    return client.create(
-        SourceUri(parsed.scheme, parsed.name, {**parsed.options, "nameserver": scene.address})
-    )
-
-
 def test_features_are_read_and_written(scene: Stage, remote: FrameGrabber) -> None:
     local = scene.grabber.feature("ExposureTime")
     exposure = remote.feature("ExposureTime")
@@ -117,18 +99,6 @@ def test_images_and_their_counters(scene: Stage, remote: FrameGrabber) -> None:
     assert remote.statistics().frames >= 2
     remote.start()
     assert queue.get(PATIENCE).complete
-
-
-@pytest.mark.parametrize("chosen", ["tcp", "udp", "mjpeg"])
-def test_other_carriers(scene: Stage, chosen: str) -> None:
-    with scene.share():
-        remote = connect(scene, f"yarp:/grabber?carrier={chosen}")
-        remote.open()
-        queue = remote.open_queue()
-        remote.start()
-        assert queue.get(PATIENCE).rgb().shape == (100, 168, 3)
-        remote.close()
-        remote.close()
 
 
 def test_what_others_change_is_seen_within_a_second(scene: Stage, remote: FrameGrabber) -> None:
@@ -298,17 +268,6 @@ def test_a_server_of_yarps_own_is_asked_for_one_at_a_time(remote: FrameGrabber) 
     ]
 
 
-def test_ours_sends_mono_as_the_sensor_has_it(scene: Stage) -> None:
-    with scene.share():
-        remote = connect(scene)
-        remote.open()
-        queue = remote.open_queue()
-        remote.start()
-        frame = queue.get(PATIENCE)
-        assert (frame.pixel_format.name, frame.nbytes) == ("Mono8", 168 * 100)
-        remote.close()
-
-
 def test_ours_has_every_feature(scene: Stage) -> None:
     with scene.share():
         remote = connect(scene)
@@ -332,51 +291,6 @@ def test_commands(scene: Stage) -> None:
             remote.execute("Launch")
         with pytest.raises(FeatureError, match="UserSetLoad"):  # locked while streaming
             remote.execute("UserSetLoad")
-        remote.close()
-
-
-def test_a_port_that_only_sends_images(scene: Stage) -> None:
-    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
-    with OutputPort("/pictures", scene.names) as port:
-        remote = connect(scene, "yarp:/pictures")
-        remote.open()
-        assert list(remote.feature_tree().descriptions()) == []
-        queue = remote.open_queue()
-        remote.start()
-        until(lambda: port.connections, "the connection")
-        port.write(*image.encode(pixels, "rgb"))  # without an envelope
-        assert np.array_equal(queue.get(PATIENCE).rgb(), pixels)
-        port.write(*image.encode(np.zeros((2, 2, 3), "<f4"), "rgb."))
-        port.write(b"no image")
-        until(lambda: remote.statistics().packets_ignored, "a message that is no picture")
-        port.write(*image.encode(pixels, "rgb"))
-        assert queue.get(PATIENCE).complete
-        remote.close()
-
-
-def waiting(over: threading.Event) -> None:
-    over.wait(PATIENCE)
-
-
-def test_a_program_s_port_that_waits_for_the_rest_of_an_image(scene: Stage) -> None:
-    """A BufferedPort of images reads a request as the beginning of one, and never acknowledges it."""
-    over = threading.Event()
-    pixels = np.zeros((4, 4, 3), np.uint8)
-    with OutputPort("/program", scene.names, handler=lambda request: waiting(over)) as port:
-        remote = connect(scene, "yarp:/program")
-        remote.open()
-        assert list(remote.feature_tree().descriptions()) == []
-        queue = remote.open_queue()
-        remote.start()
-        until(lambda: port.connections, "the connection")
-        port.write(*image.encode(pixels, "rgb"))
-        assert queue.get(PATIENCE).complete
-        remote.stop()
-        lost = threading.Event()
-        remote.connection_changed.connect(lambda state, why: state is ConnectionState.LOST and lost.set())
-        over.set()
-        port.close()
-        assert lost.wait(PATIENCE)
         remote.close()
 
 
@@ -450,87 +364,3 @@ def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
         found = client.discover(2.0)
     assert [info.uri for info in found] == ["yarp:/left/grabber", "yarp:/right/grabber"]
     assert {info.model for info in found} == {scene.grabber.info.model}
-
-
-@pytest.mark.parametrize("code", FORMATS)
-def test_every_pixel_code_becomes_a_frame(code: str) -> None:
-    pixel = image.CODES[code]
-    shape = (4, 6) if pixel.channels == 1 else (4, 6, pixel.channels)
-    pixels = np.arange(np.prod(shape), dtype=pixel.dtype).reshape(shape)
-    header, body = image.encode(pixels, code)
-    frame = to_frame(header + bytes(body), "7 1234.5", 99)
-    assert np.array_equal(frame.raw(), pixels)
-    assert frame.rgb().shape == (4, 6, 3)
-    assert (frame.frame_id, frame.timestamp_ns, frame.received_ns) == (7, 1_234_500_000_000, 99)
-
-
-def components_of(frame: Frame) -> list[str]:
-    return [part.name for part in frame.components]
-
-
-@pytest.fixture
-def ranging(scene: Stage) -> Iterator[Stage]:
-    """The camera with three components; as it was behind the test."""
-
-    def enable(enabled: bool) -> None:
-        for name in ("Range", "Confidence"):
-            scene.grabber.write_feature("ComponentSelector", name)
-            scene.grabber.write_feature("ComponentEnable", enabled)
-
-    enable(True)
-    yield scene
-    enable(False)
-
-
-def test_a_frame_has_all_components_that_the_server_sends(ranging: Stage) -> None:
-    with ranging.share():
-        remote = connect(ranging)
-        remote.open()
-        try:
-            queue = remote.open_queue(2)
-            remote.start()
-            frame = until(lambda: len((seen := queue.get(PATIENCE)).components) == 3 and seen)
-            assert components_of(frame) == ["intensity", "range", "confidence"]
-            local = ranging.grabber.open_queue(1)
-            theirs = Scan3d.read(ranging.grabber)
-            mine = Scan3d.read(remote)
-            wanted = next(part for part in local.get(PATIENCE).components if part.name == "range")
-            part = frame.components[1]
-            assert part.pixel_format.is_coordinate and mine.unit_of(part.pixel_format) == "mm"
-            found = mine.distances(part.raw(), part.pixel_format)
-            expected = theirs.distances(wanted.raw(), wanted.pixel_format)
-            assert np.nanmin(found) > 500 and np.nanmax(found) < 1500  # the scene moves
-            assert abs(np.nanmedian(found) - np.nanmedian(expected)) < 50
-            assert frame.components[2].raw().shape == (100, 168)
-        finally:
-            remote.close()
-
-
-def test_only_the_first_component_is_received_where_one_asks_for_that(ranging: Stage) -> None:
-    with ranging.share() as server:
-        remote = connect(ranging, "yarp:/grabber?components=0")
-        remote.open()
-        try:
-            queue = remote.open_queue(2)
-            remote.start()
-            until(lambda: len(server.places()) >= 5)
-            for _ in range(20):
-                assert len(queue.get(PATIENCE).components) == 1
-            assert server.readers == 1
-        finally:
-            remote.close()
-
-
-def test_a_component_that_ends_leaves_the_first_one_running(ranging: Stage) -> None:
-    with ranging.share():
-        remote = connect(ranging)
-        remote.open()
-        try:
-            queue = remote.open_queue(2)
-            remote.start()
-            until(lambda: len(queue.get(PATIENCE).components) == 3)
-            ranging.grabber.write_feature("ComponentSelector", "Range")
-            ranging.grabber.write_feature("ComponentEnable", False)
-            until(lambda: components_of(queue.get(PATIENCE)) == ["intensity", "confidence"])
-        finally:
-            remote.close()

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from grabber_stage import Stage, stage
+from grabber_stage import Stage
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp.client import YarpGrabber
@@ -25,12 +25,6 @@ pytestmark = [
 ]
 
 Run = Callable[..., str]
-
-
-@pytest.fixture(scope="module")
-def scene() -> Iterator[Stage]:
-    with stage() as scene:
-        yield scene
 
 
 @pytest.fixture

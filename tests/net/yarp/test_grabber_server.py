@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from grabber_stage import Stage, stage
+from grabber_stage import Stage
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.yarp import image
@@ -24,12 +24,6 @@ from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Stamp, Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
 from patience import PATIENCE, attempts, until
-
-
-@pytest.fixture(scope="module")
-def scene() -> Iterator[Stage]:
-    with stage() as scene:
-        yield scene
 
 
 @pytest.fixture
