@@ -10,7 +10,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import describe
 from grabbergui.core.selection import SettingKey, instances
 from grabbergui.core.sfnc import automatic_mode_of, is_on
-from grabbergui.models.settings.feature_set import FeatureSet, compare, every_instance
+from grabbergui.models.change_tracking import every_instance
+from grabbergui.models.settings.feature_set import FeatureSet, compare
 
 NOT_WRITTEN = ("DeviceReset", "UserSet", "File", "Ptp", "Gev", "Test")
 "Beginnings of names of features that are no settings of the picture, or outlive a power loss."

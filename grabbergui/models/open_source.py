@@ -10,8 +10,8 @@ from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, is_same
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_journal import ChangeJournal
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker

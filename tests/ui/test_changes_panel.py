@@ -3,7 +3,7 @@
 import pytest
 
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes.history import Change, Origin
+from grabbergui.models.change_journal import Change, Origin
 from grabbergui.ui.views.changes_panel import ChangesPanel
 
 

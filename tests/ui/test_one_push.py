@@ -5,7 +5,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.tuning.run import measure_light
+from grabbergui.models.tuning import measure_light
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_white_balance_on_a_region(app):
 
 
 def test_it_can_be_cancelled_and_leaves_everything_as_it_was(app, monkeypatch):
-    monkeypatch.setattr("grabbergui.models.tuning.one_push.EXPOSURE_TOLERANCE", -1.0)  # never there
+    monkeypatch.setattr("grabbergui.models.one_push.EXPOSURE_TOLERANCE", -1.0)  # never there
     app.window.actionExposeRegion.trigger()
     draw(app, (50, 50), (250, 200))
     app.until(lambda: app.window.picture.tasks.rows and app.window.picture.tasks.rows[0].textLabel.text())

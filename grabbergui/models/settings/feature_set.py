@@ -1,7 +1,8 @@
-"""A set of settings: a camera's values, for each instance that its selectors select.
+"""Sets of settings: captured from a camera and compared, and those that a camera keeps itself.
 
-Plain data, taken from any frame grabber and compared with another set. Its file formats are in
-`files`, how it comes back onto a camera by `loading`.
+A `FeatureSet` has a value for each instance that the selectors select. It is plain data, taken from any
+frame grabber; its file formats are in `files`, how it comes back onto a camera by `loading`. A `UserSet`
+stays in the camera (SFNC, UserSetControl).
 """
 
 from __future__ import annotations
@@ -9,13 +10,17 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from grabbergui.core.errors import FeatureError
+from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.features import AccessMode, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
-from grabbergui.core.selection import Selected, Selectors, SettingKey, instances, same_value
+from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, instances, same_value
+from grabbergui.models.change_journal import Step
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
+from grabbergui.models.features.sensor_region import stream_paused
 
 BATCH = 16
 "Settings that are read in one go; other callers wait that long."
@@ -113,15 +118,6 @@ def capture(
     return FeatureSet(_in_tree_order(settings, wanted), describe(grabber.info), tuple(left_out))
 
 
-def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, FeatureValue]:
-    """Return a feature's value under each combination of its selectors, which are restored."""
-    path = grabber.selectors.of(name)
-    with grabber.exclusive(path):
-        keys = [SettingKey(name, selected) for selected in instances(grabber, path)[0]]
-        values = {key: grabber.read_setting(key).value for key in keys}
-    return {key: value for key, value in values.items() if value is not None}
-
-
 def _wanted(selectors: Selectors) -> list[str]:
     known = selectors.descriptions
     streamable = [name for name, d in known.items() if d.streamable and d.kind is not FeatureKind.COMMAND]
@@ -173,3 +169,129 @@ def _in_tree_order(
 
 def _shown(value: FeatureValue | None) -> str:
     return "(not in it)" if value is None else format_value(value)
+
+
+_SELECTOR = "UserSetSelector"
+_LOAD = "UserSetLoad"
+_SAVE = "UserSetSave"
+_STARTS_WITH = ("UserSetDefault", "UserSetDefaultSelector", "DefaultStartupSet")
+"Feature for the set loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
+
+_FACTORY = ("Default", "Factory")
+"Prefixes of the names of sets that cannot be overwritten."
+
+
+@dataclass(frozen=True)
+class UserSet:
+    """One of the camera's sets."""
+
+    name: str
+    "The selector's entry, e.g. `UserSet1`."
+    title: str
+    tooltip: str = ""
+    savable: bool = False
+    "Whether the present settings can be saved in it; false for the factory's."
+    startable: bool = False
+    "Whether the camera can start with it."
+    starts: bool = False
+    "Whether the camera starts with it."
+
+
+def has_user_sets(grabber: FrameGrabber) -> bool:
+    """Return whether the camera keeps sets that can be loaded."""
+    return grabber.has_feature(_SELECTOR) and grabber.has_feature(_LOAD)
+
+
+def user_sets(grabber: FrameGrabber) -> list[UserSet]:
+    """Return the camera's sets in its order; the selector is moved and restored.
+
+    While it streams a camera may refuse to save; then any set but the factory's is taken for savable.
+    Raises FeatureError, TransportError.
+    """
+    _require_user_sets(grabber)
+    starting = _power_on_choice(grabber)
+    default = grabber.feature(starting) if starting is not None else None
+    can_start = {entry.name for entry in default.entries if entry.available} if default is not None else set()
+    settable = default is not None and default.access.writable
+    found: list[UserSet] = []
+    with grabber.exclusive([_SELECTOR]):
+        for entry in grabber.feature(_SELECTOR).entries:
+            if not entry.available:
+                continue
+            savable = selected = False
+            with suppress(FeatureError):
+                save = grabber.read_setting(
+                    _of_set(_SAVE if grabber.has_feature(_SAVE) else _LOAD, entry.name)
+                )
+                selected, savable = True, save.name == _SAVE and save.access.writable
+            if not savable and selected and grabber.streaming:
+                savable = not entry.name.startswith(_FACTORY)
+            found.append(
+                UserSet(
+                    entry.name,
+                    entry.display_name or entry.name,
+                    entry.tooltip,
+                    savable,
+                    settable and entry.name in can_start,
+                    default is not None and default.value == entry.name,
+                )
+            )
+    return found
+
+
+def load_user_set(
+    grabber: ChangeTrackingGrabber,
+    name: str,
+    *,
+    progress: Progress = lambda done, of: None,
+    cancelled: threading.Event | None = None,
+) -> int:
+    """Let the camera load one of its sets, and record the changes, so that they can be undone.
+
+    Returns how many settings are other than before; with `cancelled` set in time, nothing is loaded.
+    Raises FeatureError, TransportError.
+    """
+    _require_user_sets(grabber)
+    camera = grabber.plain
+    with stream_paused(camera):
+        before = capture(camera, progress=lambda done, of: progress(done, 2 * of), cancelled=cancelled)
+        if cancelled is not None and cancelled.is_set():
+            return 0
+        grabber.execute_setting(_of_set(_LOAD, name))
+        after = capture(camera, progress=lambda done, of: progress(of + done, 2 * of))
+    changed = [ValueChange(d.key, d.first, d.second) for d in compare(before, after)]
+    if changed:
+        with grabber.journal.within(Step(f"{_LOAD} {name}")):
+            grabber.journal.wrote(changed)
+    return len(changed)
+
+
+def save_user_set(grabber: ChangeTrackingGrabber, name: str) -> None:
+    """Save the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
+    _require_user_sets(grabber)
+    camera = grabber.plain
+    # Not every camera saves while it streams.
+    with stream_paused(camera):
+        grabber.execute_setting(_of_set(_SAVE, name))
+
+
+def start_with_user_set(grabber: ChangeTrackingGrabber, name: str) -> None:
+    """Let the camera start with this set from its next power-on. Raises FeatureError, TransportError."""
+    starting = _power_on_choice(grabber)
+    if starting is None:
+        raise FeatureNotFoundError(f"{grabber.info.title} always starts with the same set", _STARTS_WITH[0])
+    grabber.write_feature(starting, name)
+
+
+def _power_on_choice(grabber: FrameGrabber) -> str | None:
+    names = [name for name in _STARTS_WITH if grabber.has_feature(name)]
+    return next((n for n in names if grabber.feature(n).kind is FeatureKind.ENUMERATION), None)
+
+
+def _of_set(command: str, name: str) -> SettingKey:
+    return SettingKey(command, ((_SELECTOR, name),))
+
+
+def _require_user_sets(grabber: FrameGrabber) -> None:
+    if not has_user_sets(grabber):
+        raise FeatureNotFoundError(f"{grabber.info.title} keeps no sets of settings", _SELECTOR)

@@ -12,8 +12,8 @@ from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.changes.history import Step
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_journal import Step
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages

@@ -9,8 +9,8 @@ from pathlib import Path
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QAction, QApplication
 
-from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.tracking import command_line, program, revert
+from grabbergui.models.change_journal import Direction
+from grabbergui.models.change_tracking import command_line, program, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource

@@ -24,7 +24,7 @@ from grabbergui.core.lookup_table import (
     shape_of,
     write_table,
 )
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages

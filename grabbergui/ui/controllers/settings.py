@@ -14,16 +14,26 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.settings import files, user_sets
-from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import (
+    FeatureSet,
+    Progress,
+    UserSet,
+    capture,
+    compare,
+    has_user_sets,
+    load_user_set,
+    save_user_set,
+    start_with_user_set,
+    user_sets,
+)
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
-from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.recording.recording import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
@@ -241,7 +251,7 @@ class UserSetsController(QObject):
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
         action.triggered.connect(self.show)
-        ability = CameraAbility(self, connection, user_sets.has_user_sets, action)
+        ability = CameraAbility(self, connection, has_user_sets, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:
@@ -267,7 +277,7 @@ class UserSetsController(QObject):
 
     def _load(self, name: str) -> None:
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> int:
-            return user_sets.load(grabber, name, progress=progress, cancelled=cancelled)
+            return load_user_set(grabber, name, progress=progress, cancelled=cancelled)
 
         def done(changed: int) -> None:
             settings = counted(changed, self.tr("1 setting"), self.tr("{0} settings"))
@@ -280,11 +290,11 @@ class UserSetsController(QObject):
 
     def _save(self, name: str) -> None:
         text = self.tr("Saved the present settings in the camera as {0}").format(name)
-        self._change(self.tr("Saving in the camera"), partial(user_sets.save, name=name), text)
+        self._change(self.tr("Saving in the camera"), partial(save_user_set, name=name), text)
 
     def _start_with(self, name: str) -> None:
         text = self.tr("The camera starts with {0} from its next power-on").format(name)
-        self._change(self.tr("Writing to the camera"), partial(user_sets.start_with, name=name), text)
+        self._change(self.tr("Writing to the camera"), partial(start_with_user_set, name=name), text)
 
     def _change(self, title: str, change: Callable[[ChangeTrackingGrabber], None], text: str) -> None:
         """Do something with a set, and show the sets afterwards."""
@@ -293,7 +303,7 @@ class UserSetsController(QObject):
             grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
         ) -> list[UserSet]:
             change(grabber)
-            return user_sets.user_sets(grabber.plain)
+            return user_sets(grabber.plain)
 
         def done(sets: list[UserSet]) -> None:
             self._messages.notice(text)
@@ -304,4 +314,4 @@ class UserSetsController(QObject):
 
 
 def _read(grabber: ChangeTrackingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
-    return user_sets.user_sets(grabber.plain)
+    return user_sets(grabber.plain)

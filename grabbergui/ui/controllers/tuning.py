@@ -11,14 +11,14 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.changes.history import Step
+from grabbergui.models.change_journal import Step
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import sensor_region
 from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.tuning.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
-from grabbergui.models.tuning.run import TuningRun
+from grabbergui.models.tuning import TuningRun
 from grabbergui.ui.controllers.camera_work import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions

@@ -10,8 +10,7 @@ from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSign
 from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
 from grabbergui.core.features import format_value
-from grabbergui.models.changes.history import Change, Origin
-from grabbergui.models.changes.journal import MOST_CHANGES
+from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.models.features.text import number_text
 from grabbergui.ui.windows import load_form
 

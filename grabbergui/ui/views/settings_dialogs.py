@@ -21,9 +21,8 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.language import counted
-from grabbergui.models.settings.feature_set import Difference
+from grabbergui.models.settings.feature_set import Difference, UserSet
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
-from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.windows import fit_screen, load_form
 
 NAME_WIDTH = 160

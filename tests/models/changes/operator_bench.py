@@ -1,8 +1,7 @@
 """A camera with an operator at work on it."""
 
-from grabbergui.models.changes.history import PAUSE, Direction, Origin
-from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber, revert
+from grabbergui.models.change_journal import PAUSE, ChangeJournal, Direction, Origin
+from grabbergui.models.change_tracking import ChangeTrackingGrabber, revert
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
 OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK

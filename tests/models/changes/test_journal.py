@@ -7,7 +7,7 @@ from operator_bench import CAMERA, NETWORK, OPERATOR, UNDO, Bench
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes.history import MOST_STEPS, PAUSE
+from grabbergui.models.change_journal import MOST_STEPS, PAUSE
 
 
 def test_a_write_is_noted_with_its_time_and_both_values(bench):

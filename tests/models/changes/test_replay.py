@@ -9,7 +9,7 @@ from operator_bench import CAMERA, UNDO
 
 from grabbergui import cli, sources
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes.tracking import command_line, program
+from grabbergui.models.change_tracking import command_line, program
 from patience import PROGRAM
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"

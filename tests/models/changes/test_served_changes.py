@@ -8,7 +8,7 @@ from operator_bench import NETWORK, OPERATOR, UNDO
 
 from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.models.changes.tracking import CONSEQUENCES, revert
+from grabbergui.models.change_tracking import CONSEQUENCES, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
 from patience import PATIENCE

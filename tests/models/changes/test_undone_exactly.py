@@ -7,7 +7,7 @@ import pytest
 from operator_bench import UNDO, Bench
 
 from grabbergui import sources
-from grabbergui.models.changes.history import MOST_STEPS
+from grabbergui.models.change_journal import MOST_STEPS
 from grabbergui.models.settings.feature_set import capture
 from random_settings import any_write, differences
 

@@ -7,11 +7,17 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError
-from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber, revert
-from grabbergui.models.settings import user_sets
-from grabbergui.models.settings.feature_set import capture, compare
+from grabbergui.models.change_journal import ChangeJournal, Direction
+from grabbergui.models.change_tracking import ChangeTrackingGrabber, revert
+from grabbergui.models.settings.feature_set import (
+    capture,
+    compare,
+    has_user_sets,
+    load_user_set,
+    save_user_set,
+    start_with_user_set,
+    user_sets,
+)
 
 
 @pytest.fixture
@@ -31,7 +37,7 @@ def value(grabber, name):
 
 def test_the_sets_are_listed_and_the_selector_stays(grabber):
     grabber.write_feature("UserSetSelector", "UserSet2")
-    found = user_sets.user_sets(grabber)
+    found = user_sets(grabber)
     assert [(s.name, s.savable, s.startable, s.starts) for s in found] == [
         ("Default", False, True, True), ("UserSet1", True, True, False), ("UserSet2", True, True, False),
     ]  # fmt: skip
@@ -41,14 +47,14 @@ def test_the_sets_are_listed_and_the_selector_stays(grabber):
 def test_a_set_is_saved_and_loaded_while_the_camera_streams_and_loading_is_undone(grabber):
     grabber.plain.start()
     grabber.write_feature("Gain", 6.0)
-    user_sets.save(grabber, "UserSet1")
+    save_user_set(grabber, "UserSet1")
     grabber.write_feature("Gain", 12.0)
     grabber.write_feature("BalanceRatio", 3.0)
     grabber.plain.stop()
     before = capture(grabber.plain)
     grabber.plain.start()
     seen = []
-    assert user_sets.load(grabber, "UserSet1", progress=lambda done, of: seen.append((done, of))) == 2
+    assert load_user_set(grabber, "UserSet1", progress=lambda done, of: seen.append((done, of))) == 2
     assert grabber.plain.streaming
     assert value(grabber, "Gain") == 6.0
     assert value(grabber, "UserSetSelector") == "Default"
@@ -63,27 +69,27 @@ def test_a_set_is_saved_and_loaded_while_the_camera_streams_and_loading_is_undon
 def test_cancelled_in_time_nothing_is_loaded(grabber):
     cancelled = threading.Event()
     grabber.write_feature("Gain", 6.0)
-    assert user_sets.load(grabber, "Default", progress=lambda *_: cancelled.set(), cancelled=cancelled) == 0
+    assert load_user_set(grabber, "Default", progress=lambda *_: cancelled.set(), cancelled=cancelled) == 0
     assert value(grabber, "Gain") == 6.0
 
 
 def test_the_factorys_set_cannot_be_overwritten(grabber):
     with pytest.raises(FeatureError):
-        user_sets.save(grabber, "Default")
+        save_user_set(grabber, "Default")
 
 
 def test_which_set_it_starts_with(grabber):
-    user_sets.start_with(grabber, "UserSet2")
-    assert [s.name for s in user_sets.user_sets(grabber) if s.starts] == ["UserSet2"]
+    start_with_user_set(grabber, "UserSet2")
+    assert [s.name for s in user_sets(grabber) if s.starts] == ["UserSet2"]
     assert revert(grabber, Direction.UNDO) == []
-    assert [s.name for s in user_sets.user_sets(grabber) if s.starts] == ["Default"]
+    assert [s.name for s in user_sets(grabber) if s.starts] == ["Default"]
 
 
 def test_a_camera_without_sets_reports_it():
     grabber = ChangeTrackingGrabber(ScriptedGrabber([]), ChangeJournal())
-    assert not user_sets.has_user_sets(grabber)
-    for call in (user_sets.user_sets, lambda h: user_sets.load(h, "A"), lambda h: user_sets.save(h, "A")):
+    assert not has_user_sets(grabber)
+    for call in (user_sets, lambda h: load_user_set(h, "A"), lambda h: save_user_set(h, "A")):
         with pytest.raises(FeatureNotFoundError, match="keeps no sets"):
             call(grabber)
     with pytest.raises(FeatureNotFoundError, match="starts with the same"):
-        user_sets.start_with(grabber, "A")
+        start_with_user_set(grabber, "A")

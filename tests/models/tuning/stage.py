@@ -9,12 +9,12 @@ from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pixels import Region
-from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_journal import ChangeJournal
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
-from grabbergui.models.tuning.one_push import OnePush
-from grabbergui.models.tuning.run import measure_light
+from grabbergui.models.one_push import OnePush
+from grabbergui.models.tuning import measure_light
 from patience import PATIENCE
 
 REGION = Region(100, 80, 120, 100)

@@ -3,9 +3,9 @@
 import pytest
 
 from grabbergui.core.sfnc import Role
-from grabbergui.models.changes.history import Direction
-from grabbergui.models.changes.tracking import revert
-from grabbergui.models.tuning.one_push import has_once, let_camera
+from grabbergui.models.change_journal import Direction
+from grabbergui.models.change_tracking import revert
+from grabbergui.models.one_push import has_once, let_camera
 
 
 def test_the_simulated_cameras_own_once(sim):

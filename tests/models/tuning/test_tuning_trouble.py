@@ -6,14 +6,14 @@ import pytest
 from stage import REGION, on
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
-from grabbergui.models.changes.history import Direction
-from grabbergui.models.tuning import run as tuning_run
-from grabbergui.models.tuning.one_push import EXPOSURE_STEPS, expose
+from grabbergui.models import tuning
+from grabbergui.models.change_journal import Direction
+from grabbergui.models.one_push import EXPOSURE_STEPS, expose
 from patience import PATIENCE
 
 
 def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
-    monkeypatch.setattr(tuning_run, "FRAME_PATIENCE", 0.2)
+    monkeypatch.setattr(tuning, "FRAME_PATIENCE", 0.2)
     s = stage()
     s.grabber.sending.clear()
     s.run(on(REGION, expose))
@@ -95,7 +95,7 @@ def test_closing_the_camera_ends_it(stage):
 def test_no_frame_error_is_a_grabbers(stage):
     s = stage()
     s.grabber.sending.clear()
-    bench = tuning_run.TuningRun(s.tracked_grabber, s.features, None, lambda *_: None)
+    bench = tuning.TuningRun(s.tracked_grabber, s.features, None, lambda *_: None)
     bench._frames.close()
     with pytest.raises(FrameTimeoutError):
         bench.light(None)

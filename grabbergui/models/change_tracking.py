@@ -12,14 +12,12 @@ from typing_extensions import override
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.core.selection import SettingKey, WriteResult, instances
 from grabbergui.core.settling import settle
 from grabbergui.core.sfnc import is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.models.changes.history import Change, Direction, Origin
-from grabbergui.models.changes.journal import ChangeJournal
+from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
 from grabbergui.models.features.sensor_region import stream_paused
-from grabbergui.models.settings.feature_set import every_instance
 
 log = logging.getLogger(__name__)
 
@@ -129,6 +127,15 @@ class ChangeTrackingGrabber(SharedGrabber):
         if len(self._known) >= MOST_KNOWN:
             self._known.clear()
         self._known[key] = value
+
+
+def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, FeatureValue]:
+    """Return a feature's value under each combination of its selectors, which are restored."""
+    path = grabber.selectors.of(name)
+    with grabber.exclusive(path):
+        keys = [SettingKey(name, selected) for selected in instances(grabber, path)[0]]
+        values = {key: grabber.read_setting(key).value for key in keys}
+    return {key: value for key, value in values.items() if value is not None}
 
 
 FEW = 4

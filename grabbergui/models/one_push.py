@@ -20,20 +20,23 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
-from grabbergui.models.changes.history import Step
-from grabbergui.models.changes.tracking import ChangeTrackingGrabber
+from grabbergui.models.change_journal import Step
+from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.text import number_text, value_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import localized, translate
-from grabbergui.models.tuning.parameters import (
+from grabbergui.models.tuning import (
     Law,
+    Light,
+    TuningCancelledError,
+    TuningError,
     TuningParameter,
+    TuningRun,
     automatic_once,
     light_factor,
     switch_to_manual,
 )
-from grabbergui.models.tuning.run import Light, TuningCancelledError, TuningError, TuningRun
 
 log = logging.getLogger(__name__)
 

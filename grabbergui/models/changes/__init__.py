@@ -1,1 +1,0 @@
-"""The change history: recording, undo and redo."""

@@ -1,1 +1,0 @@
-"""One-push exposure and white balance."""
