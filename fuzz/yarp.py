@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzz._input import DATA, Input, erring, joined, refusing
-from grabbergui.net.yarp import image
-from grabbergui.net.yarp.dev import grabber_rpc
-from grabbergui.net.yarp.os import bottle_text, carrier, datagrams, mjpeg, names
+from grabbergui.net.yarp import grabber_rpc, image
+from grabbergui.net.yarp.os import carrier, names
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.framing import BottleScanner, Receiver
-from grabbergui.net.yarp.os.values import Dialect, Stamp
+from grabbergui.net.yarp.os.framing import BottleScanner, Reassembler, Receiver, split_datagrams
+from grabbergui.net.yarp.os.values import Dialect, Nesting, Stamp
 
 MOST_MEMORY = 1 << 20
 REQUESTS = (
@@ -40,7 +39,7 @@ def seeds() -> list[bytes]:
         b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
         b"\4" + carrier.encode_header(carrier.TCP, "/me"),
         *(b"\4" + capture for capture in captures),
-        b"\5" + joined([b"".join(map(bytes, part)) for part in datagrams.split([message, bytes(3000)], 512)]),
+        b"\5" + joined([b"".join(map(bytes, part)) for part in split_datagrams([message, bytes(3000)], 512)]),
         b"\6" + _stream_of(b".jpg"),
         b"\6" + _stream_of(b".png"),
         *(b"\7" + Bottle.from_text(text).encode() for text in REQUESTS),
@@ -86,7 +85,7 @@ def _binary(source: Input) -> None:
 
 def _text(source: Input) -> None:
     text = source.rest().decode("utf-8", "replace")
-    bottle_text.is_complete(text)
+    Nesting().feed(text)
     bottle = refusing(Bottle.from_text, text)
     if bottle is not None:
         # Not the same again in every case: a vocab may hold brackets, quotes and zeros.
@@ -126,7 +125,7 @@ def _greeting(source: Input) -> None:
 
 
 def _datagrams(source: Input) -> None:
-    joiner = datagrams.Reassembler(lambda size: memoryview(bytearray(size)), MOST_MEMORY)
+    joiner = Reassembler(lambda size: memoryview(bytearray(size)), MOST_MEMORY)
     for datagram in source.messages():
         message = refusing(joiner.datagram, datagram)
         if message is not None:
@@ -134,12 +133,12 @@ def _datagrams(source: Input) -> None:
 
 
 def _pictures(source: Input) -> None:
-    reader = mjpeg.StreamReader()
+    reader = image.JpegStreamReader()
     data = source.rest()
-    mjpeg.find_comment(data)
+    image.find_comment(data)
     for start in range(0, len(data), 100):
         for jpeg in refusing(reader.feed, data[start : start + 100]) or ():
-            refusing(mjpeg.decode_jpeg, jpeg)
+            refusing(image.decode_jpeg, jpeg)
 
 
 def _requests(source: Input) -> None:

@@ -9,9 +9,9 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree import TreeFeatures
+from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.dev import grabber_values
-from grabbergui.net.yarp.dev.grabber_rpc import (
+from grabbergui.net.yarp.grabber_rpc import (
     Call,
     Operation,
     Reply,
@@ -19,7 +19,7 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
     encode_request,
     read_reply,
 )
-from grabbergui.net.yarp.dev.grabber_values import Value
+from grabbergui.net.yarp.grabber_values import Value
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient

@@ -19,8 +19,8 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of, switched_off
 from grabbergui.net.numbered_features import BALANCE_SELECTOR, BLUE, RED, ROLES, FeatureId, FeatureMode
-from grabbergui.net.yarp.dev.grabber_rpc import Operation, Reply
-from grabbergui.net.yarp.dev.grabber_values import Value
+from grabbergui.net.yarp.grabber_rpc import Operation, Reply
+from grabbergui.net.yarp.grabber_values import Value
 
 Ask = Callable[..., Reply]
 """Performs an operation with its arguments on the server and gives its reply."""

@@ -9,7 +9,6 @@ from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
-from grabbergui.net.yarp.os.bottle_text import is_complete
 from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, decode_name_size, encode_number
 from grabbergui.net.yarp.os.framing import LINE_LIMIT, BottleScanner, LineReader, Receiver, TextBottle
 from grabbergui.net.yarp.os.values import (
@@ -19,6 +18,7 @@ from grabbergui.net.yarp.os.values import (
     Int8,
     Int16,
     Int64,
+    Nesting,
     Vocab,
     Vocab64,
 )
@@ -125,7 +125,9 @@ def test_any_text_ends_in_a_bottle_or_an_error(text):
     try:
         bottle = Bottle.from_text(text)
     except RemoteProtocolError:
-        assert not is_complete(text) or text.count(")") or text.count("}") or "\\" in text
+        nesting = Nesting()
+        nesting.feed(text)
+        assert nesting.open or text.count(")") or text.count("}") or "\\" in text
         return
     bottle.to_text()
 

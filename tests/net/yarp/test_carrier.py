@@ -6,8 +6,7 @@ from yarp_transcripts import read, streams
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, mjpeg
-from grabbergui.net.yarp.os.framing import Receiver
+from grabbergui.net.yarp.os.framing import Reassembler, Receiver, split_datagrams
 from grabbergui.net.yarp.os.sockets import Handshake
 from grabbergui.net.yarp.os.values import Stamp
 
@@ -73,7 +72,7 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
     for name in ("stream_udp_312", "stream_udp_multidatagram_312"):
         count = 0
         for conversation in read(name):
-            joiner = datagrams.Reassembler(fresh, 1 << 24)
+            joiner = Reassembler(fresh, 1 << 24)
             recorded = []
             for side, data in conversation.turns:
                 if side != "U" or data[4:8] == b"\xff\xff\xff\xff":
@@ -84,7 +83,7 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
                     continue
                 count += 1
                 body = bytes(message.body)
-                ours = datagrams.split(wire.encode_message(message.command, [body[:60], body[60:]]))
+                ours = split_datagrams(wire.encode_message(message.command, [body[:60], body[60:]]))
                 assert [b"".join(parts) for parts in ours] == recorded[-(recorded[-1][4] + 1) :]
             assert not joiner.damaged
         assert count
@@ -92,14 +91,14 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
 
 @given(st.binary(min_size=0, max_size=300), st.integers(20, 60), st.sets(st.integers(0, 40)))
 def test_lost_datagrams_cost_their_message_only(body, limit, lost):
-    joiner = datagrams.Reassembler(fresh, 1 << 16)
-    first = [b"".join(parts) for parts in datagrams.split(wire.encode_message("D 1 2", [body]), limit)]
+    joiner = Reassembler(fresh, 1 << 16)
+    first = [b"".join(parts) for parts in split_datagrams(wire.encode_message("D 1 2", [body]), limit)]
     for number, datagram in enumerate(first):
         if number not in lost:
             message = joiner.datagram(datagram)
             assert message is None or (message.body == body and not lost & set(range(len(first))))
     second = [
-        joiner.datagram(b"".join(parts)) for parts in datagrams.split(wire.encode_message("D", [b"next"]))
+        joiner.datagram(b"".join(parts)) for parts in split_datagrams(wire.encode_message("D", [b"next"]))
     ]
     assert second[-1].body == b"next"
 
@@ -110,7 +109,7 @@ def test_random_bytes_never_break_the_receivers(data):
         feed(Receiver(limit=1 << 16), data)
     except RemoteProtocolError as error:
         assert str(error)
-    datagrams.Reassembler(fresh, 1 << 16).datagram(data)
+    Reassembler(fresh, 1 << 16).datagram(data)
     try:
         wire.identify(data)
     except RemoteProtocolError as error:
@@ -147,26 +146,26 @@ def test_real_mjpeg_stream_in_pieces():
     conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
     assert conversation.client == wire.STREAM_REQUEST % b"127.0.0.1"
     assert conversation.server.startswith(wire.STREAM_RESPONSE)
-    whole = mjpeg.StreamReader().feed(conversation.server)
-    reader = mjpeg.StreamReader()
+    whole = image.JpegStreamReader().feed(conversation.server)
+    reader = image.JpegStreamReader()
     assert [
         p for n in range(len(conversation.server)) for p in reader.feed(conversation.server[n : n + 1])
     ] == whole
     assert len(whole) >= 3
     for jpeg in whole:
-        header, pixels, envelope = mjpeg.decode_jpeg(jpeg)
+        header, pixels, envelope = image.decode_jpeg(jpeg)
         assert image.ImageHeader.decode(header).width == 16 and len(pixels) == 576
         assert Stamp.decode(envelope)
-        ours = b"".join(mjpeg.encode_part(header + bytes(pixels), envelope))
-        (again,) = mjpeg.StreamReader().feed(ours)
-        assert mjpeg.find_comment(again) == envelope
+        ours = b"".join(image.encode_part(header + bytes(pixels), envelope))
+        (again,) = image.JpegStreamReader().feed(ours)
+        assert image.find_comment(again) == envelope
         theirs = conversation.server
         assert ours[: ours.index(b"Length")] in theirs and ours.endswith(b"\r\n--boundarydonotcross\r\n")
 
 
 def test_a_source_that_refuses_is_quoted():
     with pytest.raises(RemoteProtocolError, match="404 Not Found"):
-        mjpeg.StreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")
+        image.JpegStreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")
 
 
 def test_authentication_succeeds_only_with_the_same_key():

@@ -25,9 +25,8 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client, client_link
+from grabbergui.net.yarp import client, client_link, grabber_service, grabber_values
 from grabbergui.net.yarp.client import YarpGrabber
-from grabbergui.net.yarp.dev import grabber_service, grabber_values
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.dev.grabber_rpc import (
+from grabbergui.net.yarp.grabber_rpc import (
     VERSION_REPLY,
     Call,
     Operation,
@@ -22,7 +22,7 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
     encode_request,
     read_reply,
 )
-from grabbergui.net.yarp.dev.grabber_values import EMPTY_IMAGE, Configuration, Kind
+from grabbergui.net.yarp.grabber_values import EMPTY_IMAGE, Configuration, Kind
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 

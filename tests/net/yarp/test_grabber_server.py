@@ -14,7 +14,7 @@ from grabber_stage import Stage
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.dev.grabber_rpc import VERSION_REPLY
+from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os import carrier
 from grabbergui.net.yarp.os.bottle import Bottle

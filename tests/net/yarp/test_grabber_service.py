@@ -16,11 +16,10 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureVa
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net import tree
-from grabbergui.net.yarp import image
+from grabbergui.net.yarp import grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.dev import grabber_values
-from grabbergui.net.yarp.dev.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
-from grabbergui.net.yarp.dev.grabber_service import GrabberService
+from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
+from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
 from patience import PATIENCE

@@ -31,7 +31,7 @@ from grabbergui.core.features import (
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.net import tree
 from grabbergui.net.tree import ChangeLog
-from grabbergui.net.yarp.dev import grabber_values
+from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
 

@@ -2,7 +2,7 @@
 
 All integers are little endian. A Bottle is a code, a count and the items; code 256 alone means that every
 item carries its own type code, 256 + code that all items are of that type and carry none. The text form is
-in `bottle_text`.
+in `values`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from collections.abc import Iterable, Sequence
 from typing import Final, cast
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.os import bottle_text
 from grabbergui.net.yarp.os.values import (
     FALSE,
     MAX_DEPTH,
@@ -26,6 +25,8 @@ from grabbergui.net.yarp.os.values import (
     Item,
     Vocab,
     Vocab64,
+    parse_text,
+    render_text,
 )
 
 Buffer = bytes | bytearray | memoryview
@@ -127,11 +128,11 @@ class Bottle(list[Item]):
     @classmethod
     def from_text(cls, text: str, dialect: Dialect = Dialect.YARP3) -> Bottle:
         """Read the text form, as typed into `yarp rpc`. Raises RemoteProtocolError."""
-        return cls(bottle_text.parse(text, dialect, nested=Bottle))
+        return cls(parse_text(text, dialect, nested=Bottle))
 
     def to_text(self) -> str:
         """Return the text form, as `yarp read` prints it."""
-        return bottle_text.render(self)
+        return render_text(self)
 
     def find(self, key: str) -> Item | None:
         """Return the value of ``(key value)`` or ``key value`` among the items, as YARP looks it up."""

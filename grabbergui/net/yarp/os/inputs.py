@@ -23,12 +23,13 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.costly_work import costly_work
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, sockets
+from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.carrier import Reply as ReplyEvent
 from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.framing import Reassembler
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.values import Dialect
@@ -350,11 +351,11 @@ class Input:
 
     # -- other protocols -------------------------------------------------------------------------
     def _serve_datagrams(self, link: Link) -> None:
-        with datagrams.receiving_socket(self._sock) as sock:
+        with sockets.datagram_receiver(self._sock) as sock:
             link.send(HeaderReply(sock.getsockname()[1]))
             self._sock.close()
-            messages = datagrams.Reassembler(self._owner.allocate, self._owner.limit)
-            for datagram in datagrams.receive(sock, self.address, lambda: self._closed):
+            messages = Reassembler(self._owner.allocate, self._owner.limit)
+            for datagram in sockets.receive_datagrams(sock, self.address, lambda: self._closed):
                 message = messages.datagram(datagram)
                 if message is not None:
                     self._answer(message)

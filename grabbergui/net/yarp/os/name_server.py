@@ -14,7 +14,6 @@ from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands, encode_page
-from grabbergui.net.yarp.os.bottle_text import quoted
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import DEFAULT_NAMESPACE, authentication_key
 from grabbergui.net.yarp.os.names import (
@@ -27,7 +26,7 @@ from grabbergui.net.yarp.os.names import (
     contacts,
 )
 from grabbergui.net.yarp.os.port import Port
-from grabbergui.net.yarp.os.values import word
+from grabbergui.net.yarp.os.values import quoted, word
 
 PORTS_LIMIT: Final = 5_000
 """Largest number of registered ports; YARP has no limit. Listing that many takes about 20 ms."""

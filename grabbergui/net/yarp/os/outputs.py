@@ -8,11 +8,12 @@ import time
 from collections.abc import Callable, Sequence
 
 from grabbergui.core.errors import GrabberError, LocalProtocolError, ResourceExhaustedError, TransportError
+from grabbergui.net.yarp.image import encode_part
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, mjpeg, sockets
+from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Header, Message
-from grabbergui.net.yarp.os.framing import LINE_LIMIT
+from grabbergui.net.yarp.os.framing import LINE_LIMIT, split_datagrams
 from grabbergui.net.yarp.os.link import Link, greet
 from grabbergui.net.yarp.os.names import modifiers_of
 
@@ -37,7 +38,7 @@ class Outgoing:
         """Return the part of an mjpeg stream. Raises GrabberError where the message is no image."""
         with self._lock:
             if self._jpeg is None:
-                self._jpeg = mjpeg.encode_part(b"".join(self.parts), self._envelope)
+                self._jpeg = encode_part(b"".join(self.parts), self._envelope)
             return self._jpeg
 
     def text(self) -> Message:
@@ -163,7 +164,8 @@ class Output:
         if self.carrier.pull:
             sockets.send(self._link.sock, message.jpeg())
         elif self.carrier.datagrams:
-            datagrams.send(self._link.sock, wire.encode_message(message.command, message.parts))
+            whole = wire.encode_message(message.command, message.parts)
+            sockets.send_datagrams(self._link.sock, split_datagrams(whole))
         else:
             self._link.send(message.text() if self.carrier.text else message.binary())
             if self.carrier.acknowledged:
@@ -183,7 +185,7 @@ def connect(
     try:
         link, reply = greet(sock, Header(carrier, sender))
         if carrier.datagrams:
-            return Link(datagrams.sending_socket(sock, reply.number), link.connection)
+            return Link(sockets.datagram_sender(sock, reply.number), link.connection)
         # A reader may take any time over a message, since it delays no other.
         sockets.set_deadline(sock, None)
         return link

@@ -12,8 +12,9 @@ from queue import Empty, SimpleQueue
 
 from grabbergui.config.serving import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import mjpeg, sockets
+from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Header
 from grabbergui.net.yarp.os.inputs import Reply, Request
@@ -128,7 +129,7 @@ class InputPort(Port):
                 return message, envelope
             try:
                 # On the owner's thread: an image that is never looked at costs no decoding.
-                header, pixels, envelope = mjpeg.decode_jpeg(message)
+                header, pixels, envelope = image.decode_jpeg(message)
             except RemoteProtocolError as error:
                 log.info("%s: %s", self.name, error)
                 continue
@@ -252,7 +253,7 @@ class _Puller:
             self._thread.join(5)
 
     def _run(self) -> None:
-        stream = mjpeg.StreamReader()
+        stream = image.JpegStreamReader()
         try:
             data = self._link.connection.trailing_data
             while data:

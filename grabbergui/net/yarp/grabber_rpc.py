@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.dev.grabber_values import NAK, VOCAB_FAIL, Kind, Value, read_values, write_values
+from grabbergui.net.yarp.grabber_values import NAK, VOCAB_FAIL, Kind, Value, read_values, write_values
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 

@@ -24,8 +24,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
 from grabbergui.net.tree import Terminal, TreeService, no_terminal
-from grabbergui.net.yarp.dev import grabber_values
-from grabbergui.net.yarp.dev.grabber_rpc import (
+from grabbergui.net.yarp import grabber_values
+from grabbergui.net.yarp.grabber_rpc import (
     Call,
     Operation,
     Refusal,
@@ -34,7 +34,7 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
     encode_reply,
     read_request,
 )
-from grabbergui.net.yarp.dev.grabber_values import Configuration, Value, Vertices, intrinsics
+from grabbergui.net.yarp.grabber_values import Configuration, Value, Vertices, intrinsics
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 
