@@ -87,13 +87,13 @@ def settings(options: argparse.Namespace) -> BoardSettings:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from grabbergui.calibration import board_sheet, camera_info
+    from grabbergui.calibration import boards, camera_info
     from grabbergui.calibration.collector import Collector
 
     board = settings(options).board()
     if options.sheet is not None:
         try:
-            sheet = board_sheet.save(board, options.sheet)
+            sheet = boards.save(board, options.sheet)
         except OSError as fault:
             raise GrabberError(f"{options.sheet} could not be written: {fault.strerror or fault}") from fault
         print(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from grabbergui.calibration import board_sheet
+from grabbergui.calibration import boards
 from grabbergui.calibration.boards import SEARCH_PIXELS, BoardSettings, CharucoBoard, Chessboard
 from grabbergui.core.errors import UsageError
 from patience import PROGRAM
@@ -45,9 +45,9 @@ def test_a_charuco_board_looks_as_opencv_draws_it(columns, rows, dictionary, cel
 
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 def test_a_board_on_paper_is_found_at_its_true_size(board):
-    sheet = board_sheet.sheet_for(board)
+    sheet = boards.sheet_for(board)
     dpi = 150
-    view = board.find(board_sheet.raster(board, sheet, dpi))
+    view = board.find(boards.raster(board, sheet, dpi))
     assert len(view.ids) == 35
     metres = view.picture / dpi * 0.0254
     apart = np.linalg.norm(metres - metres[0], axis=1)
@@ -56,8 +56,8 @@ def test_a_board_on_paper_is_found_at_its_true_size(board):
 
 
 def test_the_pdf_holds_the_board_and_the_rule_in_points():
-    sheet = board_sheet.sheet_for(CHARUCO)
-    file = board_sheet.pdf(CHARUCO, sheet).decode("latin-1")
+    sheet = boards.sheet_for(CHARUCO)
+    file = boards.pdf(CHARUCO, sheet).decode("latin-1")
     assert "/MediaBox [0 0 841.8898 595.2756]" in file
     rectangles = [
         tuple(map(float, found)) for found in re.findall(r"([-\d.]+) ([-\d.]+) ([-\d.]+) ([-\d.]+) re", file)
@@ -75,7 +75,7 @@ def test_the_pdf_holds_the_board_and_the_rule_in_points():
 @pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="needs poppler-utils")
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
-    board_sheet.save(board, tmp_path / "board.pdf")
+    boards.save(board, tmp_path / "board.pdf")
     command = ["pdftoppm", "-r", "150", "-gray", "-singlefile", tmp_path / "board.pdf", tmp_path / "page"]
     subprocess.run(command, check=True, timeout=PROGRAM)
     page = cv2.imread(str(tmp_path / "page.pgm"), cv2.IMREAD_GRAYSCALE)
@@ -85,7 +85,7 @@ def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
 
 
 def test_the_png_knows_its_resolution(tmp_path):
-    sheet = board_sheet.save(CHESSBOARD, tmp_path / "board.png")
+    sheet = boards.save(CHESSBOARD, tmp_path / "board.png")
     file = (tmp_path / "board.png").read_bytes()
     place = file.index(b"pHYs")
     along_x, along_y, unit, check = struct.unpack_from(">IIBI", file, place + 4)
@@ -106,14 +106,14 @@ def test_the_png_knows_its_resolution(tmp_path):
     ],
 )
 def test_the_smallest_paper_is_chosen(settings, paper):
-    assert board_sheet.sheet_for(settings.board()).paper == paper
+    assert boards.sheet_for(settings.board()).paper == paper
 
 
 def test_a_board_that_fits_no_paper_and_a_file_of_another_kind_are_refused(tmp_path):
     with pytest.raises(UsageError, match="A0"):
-        board_sheet.sheet_for(Chessboard(20, 20, 0.1))
+        boards.sheet_for(Chessboard(20, 20, 0.1))
     with pytest.raises(UsageError, match=r"\.pdf or \.png"):
-        board_sheet.save(CHESSBOARD, tmp_path / "board.jpg")
+        boards.save(CHESSBOARD, tmp_path / "board.jpg")
 
 
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])

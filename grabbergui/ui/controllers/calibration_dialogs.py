@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject
 
-from grabbergui.calibration import board_sheet
+from grabbergui.calibration import boards
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.fitted import CalibrationChoice
 from grabbergui.core.errors import UsageError
@@ -65,7 +65,7 @@ class CalibratingController(QObject):
     def print_to(self, path: Path) -> None:
         """Save the board for printing."""
         try:
-            sheet = board_sheet.save(self.model.settings.board(), path)
+            sheet = boards.save(self.model.settings.board(), path)
         except (UsageError, OSError) as error:
             self.dialog.messages.showError(self.tr("the board could not be saved: {0}").format(error))
             return
