@@ -1,4 +1,7 @@
-"""ArUco markers and AprilTags: corners to a fraction of a pixel; the pose of a flat target from its corners.
+"""ArUco markers and AprilTags, and boards of them: corners to a fraction of a pixel, and the target's pose.
+
+A target is one marker, or a board of them: a grid, or a ChArUco board. A board may be partly hidden or out of
+the image. The pose of a target is that of its middle: x right, y up, z out of its face.
 
 Large images are searched reduced, and the corners found are then refined in the full image, so that an image
 of nine megapixels takes about as long as one of half a megapixel.
@@ -13,6 +16,8 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,6 +27,16 @@ from grabbergui.calibration import geometry
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
+Grey = NDArray[np.uint8]
+"(rows, columns), one byte a pixel."
+
+SEARCH_PIXELS = 700_000
+"An image is halved until it is no larger than this before markers are searched in it."
+BOARD_KINDS = ("grid", "charuco")
+FEWEST_POINTS = 6
+"Corners that must be seen of a board: two markers of a grid, or six corners of ChArUco fields."
+GAP = 0.25
+"Of a marker's edge, between the markers of a grid and around those of a ChArUco board, unless it is given."
 STEEPEST_VIEW = math.radians(72)
 "Beyond this angle between the marker's face and the line of sight it is seen edge-on."
 AMBIGUITY_RATIO = 1.5
@@ -58,6 +73,215 @@ class MarkerDetection:
     "(n, 3) metres on the target whose places gave the `pose`."
     pixels: NDArray[np.float64] | None = None
     "(n, 2) where they are seen."
+
+
+def dictionary_by_name(name: str) -> int:
+    """OpenCV's number of `4X4_50`, `tag36h11`, `DICT_ARUCO_ORIGINAL` …. UsageError lists what there is."""
+    known = {entry[5:].upper(): entry for entry in dir(cv2.aruco) if entry.startswith("DICT_")}
+    # AprilTag's own library writes tag36h11 for what OpenCV calls APRILTAG_36H11.
+    wanted = re.sub(r"^TAG_?(?=\d)", "APRILTAG_", name.upper().removeprefix("DICT_"))
+    if wanted not in known:
+        raise UsageError(f"there is no marker dictionary {name}; there are {', '.join(sorted(known))}")
+    return int(getattr(cv2.aruco, known[wanted]))
+
+
+def check_marker(dictionary: str, marker: int) -> None:
+    """Raises UsageError for an id that the dictionary does not have; it would be looked for for ever."""
+    ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)).bytesList)
+    if not 0 <= marker < ids:
+        raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
+
+
+class ArucoDetector:
+    """Markers of one dictionary and size. Use from one thread."""
+
+    def __init__(
+        self,
+        dictionary: str = "4X4_50",
+        size: float = 0.10,
+        calibration: Calibration | None = None,
+        search_pixels: int = SEARCH_PIXELS,
+    ) -> None:
+        """`size` is the edge of the black square in metres; without a calibration there are no poses."""
+        if not (math.isfinite(size) and 0.001 <= size <= 10):
+            raise UsageError(f"a marker of {size:g} m cannot be; give the edge of its black square in metres")
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(
+            cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)), parameters
+        )
+        self._calibration = calibration
+        self._search_pixels = search_pixels
+        half = size / 2
+        self._square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
+
+    def detect(self, grey: Grey) -> list[MarkerDetection]:
+        """All markers in an image (rows, columns) uint8, with poses where there is a calibration."""
+        reduced, factor = grey, 1
+        while reduced.size > self._search_pixels:
+            reduced = cv2.resize(reduced, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+            factor *= 2
+        corners, ids, _ = self._detector.detectMarkers(reduced)
+        if ids is None:
+            return []
+        squares = [np.asarray(square, np.float64).reshape(4, 2) for square in corners]
+        if factor > 1:
+            squares = [_refined(grey, square, factor) for square in squares]
+        return [
+            self._with_pose(MarkerDetection(int(marker_id), square), grey.shape[1], grey.shape[0])
+            for marker_id, square in zip(np.ravel(ids), squares, strict=True)
+        ]
+
+    def _with_pose(self, marker: MarkerDetection, width: int, height: int) -> MarkerDetection:
+        if self._calibration is None:
+            return replace(marker, problem="the camera is not calibrated")
+        calibration = self._calibration.scaled_to(width, height)
+        return located(marker, self._square, marker.corners, calibration)
+
+
+def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
+    """Corners of an image reduced by `factor`, found again in the full one."""
+    corners = (square + 0.5) * factor - 0.5
+    # No wider than a third of a marker's cell, or the window would hold other edges than the corner's.
+    edge = float(np.linalg.norm(corners[0] - corners[1]))
+    reach = max(2, min(2 * factor, int(edge / 20)))
+    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
+    found = cv2.cornerSubPix(
+        grey, corners.astype(np.float32).reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria
+    )
+    return np.asarray(found, np.float64).reshape(4, 2)
+
+
+@dataclass(frozen=True)
+class MarkerBoard:
+    """A board as it is printed."""
+
+    kind: str
+    "`grid`: markers with gaps between them; `charuco`: a chessboard with markers in its white fields."
+    columns: int
+    "Markers across a grid, fields across a ChArUco board."
+    rows: int
+    size: float
+    "Metres along the edge of a marker's black square."
+    dictionary: str
+    pitch: float = 0.0
+    "Metres from one marker's edge to the next marker's; a field's edge. 0: a quarter more than `size`."
+    first: int = 0
+    "The first marker's number; the others follow row by row."
+
+    def __post_init__(self) -> None:
+        if self.kind not in BOARD_KINDS:
+            raise UsageError(
+                f"there is no kind of board '{self.kind}'; there are {' and '.join(BOARD_KINDS)}"
+            )
+        fewest = 1 if self.kind == "grid" else 3
+        if not (fewest <= self.columns <= 50 and fewest <= self.rows <= 50 and self.columns * self.rows > 1):
+            raise UsageError(
+                f"a {self.kind} board of {self.columns}×{self.rows} cannot be used; "
+                f"allowed is {fewest} to 50 each way, and more than one"
+            )
+        if not (math.isfinite(self.step) and self.size < self.step <= 10):
+            raise UsageError(
+                f"a pitch of {self.step:g} m must be more than the markers' size, {self.size:g} m, "
+                "or they would overlap"
+            )
+        there = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary)).bytesList)
+        if not 0 <= self.first <= there - self.markers:
+            raise UsageError(
+                f"the dictionary {self.dictionary} has the markers 0 to {there - 1}; "
+                f"the board needs {self.markers} from {self.first} on"
+            )
+
+    @property
+    def markers(self) -> int:
+        """Return how many markers are on it."""
+        fields = self.columns * self.rows
+        return fields if self.kind == "grid" else fields // 2
+
+    @property
+    def step(self) -> float:
+        """Return the metres from marker to marker, or of a field's edge."""
+        return self.pitch or (1 + GAP) * self.size
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Return width and height of the printed pattern, metres."""
+        gap = self.step - self.size if self.kind == "grid" else 0.0
+        return self.columns * self.step - gap, self.rows * self.step - gap
+
+    @cached_property
+    def pattern(self) -> Any:
+        """OpenCV's board; its origin is the upper left corner, y down."""
+        numbers = cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary))
+        ids, shape = np.arange(self.first, self.first + self.markers), (self.columns, self.rows)
+        if self.kind == "grid":
+            return cv2.aruco.GridBoard(shape, self.size, self.step - self.size, numbers, ids)
+        return cv2.aruco.CharucoBoard(shape, self.step, self.size, numbers, ids)
+
+    def image(self, pixels_per_metre: float) -> Grey:
+        """Return the board as it is printed, without a margin: (rows, columns) uint8."""
+        width, height = (max(8, round(metres * pixels_per_metre)) for metres in self.extent)
+        return np.asarray(self.pattern.generateImage((width, height)), np.uint8)
+
+    def centred(self, points: NDArray[Any]) -> NDArray[np.float64]:
+        """Return OpenCV's points of the board, (n, 3), from its middle and with y up."""
+        width, height = self.extent
+        flat = np.asarray(points, np.float64).reshape(-1, 3)
+        return np.column_stack((flat[:, 0] - width / 2, height / 2 - flat[:, 1], np.zeros(len(flat))))
+
+
+class BoardDetector:
+    """Finds one board; detects it as if it were a marker. Use from one thread."""
+
+    def __init__(self, board: MarkerBoard, calibration: Calibration | None = None) -> None:
+        """Without a calibration there are no poses."""
+        self._board = board
+        self._calibration = calibration
+        self._markers = ArucoDetector(board.dictionary, board.size)
+        self._ids = range(board.first, board.first + board.markers)
+        self._charuco = cv2.aruco.CharucoDetector(board.pattern) if board.kind == "charuco" else None
+
+    def detect(self, grey: Grey) -> list[MarkerDetection]:
+        """The board in an image (rows, columns) uint8: none, or one, with the reason if it has no pose."""
+        markers = [marker for marker in self._markers.detect(grey) if marker.marker_id in self._ids]
+        if not markers:
+            return []
+        seen = MarkerDetection(self._board.first, _around(np.vstack([marker.corners for marker in markers])))
+        if len({marker.marker_id for marker in markers}) < len(markers):
+            return [replace(seen, problem="several boards are seen")]
+        points, pixels = self._corners(grey, markers)
+        if len(points) < FEWEST_POINTS or np.linalg.matrix_rank(points - points.mean(axis=0), 1e-6) < 2:
+            return [replace(seen, problem="too little of the board is seen")]
+        width, height = self._board.extent
+        outline = np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)], np.float64) * (width / 2, height / 2)
+        plane, _ = cv2.findHomography(points[:, :2], pixels)
+        if plane is not None:
+            corners = cv2.perspectiveTransform(outline[:, None], plane).reshape(4, 2)
+            seen = replace(seen, corners=np.asarray(corners, np.float64))
+        if self._calibration is None:
+            return [replace(seen, problem="the camera is not calibrated")]
+        return [located(seen, points, pixels, self._calibration.scaled_to(grey.shape[1], grey.shape[0]))]
+
+    def _corners(
+        self, grey: Grey, markers: list[MarkerDetection]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return points on the board, (n, 3), and where they are seen, (n, 2) pixels."""
+        corners = [marker.corners.astype(np.float32).reshape(1, 4, 2) for marker in markers]
+        ids: Any = np.array([[marker.marker_id] for marker in markers], np.int32)
+        found: Any = corners
+        if self._charuco is not None:
+            # Where fields meet, corners are sharper than those of markers.
+            found, ids, _, _ = self._charuco.detectBoard(grey, None, None, corners, ids)
+            if ids is None or len(ids) < FEWEST_POINTS:
+                return np.zeros((0, 3)), np.zeros((0, 2))
+        points, pixels = self._board.pattern.matchImagePoints(found, ids)
+        return self._board.centred(points), np.asarray(pixels, np.float64).reshape(-1, 2)
+
+
+def _around(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of the box around points, clockwise from the upper left one."""
+    (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
+    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
 
 
 def located(
@@ -156,86 +380,3 @@ def _refined_pose(
     refined = geometry.pose(geometry.rotation_from_vector(turn.ravel()), place.ravel())
     near = geometry.is_pose(refined) and geometry.angle_between(pose, refined) < AMBIGUITY_ANGLE / 2
     return refined if near and refined[2, 3] > 0 else pose
-
-
-SEARCH_PIXELS = 700_000
-"An image is halved until it is no larger than this before markers are searched in it."
-Grey = NDArray[np.uint8]
-"(rows, columns), one byte a pixel."
-
-
-def dictionary_by_name(name: str) -> int:
-    """OpenCV's number of `4X4_50`, `tag36h11`, `DICT_ARUCO_ORIGINAL` …. UsageError lists what there is."""
-    known = {entry[5:].upper(): entry for entry in dir(cv2.aruco) if entry.startswith("DICT_")}
-    # AprilTag's own library writes tag36h11 for what OpenCV calls APRILTAG_36H11.
-    wanted = re.sub(r"^TAG_?(?=\d)", "APRILTAG_", name.upper().removeprefix("DICT_"))
-    if wanted not in known:
-        raise UsageError(f"there is no marker dictionary {name}; there are {', '.join(sorted(known))}")
-    return int(getattr(cv2.aruco, known[wanted]))
-
-
-def check_marker(dictionary: str, marker: int) -> None:
-    """Raises UsageError for an id that the dictionary does not have; it would be looked for for ever."""
-    ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)).bytesList)
-    if not 0 <= marker < ids:
-        raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
-
-
-class ArucoDetector:
-    """Markers of one dictionary and size. Use from one thread."""
-
-    def __init__(
-        self,
-        dictionary: str = "4X4_50",
-        size: float = 0.10,
-        calibration: Calibration | None = None,
-        search_pixels: int = SEARCH_PIXELS,
-    ) -> None:
-        """`size` is the edge of the black square in metres; without a calibration there are no poses."""
-        if not (math.isfinite(size) and 0.001 <= size <= 10):
-            raise UsageError(f"a marker of {size:g} m cannot be; give the edge of its black square in metres")
-        parameters = cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-        self._detector = cv2.aruco.ArucoDetector(
-            cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)), parameters
-        )
-        self._calibration = calibration
-        self._search_pixels = search_pixels
-        half = size / 2
-        self._square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
-
-    def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """All markers in an image (rows, columns) uint8, with poses where there is a calibration."""
-        reduced, factor = grey, 1
-        while reduced.size > self._search_pixels:
-            reduced = cv2.resize(reduced, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-            factor *= 2
-        corners, ids, _ = self._detector.detectMarkers(reduced)
-        if ids is None:
-            return []
-        squares = [np.asarray(square, np.float64).reshape(4, 2) for square in corners]
-        if factor > 1:
-            squares = [_refined(grey, square, factor) for square in squares]
-        return [
-            self._with_pose(MarkerDetection(int(marker_id), square), grey.shape[1], grey.shape[0])
-            for marker_id, square in zip(np.ravel(ids), squares, strict=True)
-        ]
-
-    def _with_pose(self, marker: MarkerDetection, width: int, height: int) -> MarkerDetection:
-        if self._calibration is None:
-            return replace(marker, problem="the camera is not calibrated")
-        calibration = self._calibration.scaled_to(width, height)
-        return located(marker, self._square, marker.corners, calibration)
-
-
-def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    """Corners of an image reduced by `factor`, found again in the full one."""
-    corners = (square + 0.5) * factor - 0.5
-    # No wider than a third of a marker's cell, or the window would hold other edges than the corner's.
-    edge = float(np.linalg.norm(corners[0] - corners[1]))
-    reach = max(2, min(2 * factor, int(edge / 20)))
-    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
-    found = cv2.cornerSubPix(
-        grey, corners.astype(np.float32).reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria
-    )
-    return np.asarray(found, np.float64).reshape(4, 2)

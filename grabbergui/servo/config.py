@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from grabbergui.calibration import markers
 from grabbergui.calibration.geometry import Vector
-from grabbergui.calibration.marker_boards import BOARD_KINDS, MarkerBoard
+from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
 from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.collision import parse_boxes
@@ -240,7 +239,7 @@ class Config:
             known = " and ".join(("single", *BOARD_KINDS))
             raise UsageError(f"[marker] kind is '{self.marker.kind}'; there are {known}")
         if self.marker.board is None:
-            markers.check_marker(self.marker.dictionary, self.marker.id)
+            check_marker(self.marker.dictionary, self.marker.id)
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
         if not 0.01 <= self.loop.speed <= 1:

@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from grabbergui.calibration.marker_boards import BoardDetector
-from grabbergui.calibration.markers import ArucoDetector, Grey, MarkerDetection
+from grabbergui.calibration.markers import ArucoDetector, BoardDetector, Grey, MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo.config import MarkerConfig
 

@@ -8,9 +8,10 @@ import pytest
 import servo_scene
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.marker_boards import BoardDetector, MarkerBoard
 from grabbergui.calibration.markers import (
     ArucoDetector,
+    BoardDetector,
+    MarkerBoard,
     MarkerDetection,
     dictionary_by_name,
     located,
