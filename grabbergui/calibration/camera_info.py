@@ -1,12 +1,18 @@
-"""Calibrations as camera_info files, the YAML of ROS's camera_info_manager and camera_calibration.
+"""The calibration that goes with an image, and its file: what ROS's camera_info_manager is to a driver.
 
-PyYAML reads them, restricted to what such a file needs: mappings, lists, text and numbers as YAML 1.2 has
-them (`1e-3` is a number, `on` is text), and the tag of OpenCV's matrices.
+A `FittedCalibration` adapts the calibration of a file to binning and region of each frame.
+
+Files are camera_info YAML, as camera_info_manager and camera_calibration write it. PyYAML reads them,
+restricted to what such a file needs: mappings, lists, text and numbers as YAML 1.2 has them (`1e-3` is a
+number, `on` is text), and the tag of OpenCV's matrices.
 """
 
 from __future__ import annotations
 
+import logging
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,62 +21,170 @@ import yaml
 
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
+    NOMINAL_FIELD_OF_VIEW,
     Calibration,
     Matrix,
     given_projection,
     given_rectification,
 )
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
 
-MAX_FILE_BYTES = 64 * 1024
-_TAG = "tag:yaml.org,2002:"
-_OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
-"The first line of OpenCV's files, which YAML would write with a blank."
+log = logging.getLogger(__name__)
 
+_MAX_FILE_BYTES = 64 * 1024
+_FULL_SIZE = ("WidthMax", "HeightMax")
+"""The largest image with the camera's present binning (SFNC, Image Format Control)."""
+_OFFSET = ("OffsetX", "OffsetY")
 
-class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
-    """Knows the tags below, and takes plain text for a number where YAML 1.2 does."""
+_NONE = "the camera has no calibration; serve it with --calibration FILE"
 
-    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012, PyYAML's own name
-    yaml_constructors = {  # noqa: RUF012
-        tag: construct
-        for tag, construct in yaml.SafeLoader.yaml_constructors.items()
-        if tag is None or tag.removeprefix(_TAG) in ("map", "seq", "str", "int", "float", "null")
-    }
+Pair = tuple[int, int]
 
 
-class _Dumper(yaml.SafeDumper):  # type: ignore[misc]
-    """Quotes text that a reader of YAML 1.1 or 1.2 takes for something else; lists go in brackets."""
+class FittedCalibration:
+    """One camera's calibration, shared by the networks that it is served on. Any thread may call."""
+
+    def __init__(self, grabber: FrameGrabber, file: Path | None = None) -> None:
+        """Load `file` if it exists; `keep` writes it. Raises UsageError for a bad file, OSError."""
+        self.calibration: Calibration | None = None
+        "As it was made; None without one."
+        self._grabber = grabber
+        self._file: Path | None = None
+        self._key: object = None
+        self._fitted: Calibration | None = None
+        self._listening = False
+        if file is not None:
+            self.use(file)
+
+    @property
+    def file(self) -> Path | None:
+        """The file that `keep` writes; None if the calibration is only in memory."""
+        return self._file
+
+    def use(self, file: Path) -> None:
+        """Load `file` if it exists; `keep` writes it from now on. Raises UsageError, OSError."""
+        self._file = file
+        if file.is_file():
+            self.calibration = load(file)
+
+    def close(self) -> None:
+        """Release the grabber. May be called twice."""
+        self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def keep(self, calibration: Calibration) -> Path | None:
+        """Use another calibration; returns the file that it was saved to, if any. Raises OSError."""
+        if self._file is not None:
+            save(calibration, self._file)
+        self.calibration = calibration
+        return self._file
+
+    def of(self, frame: Frame) -> Calibration | None:
+        """Return the calibration that holds for a frame; None, with one warning, if it cannot be known.
+
+        Without a calibration of ours it is what the source itself says of its images.
+        """
+        size, offset = (frame.width, frame.height), (frame.offset_x, frame.offset_y)
+        calibration = self.calibration
+        if calibration is None:
+            return self._own(size)
+        if not self._listening:  # not before, since a camera that is listened to is polled
+            self._listening = True
+            self._grabber.features_changed.connect(self._on_features_changed)
+        key = (calibration, size, offset)
+        if key != self._key:
+            try:
+                self._fitted = fitted(calibration, size, offset, self._full_size())
+            except GrabberError as error:
+                log.warning("images go out without a calibration: %s", error)
+                self._fitted = None
+            self._key = key
+        return self._fitted
+
+    def now(self) -> Calibration:
+        """Return the calibration of images as the camera is set at the moment.
+
+        Raises FeatureNotFoundError without one, UsageError where it is of another region.
+        """
+        size = self._pair((Role.WIDTH.find(self._has), Role.HEIGHT.find(self._has)))
+        if size is None:
+            raise FeatureNotFoundError("the camera does not report the size of its images", "Width")
+        calibration = self.calibration
+        if calibration is None:
+            own = self._own(size)
+            if own is None:
+                raise FeatureNotFoundError(_NONE, "calibration")
+            return own
+        return fitted(calibration, size, self._pair(_OFFSET) or (0, 0), self._full_size())
+
+    def _own(self, size: Pair) -> Calibration | None:
+        own = self._grabber.calibration()
+        return own if own and (own.width, own.height) == size else None
+
+    def _full_size(self) -> Pair | None:
+        return self._pair(_FULL_SIZE)
+
+    def _pair(self, names: tuple[str | None, str | None]) -> Pair | None:
+        """The values of two integer features; None if either is missing."""
+        values = [self._grabber.feature(name).value for name in names if name and self._has(name)]
+        match values:
+            case [int(first), int(second)]:
+                return first, second
+        return None
+
+    def _has(self, name: str) -> bool:
+        return self._grabber.has_feature(name)
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        if not names.isdisjoint(_FULL_SIZE):
+            self._key = None
 
 
-def _in_brackets(dumper: yaml.SafeDumper, values: list[Any]) -> yaml.Node:
-    return dumper.represent_sequence(f"{_TAG}seq", values, flow_style=True)
+def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair | None) -> Calibration:
+    """Fit a calibration to images of `size`, which may be binned and cut out of `full_size` at `offset`.
+
+    A calibration of exactly that size is returned as it is. Without `full_size` the image counts as whole.
+    Raises UsageError if the proportions show that the calibration is of another region.
+    """
+    if size == (calibration.width, calibration.height):
+        return calibration
+    return calibration.scaled_to(*(full_size or size)).cut_out(*offset, *size)
 
 
-for _name, _pattern, _first in (
-    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
-    ("int", r"[-+]?(0|[1-9][0-9]{0,17})", list("-+0123456789")),
-    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", list("-+.0123456789")),
-    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", list("-+.")),
-):
-    _Loader.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
-    _Dumper.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
-_Dumper.add_representer(list, _in_brackets)
-_Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_map)
+CalibrationFor = Callable[[int, int], Calibration]
+"Width and height of images to their calibration. Raises UsageError for a size that it does not fit."
+
+
+class CalibrationChoice:
+    """Is called as a CalibrationFor. Any thread."""
+
+    def __init__(self, chosen: CalibrationFor) -> None:
+        self._chosen = chosen
+
+    @classmethod
+    def file(cls, path: Path) -> CalibrationChoice:
+        """That of a camera_info file. Raises UsageError, OSError."""
+        return cls(load(path).scaled_to)
+
+    @classmethod
+    def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
+        """An ideal camera that sees so much from left to right."""
+        return cls(partial(Calibration.from_field_of_view, degrees=degrees))
+
+    def __call__(self, width: int, height: int) -> Calibration:
+        """The calibration for images of a size."""
+        return self._chosen(width, height)
+
+    def exchange(self, other: CalibrationChoice) -> None:
+        """Be like another from now on."""
+        self._chosen = other._chosen
 
 
 def load(path: Path) -> Calibration:
     """Read a camera_info file. Raises UsageError, OSError."""
     return parse(text_of(path), str(path))
-
-
-def text_of(path: Path) -> str:
-    """Return the text of a calibration's file, of any kind of calibration. Raises UsageError, OSError."""
-    with path.open("rb") as file:
-        content = file.read(MAX_FILE_BYTES + 1)
-    if len(content) > MAX_FILE_BYTES:
-        raise UsageError(f"{path} is too long for a calibration")
-    return content.decode("utf-8", "replace")
 
 
 def save(calibration: Calibration, path: Path) -> None:
@@ -124,26 +238,6 @@ def parse(text: str, where: str = "calibration") -> Calibration:
         raise UsageError(f"{where}: {error}") from None
 
 
-def read(text: str, where: str) -> dict[str, Any]:
-    """Return the mapping that a text contains; empty if there is none. Raises UsageError with the line."""
-    try:
-        values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
-    except yaml.MarkedYAMLError as error:
-        line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
-        raise UsageError(f"{where}{line}: {error.problem}") from None
-    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise UsageError(f"{where} is no YAML of a calibration: {error}") from None
-    if not isinstance(values, dict | None):
-        raise UsageError(f"{where} has no entries 'key: value'")
-    return values or {}
-
-
-def write(values: dict[str, Any]) -> str:
-    """Return the text of a mapping; lists of numbers go in brackets."""
-    text: str = yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-    return text
-
-
 def _matrix(values: Matrix) -> dict[str, Any]:
     return {"rows": values.shape[0], "cols": values.shape[1], "data": [float(v) for v in values.flat]}
 
@@ -177,3 +271,68 @@ def _size(values: dict[str, Any], key: str, where: str) -> int:
     if not isinstance(value, int) or not 0 < value < 1 << 16:
         raise UsageError(f"{where}: {key} is {_text(values, key, '')[:60]}, not a number of pixels")
     return value
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a calibration's file, of any kind of calibration. Raises UsageError, OSError."""
+    with path.open("rb") as file:
+        content = file.read(_MAX_FILE_BYTES + 1)
+    if len(content) > _MAX_FILE_BYTES:
+        raise UsageError(f"{path} is too long for a calibration")
+    return content.decode("utf-8", "replace")
+
+
+_TAG = "tag:yaml.org,2002:"
+_OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
+"The first line of OpenCV's files, which YAML would write with a blank."
+
+
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+    """Knows the tags below, and takes plain text for a number where YAML 1.2 does."""
+
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012, PyYAML's own name
+    yaml_constructors = {  # noqa: RUF012
+        tag: construct
+        for tag, construct in yaml.SafeLoader.yaml_constructors.items()
+        if tag is None or tag.removeprefix(_TAG) in ("map", "seq", "str", "int", "float", "null")
+    }
+
+
+class _Dumper(yaml.SafeDumper):  # type: ignore[misc]
+    """Quotes text that a reader of YAML 1.1 or 1.2 takes for something else; lists go in brackets."""
+
+
+def _in_brackets(dumper: yaml.SafeDumper, values: list[Any]) -> yaml.Node:
+    return dumper.represent_sequence(f"{_TAG}seq", values, flow_style=True)
+
+
+for _name, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("int", r"[-+]?(0|[1-9][0-9]{0,17})", list("-+0123456789")),
+    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", list("-+.0123456789")),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", list("-+.")),
+):
+    _Loader.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
+    _Dumper.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
+_Dumper.add_representer(list, _in_brackets)
+_Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_map)
+
+
+def read(text: str, where: str) -> dict[str, Any]:
+    """Return the mapping that a text contains; empty if there is none. Raises UsageError with the line."""
+    try:
+        values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
+    except yaml.MarkedYAMLError as error:
+        line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
+        raise UsageError(f"{where}{line}: {error.problem}") from None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        raise UsageError(f"{where} is no YAML of a calibration: {error}") from None
+    if not isinstance(values, dict | None):
+        raise UsageError(f"{where} has no entries 'key: value'")
+    return values or {}
+
+
+def write(values: dict[str, Any]) -> str:
+    """Return the text of a mapping; lists of numbers go in brackets."""
+    text: str = yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+    return text

@@ -23,7 +23,7 @@ from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.fitted import CalibrationFor
+    from grabbergui.calibration.camera_info import CalibrationFor
     from grabbergui.core.frame import Frame
     from grabbergui.servo.config import Config, MarkerConfig
     from grabbergui.servo.loop import ControlCycle

@@ -18,7 +18,7 @@ from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.fitted import CalibrationFor
+    from grabbergui.calibration.camera_info import CalibrationFor
     from grabbergui.calibration.hand_eye_file import Placement
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
@@ -328,7 +328,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
 
     Raises UsageError with the ways out of none.
     """
-    from grabbergui.calibration.fitted import CalibrationChoice
+    from grabbergui.calibration.camera_info import CalibrationChoice
 
     if options.calibration is not None:
         return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"))

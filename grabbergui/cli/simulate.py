@@ -213,7 +213,7 @@ def _add_tiago(commands: Any) -> None:
 
 def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.calibration import camera_info
-    from grabbergui.calibration.fitted import FittedCalibration
+    from grabbergui.calibration.camera_info import FittedCalibration
     from grabbergui.core.priority import single_threaded
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop

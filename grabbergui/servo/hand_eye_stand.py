@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grabbergui.calibration import hand_eye_file
-from grabbergui.calibration.fitted import CalibrationFor
+from grabbergui.calibration.camera_info import CalibrationFor
 from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.calibration.hand_eye_file import Placement

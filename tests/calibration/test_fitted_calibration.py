@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.calibration.fitted import FittedCalibration, fitted
+from grabbergui.calibration.camera_info import FittedCalibration, fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureNotFoundError, UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QApplication, QPushButton
 from test_accessibility import controls, spoken_name
 
 from grabbergui.calibration import camera_info, geometry
-from grabbergui.calibration.fitted import CalibrationChoice
+from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.servo_proxy import RequestKind, RunnerProxy

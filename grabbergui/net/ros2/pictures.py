@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 import cv2
 import numpy as np
 
-from grabbergui.calibration.fitted import FittedCalibration
+from grabbergui.calibration.camera_info import FittedCalibration
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink

@@ -11,7 +11,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from grabbergui.calibration.fitted import FittedCalibration
+from grabbergui.calibration.camera_info import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.features import format_number
 from grabbergui.core.grabber import FrameGrabber

@@ -9,7 +9,7 @@ from PyQt5.QtCore import QObject
 
 from grabbergui.calibration import boards
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.fitted import CalibrationChoice
+from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution

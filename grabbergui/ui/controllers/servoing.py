@@ -10,7 +10,7 @@ from pathlib import Path
 from psygnal import Signal
 from PyQt5.QtCore import QObject, QTimer
 
-from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message

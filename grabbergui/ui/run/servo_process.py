@@ -18,7 +18,7 @@ from typing import IO
 
 from PyQt5.QtCore import QTimer
 
-from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.priority import single_threaded
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, RunnerProxy, RunnerServer

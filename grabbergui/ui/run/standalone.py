@@ -9,7 +9,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog
 
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.servo_proxy import Run

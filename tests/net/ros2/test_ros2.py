@@ -20,7 +20,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, Poi
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
-from grabbergui.calibration.fitted import FittedCalibration  # noqa: E402
+from grabbergui.calibration.camera_info import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
