@@ -17,7 +17,7 @@ from genicam import genapi
 
 from fuzz._descriptions import HEAD, Registers, description, formula
 from fuzz._input import DATA, Input, erring, refusing
-from grabbergui.config import ini
+from grabbergui.config import parse_ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.driver.bootstrap_reading import fetch_description, parse_url
@@ -92,7 +92,7 @@ def _chunks(source: Input) -> None:
 
 
 def _ini(source: Input) -> None:
-    erring(ini.parse, source.rest().decode("utf-8", "replace"))
+    erring(parse_ini, source.rest().decode("utf-8", "replace"))
 
 
 def _description(source: Input) -> None:

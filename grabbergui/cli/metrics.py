@@ -13,7 +13,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from grabbergui.config.serving import EVERYBODY, AllowedAddresses
+from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.parsing import port
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.config.serving import EVERYBODY, AllowedAddresses
+from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:

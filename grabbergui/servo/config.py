@@ -1,6 +1,6 @@
 """All rates, gains and limits, with defaults, and how an `.ini` file changes them.
 
-Sections are the fields of `Config`, keys those of its parts, in the dialect of `config.ini`. The file that is
+Sections are the fields of `Config`, keys those of its parts, in YARP's `.ini` dialect. The file that is
 shipped, `resources/servo/servo.ini`, holds every key with its default.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
-from grabbergui.config import ini
+from grabbergui.config import parse_ini
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.collision import parse_boxes
 
@@ -261,7 +261,7 @@ class Config:
     def parse(cls, text: str, where: str = "configuration") -> Config:
         """Change the defaults by a file's text. Raises UsageError with section, key and allowed values."""
         config, parts = cls(), {}
-        for name, section in ini.parse(text, where).items():
+        for name, section in parse_ini(text, where).items():
             if not section.values:
                 continue
             known = ", ".join(f"[{part.name}]" for part in fields(cls))

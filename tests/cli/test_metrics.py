@@ -13,7 +13,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, parse_address, read_token
 from grabbergui.cli.process import JsonFormatter
-from grabbergui.config.serving import AllowedAddresses
+from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.frame_queue import StreamStatistics
 from patience import PATIENCE

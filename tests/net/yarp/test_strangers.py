@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 
-from grabbergui.config.serving import AllowedAddresses
+from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import inputs, registry

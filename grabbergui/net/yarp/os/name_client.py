@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
-from grabbergui.config import ini
+from grabbergui.config import config_folders, parse_ini
 from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,
@@ -74,7 +74,7 @@ def authentication_key() -> bytes | None:
 def require_authentication() -> None:
     """Raise UsageError if there is no key, so that no port is open to everybody."""
     if authentication_key() is None:
-        folders = ", ".join(str(folder) for folder in ini.config_folders())
+        folders = ", ".join(str(folder) for folder in config_folders())
         raise UsageError(
             "--require-authentication: no key; write a file auth.conf with the lines `[AUTH]` and "
             f"`key SECRET` into one of {folders}, on this machine and on every peer"
@@ -85,7 +85,7 @@ def _read(name: str) -> str:
     override = os.environ.get("YARP_CONF", "")
     if name == "yarp.conf" and override and Path(override).is_file():
         return Path(override).read_text(errors="replace")
-    for folder in (*([Path(override)] if override else []), *ini.config_folders()):
+    for folder in (*([Path(override)] if override else []), *config_folders()):
         path = folder / name
         if path.is_file():
             return path.read_text(errors="replace")
@@ -94,7 +94,7 @@ def _read(name: str) -> str:
 
 def _section(text: str, name: str) -> Mapping[str, str]:
     """Return a section's values, its name and keys in small letters."""
-    for section in ini.parse(text, "YARP's configuration").values():
+    for section in parse_ini(text, "YARP's configuration").values():
         if section.name.lower() == name:
             return {key.lower(): value for key, value in section.values.items()}
     return {}

@@ -10,7 +10,7 @@ import logging
 import threading
 from typing import Final
 
-from grabbergui.config.serving import EVERYBODY, AllowedAddresses
+from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands, encode_page

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from grabbergui.config.serving import EVERYBODY, AllowedAddresses
+from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
 
-from grabbergui.config.serving import EVERYBODY, AllowedAddresses
+from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire

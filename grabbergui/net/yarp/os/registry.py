@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol, TypeVar
 
-from grabbergui.config.serving import AllowedAddresses
+from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Buffer

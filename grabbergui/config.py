@@ -1,0 +1,302 @@
+"""Configuration: `.ini` files as YARP finds and reads them, and the options of `grabbergui serve` in them.
+
+The `.ini` dialect has `key value` lines in `[sections]`. A value is what follows the key on its line; quotes
+around it are dropped. Lines starting with `//` or `#` are comments. A section may be introduced as
+`[group name]`, which YARP uses for lists of groups; both words then name it.
+
+A file is looked for in the current folder, then for the context given, `contexts/<context>` below the
+configuration home, the data home, and the system's configuration and data folders; then in those folders
+themselves. The environment variables are YARP's: YARP_CONFIG_HOME, YARP_DATA_HOME, YARP_CONFIG_DIRS,
+YARP_DATA_DIRS (colon-separated).
+
+Keys of `serve` are ours and those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`,
+`terminal`); the command line wins over the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import ipaddress
+import logging
+import math
+import os
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.uri import SIMULATED
+
+log = logging.getLogger(__name__)
+
+_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+_ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
+"""`key value`, and `key = value` for those used to other dialects."""
+_MAX_BYTES = 1024 * 1024
+"""A longer file is no configuration."""
+
+
+@dataclass
+class Section:
+    """The keys of one section, in order."""
+
+    name: str
+    "Empty for the keys before the first section."
+    values: dict[str, str] = field(default_factory=dict)
+
+
+def parse_ini(text: str, where: str = "configuration") -> dict[str, Section]:
+    """Read a file's text. Raises UsageError naming `where` and the line."""
+    if len(text) > _MAX_BYTES:
+        raise UsageError(f"{where}: {len(text)} bytes is too long for a configuration")
+    sections = {"": Section("")}
+    current = sections[""]
+    for number, line in enumerate(text.splitlines(), 1):
+        line = line.strip()
+        if not line or line.startswith(("//", "#", ";")):
+            continue
+        if line.startswith("["):
+            if not line.endswith("]") or not line[1:-1].strip():
+                raise UsageError(f"{where}, line {number}: '{line}' is no section; write [name]")
+            name = " ".join(line[1:-1].split())
+            current = sections.setdefault(name, Section(name))
+            continue
+        match = _ENTRY.fullmatch(line)
+        if not match:
+            raise UsageError(f"{where}, line {number}: '{line}' has no key; write: key value")
+        current.values[match[1]] = _unquoted(match[2])
+    return sections
+
+
+def _unquoted(value: str) -> str:
+    if len(value) >= 2 and value[0] == value[-1] and value[0] in "\"'":
+        return value[1:-1]
+    return value
+
+
+def find_ini(name: str, context: str = "", environment: Mapping[str, str] = os.environ) -> Path:
+    """Return the first file of that name, or an absolute path itself. Raises UsageError with the folders."""
+    if Path(name).is_absolute():
+        folders = [Path("/")]
+    else:
+        folders = list(dict.fromkeys(_search_path(context, environment)))
+    for folder in folders:
+        if (folder / name).is_file():
+            return folder / name
+    looked = ", ".join(str(folder) for folder in folders)
+    raise UsageError(f"there is no configuration file {name}; looked in {looked}")
+
+
+def _search_path(context: str = "", environment: Mapping[str, str] = os.environ) -> Iterator[Path]:
+    """Yield the folders in order; they need not exist."""
+    yield Path.cwd()
+    config_home, *config_dirs = config_folders(environment)
+    homes = [
+        config_home,
+        _folder(environment, "YARP_DATA_HOME", "XDG_DATA_HOME", ".local/share"),
+        *config_dirs,
+        *_folders(environment, "YARP_DATA_DIRS", "XDG_DATA_DIRS", "/usr/local/share:/usr/share"),
+    ]
+    if context:
+        yield from (home / "contexts" / context for home in homes)
+    yield from homes
+
+
+def config_folders(environment: Mapping[str, str] = os.environ) -> list[Path]:
+    """Return the user's folder of configuration, then the system's."""
+    home = {"win32": "AppData/Roaming", "darwin": "Library/Preferences"}.get(sys.platform, ".config")
+    return [
+        _folder(environment, "YARP_CONFIG_HOME", "XDG_CONFIG_HOME", home),
+        *_folders(environment, "YARP_CONFIG_DIRS", "XDG_CONFIG_DIRS", "/etc/xdg"),
+    ]
+
+
+def _folder(environment: Mapping[str, str], yarp: str, xdg: str, below_home: str) -> Path:
+    if environment.get(yarp):
+        return Path(environment[yarp])
+    if environment.get(xdg):
+        return Path(environment[xdg]) / "yarp"
+    return Path(environment.get("HOME") or "/") / below_home / "yarp"
+
+
+def _folders(environment: Mapping[str, str], yarp: str, xdg: str, default: str) -> list[Path]:
+    if environment.get(yarp):
+        return [Path(part) for part in environment[yarp].split(":") if part]
+    return [Path(part) / "yarp" for part in (environment.get(xdg) or default).split(":") if part]
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """One camera and how it is shared."""
+
+    source: str = ""
+    "A URI; empty means the first GigE Vision camera, or the simulated one with `fake`."
+    fake: bool = False
+    index: int = 0
+    "Number of the camera among those found, if no source is named."
+    monitor: bool = False
+    "Only monitor, while another application controls the camera."
+    pixel_format: str = ""
+    "Set before streaming."
+    introspection: bool = False
+    "Log every feature with its value and range when the camera is open."
+    terminal: bool = False
+    window: bool = False
+    yarp: str = ""
+    "The image port's name; empty: not on YARP."
+    ros2: str = ""
+    "The node's name; empty: not on ROS 2."
+    frame_id: str = "camera"
+    "Frame id in the headers of ROS 2 images."
+    calibration: str = ""
+    "A camera_info YAML file for both networks; `set_camera_info` of ROS 2 writes it."
+    qos: str = "reliable"
+    "Of ROS 2 images: reliable, or sensor_data (best effort)."
+    with_name_server: bool = False
+    "Run a YARP name server too."
+    nameserver: str = ""
+    "HOST:PORT of the YARP name server; empty: found as YARP does."
+    bind: str = ""
+    "The address our YARP ports listen on; empty: where the name server is reachable from."
+    capabilities: str = "COLOR"
+    "COLOR or RAW: what the YARP image port sends."
+    raw: bool = False
+    "Send raw images on a second YARP port as well."
+    period: float = 0.0
+    "Seconds between YARP images at least; 0: every frame."
+    normalised: bool = False
+    "Serve YARP feature values as 0…1."
+    read_only: bool = False
+    "Let peers on the networks see images and values, and change nothing."
+    allow: str = ""
+    "Addresses and networks, separated by commas or blanks, whose YARP ports and browsers are answered."
+    require_authentication: bool = False
+    "Serve on YARP only with a key in auth.conf, which every peer must prove to know."
+    metrics_token: str = ""
+    "A file with the token that whoever reads the counters must send."
+    lost_timeout: float = 0.0
+    "Seconds after which a source that was lost is given up; 0: never."
+    metrics: str = ""
+    "HOST:PORT, or PORT on this machine only, where the counters are for Prometheus; empty: nowhere."
+
+    def __post_init__(self) -> None:
+        for name in ("period", "lost_timeout"):
+            seconds = getattr(self, name)
+            if not 0 <= seconds < math.inf:
+                raise UsageError(f"{name.replace('_', '-')} {seconds:g}: write seconds, from 0 on")
+
+    @property
+    def allowed(self) -> AllowedAddresses:
+        """The addresses that are answered. Raises UsageError."""
+        return AllowedAddresses.parse(self.allow.replace(",", " ").split())
+
+    @property
+    def uri(self) -> str:
+        """The source to open, if it is known without a search for cameras."""
+        return self.source or (SIMULATED if self.fake else "")
+
+    def with_file(self, section: Section, given: frozenset[str], where: str) -> ServeOptions:
+        """These options with a file's values for those not in `given` (the command line's).
+
+        An unknown key is warned of, with the nearest known one. Raises UsageError for a bad value.
+        """
+        changes: dict[str, Any] = {}
+        for key, text in section.values.items():
+            name = _NAMES.get(key)
+            if name is None:
+                if key not in _YARP_OWN:
+                    near = difflib.get_close_matches(key, _NAMES, n=1)
+                    hint = f"; did you mean {near[0]}?" if near else ""
+                    log.warning("%s: unknown key %r is ignored%s", where, key, hint)
+            elif name not in given:
+                changes[name] = _value(key, text, _TYPES[name], where)
+        return replace(self, **changes)
+
+
+_TYPES: Mapping[str, str] = {each.name: str(each.type) for each in fields(ServeOptions)}
+_NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_format"} | {
+    "pixelFormat": "pixel_format",
+    "with-name-server": "with_name_server",
+    "read-only": "read_only",
+    "require-authentication": "require_authentication",
+    "metrics-token": "metrics_token",
+    "lost-timeout": "lost_timeout",
+    "name": "yarp",
+    "node_name": "ros2",
+}
+"""Maps a file's keys to our fields."""
+
+_YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
+"""Keys that YARP's own tools read from the same files."""
+
+
+def _value(key: str, text: str, kind: str, where: str) -> Any:
+    converters: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _switch}
+    try:
+        return converters.get(kind, str)(text)
+    except ValueError:
+        wanted = {"int": "a whole number", "float": "a number", "bool": "yes or no"}[kind]
+        raise UsageError(f"{where}: {key} {text}: write {wanted}") from None
+
+
+def _switch(text: str) -> bool:
+    """A key alone means yes."""
+    lowered = text.lower()
+    if lowered in ("", "1", "true", "on", "yes"):
+        return True
+    if lowered in ("0", "false", "off", "no"):
+        return False
+    raise ValueError(text)
+
+
+class AllowedAddresses:
+    """A set of networks. Without any, everybody is allowed; this machine always is."""
+
+    def __init__(self, networks: Iterable[_Network] = ()) -> None:
+        self._networks = tuple(networks)
+
+    @classmethod
+    def parse(cls, texts: Iterable[str]) -> AllowedAddresses:
+        """Read `10.0.0.0/24` and `192.168.1.7`. Raises UsageError."""
+        return cls(_network(text) for text in texts)
+
+    @property
+    def everybody(self) -> bool:
+        """Whether every address is allowed."""
+        return not self._networks
+
+    def allows(self, address: str, own: str = "") -> bool:
+        """Whether a peer at `address` is answered; `own` is this machine's end of the connection."""
+        if not self._networks or address == own:
+            return True
+        try:
+            peer = ipaddress.ip_address(address.partition("%")[0])
+        except ValueError:
+            return False
+        if isinstance(peer, ipaddress.IPv6Address) and peer.ipv4_mapped:
+            peer = peer.ipv4_mapped
+        return peer.is_loopback or any(peer in network for network in self._networks)
+
+    @property
+    def hosts(self) -> list[str] | None:
+        """The single addresses; None if a network is allowed, whose addresses are too many to list."""
+        if any(network.num_addresses > 1 for network in self._networks):
+            return None
+        return [str(network.network_address) for network in self._networks]
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self._networks)) or "everybody"
+
+
+EVERYBODY = AllowedAddresses()
+
+
+def _network(text: str) -> _Network:
+    try:
+        return ipaddress.ip_network(text.strip(), strict=False)
+    except ValueError as error:
+        raise UsageError(f"--allow {text}: write an address or a network, as 10.0.0.0/24") from error

@@ -1,1 +1,0 @@
-"""Configuration files, as YARP's ResourceFinder finds and reads them."""
