@@ -15,8 +15,7 @@ from benchmarks._faults import Outcome, fault
 from benchmarks._network_runs import on_this_machine_only
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.doctor import shared_memory
-from grabbergui.doctor.shared_memory import FOLDER
+from grabbergui.doctor import SHARED_MEMORY, clear, leftovers
 
 CHAPTER = "Other programs on ROS 2"
 FPS = 25
@@ -139,15 +138,15 @@ def killed_programs_memory() -> Outcome:
         begun = time.monotonic()
         # The server has some of it in its memory too, until it has noticed that they are gone.
         while _since(begun) < LONGEST:
-            found = [one for one in shared_memory.leftovers(FOLDER, youngest=0) if one.name in left]
-            freed |= {one.name: one.size for one in shared_memory.clear(found)}
+            found = [one for one in leftovers(SHARED_MEMORY, youngest=0) if one.name in left]
+            freed |= {one.name: one.size for one in clear(found)}
             here = {one.name for one in found} | (left & used_by(os.getpid()))
             if not here:
                 break
             time.sleep(0.2)
         seconds = _since(begun)
         Reader(KILLED).close()  # receives an image
-        missing = [name for name in ours if "port" not in name and not (FOLDER / name).exists()]
+        missing = [name for name in ours if "port" not in name and not (SHARED_MEMORY / name).exists()]
     return Outcome(
         "readers of images get SIGKILL, then `doctor --clear-shared-memory`",
         f"{KILLED} programs",
@@ -165,4 +164,4 @@ def _since(begun: float) -> float:
 def used_by(pid: int) -> set[str]:
     """Names of the segments and ports of Fast DDS in a process's memory."""
     lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
-    return {Path(line.split()[-1]).name for line in lines if f"{FOLDER}/fastdds_" in line}
+    return {Path(line.split()[-1]).name for line in lines if f"{SHARED_MEMORY}/fastdds_" in line}

@@ -9,13 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from grabbergui import sources
+from grabbergui import doctor, sources
 from grabbergui.cli.parsing import positive
 from grabbergui.cli.process import dies_of_interrupt, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
-from grabbergui.doctor import Level
 from grabbergui.setup import completion
 from grabbergui.setup.seen import Seen, somebody_types
 from grabbergui.setup.system_files import UDEV_RULE, DesktopEntry, install_udev_rule, remove_udev_rule
@@ -85,18 +84,16 @@ def _add_doctor(commands: Any) -> None:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from grabbergui.doctor import checks, shared_memory
-
     if options.fix_udev:
         print(f"wrote {install_udev_rule()}; plug the camera in again")
         return 0
     if options.clear_shared_memory:
-        removed = shared_memory.clear(shared_memory.leftovers(shared_memory.FOLDER))
-        print(f"freed {shared_memory.megabytes(removed)}: {len(removed)} segments and ports without an owner")
+        removed = doctor.clear(doctor.leftovers(doctor.SHARED_MEMORY))
+        print(f"freed {doctor.megabytes(removed)}: {len(removed)} segments and ports without an owner")
         return 0
     findings = []
     with dies_of_interrupt():
-        for finding in checks.check():
+        for finding in doctor.check():
             findings.append(finding)
             if not options.json:
                 print(f"{finding.level.value:8}{finding.text}", flush=True)
@@ -105,7 +102,7 @@ def _doctor(options: argparse.Namespace) -> int:
     if options.json:
         rows = [{"level": each.level.value, "text": each.text, "remedy": each.remedy} for each in findings]
         print(json.dumps(rows, indent=2))
-    return 1 if any(finding.level is Level.PROBLEM for finding in findings) else 0
+    return 1 if any(finding.level is doctor.Level.PROBLEM for finding in findings) else 0
 
 
 _PARTS = {

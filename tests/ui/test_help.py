@@ -7,7 +7,7 @@ from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QWhatsThis
 
 from grabbergui.core.environment import MANUAL
-from grabbergui.doctor import checks, good, problem
+from grabbergui.doctor import good, problem
 from grabbergui.ui.controllers.help import HelpController
 
 
@@ -30,7 +30,7 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(app, mo
         yield good("the network is <fine>")
         yield problem("no rule", "grabbergui doctor --fix-udev")
 
-    monkeypatch.setattr(checks, "check", look)
+    monkeypatch.setattr("grabbergui.doctor.check", look)
     app.window.actionDoctor.trigger()
     doctor = app.program.help.doctor
     app.until(lambda: doctor.stateLabel.text() == "1 problem found")

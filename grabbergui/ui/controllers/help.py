@@ -10,6 +10,7 @@ from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
+from grabbergui import doctor
 from grabbergui.core.environment import MANUAL
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.gui_thread import Bridge
@@ -79,10 +80,7 @@ class HelpController(QObject):
         dialog.open()
 
     def _examine(self, dialog: DoctorDialog) -> None:
-        # Not imported with the window: nothing else needs these checks, nor the drivers they import.
-        from grabbergui.doctor import checks
-
-        for finding in checks.check():
+        for finding in doctor.check():
             if self.doctor is not dialog:
                 return
             self._bridge.call(partial(self._report, dialog, partial(dialog.addFinding, finding)))

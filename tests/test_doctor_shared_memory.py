@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from grabbergui import doctor
 from grabbergui.cli import main
-from grabbergui.doctor import Level, checks, shared_memory
-from grabbergui.doctor.shared_memory import FOLDER, clear, leftovers
+from grabbergui.doctor import SHARED_MEMORY, Level, clear, leftovers
 from patience import PROGRAM, until
 from ros2_domain import own_domain
 
@@ -76,25 +76,25 @@ def test_what_was_made_a_moment_ago_stays(folder):
 
 
 def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
-    (finding,) = shared_memory.shared_memory(folder)
+    (finding,) = doctor.shared_memory(folder)
     assert finding.level is Level.NOTE and "0.1 MB" in finding.text and "2 segments and ports" in finding.text
     assert finding.remedy.endswith("grabbergui doctor --clear-shared-memory")
 
     clear(leftovers(folder))
 
-    assert [finding.level for finding in shared_memory.shared_memory(folder)] == [Level.GOOD]
-    assert not list(shared_memory.shared_memory(tmp_path / "missing"))
+    assert [finding.level for finding in doctor.shared_memory(folder)] == [Level.GOOD]
+    assert not list(doctor.shared_memory(tmp_path / "missing"))
 
 
-def test_it_is_among_all_checks_which_command_and_window_show(folder, monkeypatch):
+def test_it_is_among_all_doctor_which_command_and_window_show(folder, monkeypatch):
     for others in ("check_network", "check_usb", "check_software"):
-        monkeypatch.setattr(checks, others, lambda: iter(()))
-    monkeypatch.setattr(shared_memory, "FOLDER", folder)
-    assert [finding.level for finding in checks.check()] == [Level.NOTE]
+        monkeypatch.setattr(doctor, others, lambda: iter(()))
+    monkeypatch.setattr(doctor, "SHARED_MEMORY", folder)
+    assert [finding.level for finding in doctor.check()] == [Level.NOTE]
 
 
 def test_the_command_clears(folder, monkeypatch, capsys):
-    monkeypatch.setattr(shared_memory, "FOLDER", folder)
+    monkeypatch.setattr(doctor, "SHARED_MEMORY", folder)
 
     assert main(["doctor", "--clear-shared-memory"]) == 0
 
@@ -133,23 +133,27 @@ def test_a_killed_ros_program():
         for program in programs:
             assert program.stdout.readline().strip() == "ready"
         used = [until(lambda pid=program.pid: _used_by(pid)) for program in programs]
-        assert not used[0] & set(names(leftovers(FOLDER, youngest=0)))
+        assert not used[0] & set(names(leftovers(SHARED_MEMORY, youngest=0)))
 
         killed.send_signal(signal.SIGKILL)
         killed.wait(PROGRAM)
 
-        left = [leftover for leftover in leftovers(FOLDER, youngest=0) if leftover.name in used[0] - used[1]]
+        left = [
+            leftover
+            for leftover in leftovers(SHARED_MEMORY, youngest=0)
+            if leftover.name in used[0] - used[1]
+        ]
         assert left and sum(leftover.size for leftover in left) > 0
         clear(left)
         assert not [path for leftover in left for path in leftover.files if path.exists()]
-        assert used[1] <= _used_by(living.pid) and all((FOLDER / name).exists() for name in used[1])
+        assert used[1] <= _used_by(living.pid) and all((SHARED_MEMORY / name).exists() for name in used[1])
     finally:
         for program in programs:
             program.kill()
             program.wait(PROGRAM)
             program.stdout.close()
         mine = set().union(*used)
-        clear([leftover for leftover in leftovers(FOLDER, youngest=0) if leftover.name in mine])
+        clear([leftover for leftover in leftovers(SHARED_MEMORY, youngest=0) if leftover.name in mine])
 
 
 def _used_by(pid):
