@@ -22,7 +22,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.driver.bootstrap_reading import fetch_description, parse_url
 from grabbergui.driver.device import DataLayout, Device, unpack
-from grabbergui.driver.genapi import loading, node_features
+from grabbergui.driver.genapi import node_features, vetting
 from grabbergui.driver.genapi import port as genapi_port
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.port import RegisterPort
@@ -76,9 +76,9 @@ def _archive(source: Input) -> None:
 
 
 def _xml(source: Input) -> None:
-    text = refusing(loading.clean_xml, source.rest())
+    text = refusing(vetting.clean_xml, source.rest())
     if text is not None:
-        loading.port_name(text)
+        vetting.port_name(text)
         if "<!ENTITY" in text or "<!DOCTYPE" in text:
             raise AssertionError("an entity went through")
 
@@ -100,7 +100,7 @@ def _description(source: Input) -> None:
     registers = Registers(source.take(24))
     began = time.process_time()
     try:
-        nodes = loading.load(description(source))
+        nodes = genapi_port.load(description(source))
         port = RegisterPort(cast(Device, registers))
         nodes.connect(port, "Device")
     except (genapi.GenericException, RuntimeError, GrabberError):

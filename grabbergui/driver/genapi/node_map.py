@@ -31,10 +31,10 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import loading, node_features, port
-from grabbergui.driver.genapi.loading import clean_xml, port_name
+from grabbergui.driver.genapi import node_features, port
 from grabbergui.driver.genapi.node_features import NodeFeature
 from grabbergui.driver.genapi.port import EventReader, MapLock, RegisterPort
+from grabbergui.driver.genapi.vetting import clean_xml, port_name
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ class CameraNodeMap:
         self._port = RegisterPort(device)
         text = clean_xml(xml)
         try:
-            self._map = loading.load(text)
+            self._map = port.load(text)
             self._map.connect(self._port, port_name(text))
         except (genapi.GenericException, RuntimeError) as error:
             raise RemoteProtocolError(

@@ -1,4 +1,10 @@
-"""GenApi's calls into Python: registers, nodes that changed, chunk data and events; and the lock around them.
+"""GenApi's node maps: loading them without harm to other threads and programs; their calls into Python.
+
+GenApi's binding holds the GIL while it parses: 100 ms for a camera of 3,500 nodes, in which the window does
+not answer. Four fifths of that are the XML itself, so a process of its own parses a large description, and
+this process reads the result (`parse_cache`), also of descriptions that it loaded before.
+
+GenApi calls us for registers and when nodes change, with one lock around it.
 
 `genicam` 1.6 takes one reference too many to the value that it passes to a callback: some 150 bytes for each
 change of each node, which make hundreds of megabytes of a day of streaming with an automatic mode on. Whether
@@ -13,6 +19,7 @@ import ctypes
 import functools
 import logging
 import struct
+import sys
 import threading
 import weakref
 from collections.abc import Callable, Mapping
@@ -27,10 +34,36 @@ from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportE
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout, Device
-from grabbergui.driver.genapi import loading, node_features
-from grabbergui.driver.genapi.loading import clean_xml
+from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.vetting import clean_xml, vetted
+
+if sys.platform == "linux":
+    from grabbergui.driver.genapi import parse_cache
 
 log = logging.getLogger(__name__)
+
+LARGE = 300_000
+"Characters of a description beyond which the detour is worth a process (0.15 s)."
+
+_loading = threading.Lock()
+"Also for small ones: while the cache is switched on, GenApi uses it for every description."
+
+
+def load(xml: str) -> genapi.NodeMap:
+    """A node map of this description, without a port. Any thread; one after another.
+
+    Raises RemoteProtocolError for a description that `vetting` or GenApi's own process cannot stand, and what
+    GenApi raises for one that it cannot use.
+    """
+    nodes = genapi.NodeMap()
+    with _loading:
+        if sys.platform == "linux" and len(xml) >= LARGE:
+            with parse_cache.parsed(xml) as text:
+                nodes.load_xml_from_string(text)
+        else:
+            nodes.load_xml_from_string(vetted(xml))
+    return nodes
+
 
 LONGEST = 16 << 20
 """Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
@@ -129,7 +162,7 @@ def register_callback(node: Any, note: Callable[[str], None]) -> int:
 def binding_leaks() -> bool:
     """Whether a value outlives the callback it was given to."""
     given: list[weakref.ref[Any]] = []
-    nodes = loading.load(_PROBE)
+    nodes = load(_PROBE)
     node = nodes.get_node("Probe").node
     handle = _register(node, lambda value: given.append(weakref.ref(value)))
     node.invalidate_node()
@@ -192,7 +225,7 @@ class ChunkReader:
     def __init__(self, xml: bytes, features: Category, layout: DataLayout) -> None:
         """`features`: the camera's tree, which names what chunks may carry."""
         self._layout = layout
-        self._map = loading.load(clean_xml(xml))
+        self._map = load(clean_xml(xml))
         self._adapter = _CHUNK_ADAPTER[layout](self._map)
         self._nodes: list[tuple[str, FeatureKind, Any]] = [
             (description.name, description.kind, self._map.get_node(description.name))

@@ -1,4 +1,6 @@
-"""Checks a camera's description before GenApi parses it, because it is untrusted text.
+"""Cleans a camera's description, and checks it before GenApi parses it, because it is untrusted text.
+
+Real dumps have junk before the first tag, padding behind the last, or no XML declaration at all.
 
 GenApi computes in this process and holds the GIL meanwhile. So before it sees a description, this module
 bounds what loading it and reading a feature can cost, and rewrites what would end the program: divisions of
@@ -17,6 +19,55 @@ from xml.parsers import expat
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi.formulas import without_traps
+
+MAX_XML_BYTES = 64 * 1024 * 1024
+"""Ten times the largest description known; more is a mistake or an attack."""
+
+_START = re.compile(rb"<\?xml|<(?:\w+:)?RegisterDescription\b")
+_ENTITIES = re.compile(rb"<!DOCTYPE|<!ENTITY")
+_SPACED = re.compile(
+    r"<(Visibility|AccessMode|ImposedAccessMode|Cachable|Sign|Endianess|Representation|DisplayNotation|Slope"
+    r"|IsLinear|IsSelfClearing|Streamable|IsDeprecated|CacheChunkData|SwapEndianess)>\s*(\w+)\s*</"
+)
+"Elements whose text is one of a few words."
+_SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</ToolTip>)")
+
+
+@functools.lru_cache(maxsize=4)
+def clean_xml(data: bytes) -> str:
+    """Return the XML text alone; the last few are kept, for cameras that are opened again.
+
+    Raises RemoteProtocolError for anything but a GenICam description.
+
+    Document type declarations are refused: GenICam has none, and entities can read files or explode.
+    """
+    if len(data) > MAX_XML_BYTES:
+        raise RemoteProtocolError(
+            f"the camera's description has {len(data)} bytes, allowed are {MAX_XML_BYTES}"
+        )
+    start = _START.search(data)
+    if start is None:
+        raise RemoteProtocolError("the camera's description is no GenICam XML: no RegisterDescription in it")
+    body = data[start.start() :].rstrip(b"\0 \r\n\t")
+    if _ENTITIES.search(body):
+        raise RemoteProtocolError("the camera's description declares entities, which GenICam does not allow")
+    end = body.rfind(b">")
+    # Latin-1 comments under a UTF-8 declaration are common; names are ASCII.
+    return _tidied(body[: end + 1].decode("utf-8", errors="replace"))
+
+
+def _tidied(xml: str) -> str:
+    """Without two slips against the schema that vendors' own viewers tolerate, and GenApi does not."""
+    return _SWAPPED.sub(r"\3\2\1", _SPACED.sub(r"<\1>\2</", xml))
+
+
+def port_name(xml: str) -> str:
+    """The name of the port that leads to the camera's registers: `Device`, or the only one there is."""
+    names = re.findall(r"<Port\s[^>]*?Name\s*=\s*[\"'](\w+)[\"']", xml)
+    if "Device" in names or not names:
+        return "Device"
+    return str(names[0])
+
 
 MOST_NODES = 30_000
 "Nodes and enumeration entries; 3,200 are known."

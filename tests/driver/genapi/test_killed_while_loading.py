@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.driver.genapi import loading
+from grabbergui.driver.genapi import port
 from patience import PROGRAM
 
 KILLS = int(os.environ.get("GRABBERGUI_KILLS", "1"))
 LOAD = f"""
 import sys
-from {loading.__name__} import load
+from {port.__name__} import load
 xml = open(sys.argv[1]).read()
 print("loading", flush=True)
 load(xml)
@@ -36,7 +36,7 @@ def description(tmp_path_factory) -> Path:
     )
     path: Path = tmp_path_factory.mktemp("killed") / "large.xml"
     path.write_text(HEAD + nodes + TAIL)
-    assert path.stat().st_size > loading.LARGE
+    assert path.stat().st_size > port.LARGE
     return path
 
 

@@ -13,12 +13,12 @@ import pytest
 from genicam import genapi
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import loading, parse_cache
+from grabbergui.driver.genapi import parse_cache, port
 from grabbergui.driver.genapi.parse_cache import Known
 from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
-LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * loading.LARGE}--></RegisterDescription>")
+LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * port.LARGE}--></RegisterDescription>")
 VARIABLE = parse_cache._cache.name
 FOLDER = parse_cache._cache.folder
 
@@ -56,7 +56,7 @@ def ending_with(monkeypatch, ended_by: int) -> None:
 
 @pytest.mark.parametrize("xml, processes", [(XML, 0), (LARGE, 1)], ids=["small", "large"])
 def test_only_a_large_description_is_parsed_elsewhere(runs, xml, processes):
-    nodes = loading.load(xml)
+    nodes = port.load(xml)
 
     assert nodes.has_node("Width")
     assert runs == [[".bin"]] * processes
@@ -67,7 +67,7 @@ def test_without_that_process_it_is_parsed_here(monkeypatch, caplog):
     caplog.set_level(logging.INFO)
     monkeypatch.setattr(parse_cache.sys, "executable", "/does/not/exist")
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert "parsed by this process" in caplog.text
     assert not FOLDER.exists()
 
@@ -76,7 +76,7 @@ def test_without_shared_memory_it_is_parsed_here_and_the_log_names_it(monkeypatc
     caplog.set_level(logging.INFO)
     monkeypatch.setattr(parse_cache, "_SEMAPHORES", Path("/dev/no-shm"))
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert "/dev/no-shm cannot be written" in caplog.text
 
 
@@ -91,7 +91,7 @@ def test_a_process_that_ends_half_way_leaves_no_half_result(monkeypatch):
 
     monkeypatch.setattr(parse_cache._Parser, "parse", parse)
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
 
 
 @pytest.mark.parametrize(
@@ -102,19 +102,19 @@ def test_what_kills_the_other_process_does_not_get_into_this_one(monkeypatch, en
     ending_with(monkeypatch, ended_by)
 
     with pytest.raises(RemoteProtocolError, match=reason):
-        loading.load(LARGE)
+        port.load(LARGE)
 
 
 def test_a_process_that_somebody_kills_does_not_spoil_the_description(monkeypatch):
     ending_with(monkeypatch, signal.SIGKILL)
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
 
 
 def test_a_large_description_that_is_broken_is_refused_as_a_small_one_is():
     for xml in (XML, LARGE):
         with pytest.raises((genapi.GenericException, RuntimeError), match=r"(?i)xml"):
-            loading.load(xml.replace("Integer", "Intruder"))
+            port.load(xml.replace("Integer", "Intruder"))
     assert not FOLDER.exists()
 
 
@@ -122,57 +122,57 @@ def test_a_large_description_that_is_broken_is_refused_as_a_small_one_is():
 def test_loading_leaves_no_semaphore(xml):
     before = semaphores()
 
-    loading.load(xml)
+    port.load(xml)
 
     assert semaphores() <= before
 
 
 def test_a_known_description_is_neither_vetted_nor_parsed_again(runs, monkeypatch):
-    loading.load(LARGE)
+    port.load(LARGE)
     monkeypatch.setattr(parse_cache, "vetted", None)
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert len(runs) == 1
 
 
 def test_one_that_differs_in_a_letter_is_another(runs):
-    loading.load(LARGE)
-    loading.load(LARGE.replace("<!-- ", "<!--.", 1))
+    port.load(LARGE)
+    port.load(LARGE.replace("<!-- ", "<!--.", 1))
 
     assert len(runs) == 2
 
 
 @pytest.mark.parametrize("kept", ["description.xml", "result", "digest"])
 def test_what_was_kept_and_is_spoilt_is_made_again(cache, runs, kept):
-    loading.load(LARGE)
+    port.load(LARGE)
     (entry,) = cache.iterdir()
     (entry / kept).write_bytes((entry / kept).read_bytes()[:-1])
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert len(runs) == 2
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert len(runs) == 2
 
 
 def test_a_cache_that_others_can_write_to_is_not_used(cache, runs):
-    loading.load(LARGE)
+    port.load(LARGE)
     (entry,) = cache.iterdir()
     entry.chmod(0o777)
 
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
     assert len(runs) == 2
 
 
 def test_what_genapi_cannot_load_is_kept_no_longer(cache, monkeypatch):
     """Otherwise that camera could not be opened until somebody removes the file."""
-    loading.load(LARGE)
+    port.load(LARGE)
     with monkeypatch.context() as patch:
         patch.setattr(parse_cache, "_read", lambda entry: Known("<no description", "0x00.bin", b""))
         with pytest.raises((genapi.GenericException, RuntimeError)):
-            loading.load(LARGE)
+            port.load(LARGE)
 
     assert not any(cache.iterdir())
-    assert loading.load(LARGE).has_node("Width")
+    assert port.load(LARGE).has_node("Width")
 
 
 def test_the_cache_keeps_what_was_used_last(cache, monkeypatch):
@@ -192,12 +192,12 @@ def test_the_cache_keeps_what_was_used_last(cache, monkeypatch):
 
 
 def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description(cache):
-    loading.load(LARGE)
+    port.load(LARGE)
     (entry,) = cache.iterdir()
     name = (entry / "digest").read_text().split()[1]
     semaphore = parse_cache._semaphore_of(Path(name))
     semaphore.write_bytes(bytes(32))  # taken
-    command = [sys.executable, "-c", f"from {loading.__name__} import load; load(open(0).read())"]
+    command = [sys.executable, "-c", f"from {port.__name__} import load; load(open(0).read())"]
     try:
         assert subprocess.run(command, input=LARGE, text=True, timeout=PROGRAM).returncode == 0
     finally:
@@ -221,7 +221,7 @@ def test_a_semaphore_that_a_dead_process_holds_stops_nobody(tmp_path):
     content[0] = 0  # taken
     semaphore.write_bytes(content)
     try:
-        run(f"from {loading.__name__} import load; load(xml)")
+        run(f"from {port.__name__} import load; load(xml)")
     finally:
         semaphore.unlink()
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import loading
-from grabbergui.driver.genapi.loading import clean_xml, port_name
+from grabbergui.driver.genapi import port
+from grabbergui.driver.genapi.vetting import clean_xml, port_name
 
 BODY = b'<RegisterDescription ModelName="M"><Port Name="Device"/></RegisterDescription>'
 
@@ -59,7 +59,7 @@ def test_genapi_loads_what_was_mended():
     slips = xml.replace("<Visibility>Guru</Visibility>", "<Visibility> Guru\n</Visibility>")
     assert slips != xml
 
-    assert loading.load(clean_xml(slips.encode())).has_node("Width")
+    assert port.load(clean_xml(slips.encode())).has_node("Width")
 
 
 def test_entities_are_refused():
