@@ -167,7 +167,7 @@ def _note_port(device: Device, writes: Writes) -> None:
 @contextmanager
 def gige() -> Iterator[Tuned]:
     """The simulated GigE Vision camera behind the loopback, its link as fast as Gigabit Ethernet."""
-    from grabbergui.driver.gige.source import create
+    from grabbergui.driver.gige.device import create
 
     with _process(be_gige) as ask:
         yield Tuned(f"gige:{ADDRESS}", lambda: ask("writes"), create)

@@ -27,8 +27,7 @@ from grabbergui.core.priority import REALTIME, prompt_threads_permitted
 from grabbergui.setup.system_files import UDEV_RULES, installed_udev_rule
 
 if TYPE_CHECKING:
-    from grabbergui.driver.gige.discovery.interfaces import Interface
-    from grabbergui.driver.gige.discovery.search import FoundDevice
+    from grabbergui.driver.gige.discovery import FoundDevice, Interface
 
 SYSCTL = Path("/proc/sys/net")
 WANTED_RMEM = 32 * 1024 * 1024
@@ -84,8 +83,8 @@ def check() -> Iterator[Finding]:
 
 def check_network() -> Iterator[Finding]:
     """The kernel settings, interfaces and cameras of GigE Vision."""
-    from grabbergui.driver.gige.discovery import search
-    from grabbergui.driver.gige.discovery.interfaces import interfaces
+    from grabbergui.driver.gige import discovery
+    from grabbergui.driver.gige.discovery import interfaces
 
     yield from receive_buffer(SYSCTL)
     if sys.platform == "linux" and os.cpu_count() != 1:
@@ -95,7 +94,7 @@ def check_network() -> Iterator[Finding]:
     yield from shared_networks(found)
     yield from reverse_path(SYSCTL, found)
     try:
-        yield from gige_cameras(search.discover(1.0))
+        yield from gige_cameras(discovery.discover(1.0))
     except (GrabberError, OSError) as error:
         yield problem(f"looking for GigE Vision cameras failed: {error}", "check the network interfaces")
 

@@ -59,7 +59,7 @@ class SourceKind(str, Enum):
 
 _MODULES: dict[str, str] = {
     SourceKind.SIM: "grabbergui.driver.sim.device",
-    SourceKind.GIGE: "grabbergui.driver.gige.source",
+    SourceKind.GIGE: "grabbergui.driver.gige.device",
     SourceKind.U3V: "grabbergui.driver.u3v.device",
     SourceKind.GENTL: "grabbergui.driver.gentl.device",
     SourceKind.ARAVIS: "grabbergui.driver.aravis.device",

@@ -22,7 +22,7 @@ HOMES = {
         "driver/sim/contents.py",
     ),
     "numba": ("core/compiled.py",),
-    "psutil": ("driver/gige/discovery/interfaces.py",),
+    "psutil": ("driver/gige/discovery.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
     **dict.fromkeys(QT, ("ui",)),

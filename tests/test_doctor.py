@@ -6,7 +6,7 @@ from grabbergui import doctor
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.doctor import Level
-from grabbergui.driver.gige.discovery.interfaces import Interface
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.setup.system_files import install_udev_rule
 
 

@@ -86,7 +86,7 @@ def _add_subnet(parser: argparse.ArgumentParser) -> None:
 
 
 def _force_ip(options: argparse.Namespace) -> int:
-    from grabbergui.driver.gige.discovery.commands import force_ip
+    from grabbergui.driver.gige.address_commands import force_ip
     from grabbergui.driver.gige.gvcp_messages import ForceIp
 
     force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
@@ -95,13 +95,13 @@ def _force_ip(options: argparse.Namespace) -> int:
 
 
 def _persistent_ip(options: argparse.Namespace) -> int:
-    from grabbergui.driver.gige.device import GigeDevice
-    from grabbergui.driver.gige.discovery.commands import (
+    from grabbergui.driver.gige.address_commands import (
         check_addresses,
         forget_address,
         keep_address,
         read_configuration,
     )
+    from grabbergui.driver.gige.device import GigeDevice
 
     uri = SourceUri.parse(options.source)
     if uri.scheme != "gige":
@@ -201,7 +201,7 @@ def _await_clocks(cameras: list[FrameGrabber]) -> None:
 
 def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
     """Send one action; return the nanoseconds between the earliest and the latest of its frames."""
-    from grabbergui.driver.gige.discovery.commands import send_action
+    from grabbergui.driver.gige.address_commands import send_action
     from grabbergui.driver.gige.gvcp import Status
     from grabbergui.driver.gige.gvcp_messages import Action
 

@@ -21,7 +21,7 @@ from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocol
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.device import DataLayout, unpack
 from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES
-from grabbergui.driver.gige.discovery.search import NO_MAC
+from grabbergui.driver.gige.discovery import NO_MAC
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.u3v.bootstrap import STRING_SIZE, Abrm, string
 

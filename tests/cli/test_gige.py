@@ -7,8 +7,8 @@ import pytest
 
 from grabbergui.cli import main
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError
-from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.commands import send_action
+from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige.address_commands import send_action
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.sim import registers as reg
@@ -75,11 +75,11 @@ def test_an_action_of_the_past_is_refused(cameras):
 
 
 def test_force_ip_moves_a_camera_wherever_it_is(cameras, capsys):
-    mac = search.ask(ADDRESSES[1], 2).identity.mac
+    mac = discovery.ask(ADDRESSES[1], 2).identity.mac
     assert main(["force-ip", mac, f"{NET}.7", "255.0.0.0"]) == 0
     assert f"gige:{NET}.7" in capsys.readouterr().out
-    assert search.ask(f"{NET}.7", 2).identity.mac == mac
-    assert search.ask(ADDRESSES[0], 2).identity.mac != mac
+    assert discovery.ask(f"{NET}.7", 2).identity.mac == mac
+    assert discovery.ask(ADDRESSES[0], 2).identity.mac != mac
 
 
 def test_force_ip_says_when_nobody_listens_or_the_address_is_none(capsys):

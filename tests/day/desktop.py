@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.driver.gige.control.link import ControlLink
+from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.memory import Register

@@ -1,7 +1,12 @@
-"""A GigE Vision camera as a `Device`: control privilege, memory, description and stream."""
+"""A GigE Vision camera as a `Device`: control privilege, memory, description and stream; `gige:` sources.
+
+The URI is `gige:` (the first found), `gige:192.168.0.10`, `gige:SERIAL`, `gige:MAC` or `gige:user name`; its
+options are in `GigeUriOptions`.
+"""
 
 from __future__ import annotations
 
+import ipaddress
 import logging
 import socket
 from collections.abc import Callable
@@ -17,30 +22,37 @@ from grabbergui.core.errors import (
     ProtocolError,
     SourceNotFoundError,
     TransportError,
+    UsageError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, require_same
-from grabbergui.core.uri import is_ip_address
+from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.bootstrap_reading import fetch_description
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
-from grabbergui.driver.gige import bootstrap
+from grabbergui.driver.gige import bootstrap, discovery
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control.channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
-from grabbergui.driver.gige.control.events import MessageChannel
-from grabbergui.driver.gige.control.link import ControlLink, DeviceMemory
-from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
-from grabbergui.driver.gige.discovery.search import FoundDevice
+from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
+from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
+from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
 from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_messages import Identity
-from grabbergui.driver.gige.stream.channel import Stream, Streams, chosen_channels, tick_frequency
+from grabbergui.driver.gige.message_channel import MessageChannel
+from grabbergui.driver.gige.stream.channel import (
+    ALL_CHANNELS,
+    Stream,
+    Streams,
+    chosen_channels,
+    tick_frequency,
+)
 from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
+
 
 SWITCHOVER_KEY = 0x4742
 """Control is handed over to programs that request it with this key: our own, when their user wants it. Others
@@ -175,12 +187,12 @@ class GigeDevice(Device):
         """
         name, timeout = self.name, self.options.search_timeout
         if self.identity is None:
-            found = search.find(name, timeout)
+            found = discovery.find(name, timeout)
         else:
-            found = search.find_again(self.info, name, timeout)
+            found = discovery.find_again(self.info, name, timeout)
         if found is not None:
             return found
-        others = ", ".join(device.info().uri for device in search.discover(0.3)) or "none"
+        others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
         wanted = f"no GigE Vision camera answers to '{name}'" if name else "no GigE Vision camera answers"
         raise SourceNotFoundError(
             f"{wanted}; found: {others}. Check power, cable and address; a camera in another network"
@@ -220,7 +232,7 @@ class GigeDevice(Device):
 
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
         """Return the identity from DISCOVERY; from registers if a router drops that."""
-        found = search.ask(ip, self.options.search_timeout / 4)
+        found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
 
     def _take_control(self, link: ControlLink, capability: Capability) -> None:
@@ -352,3 +364,50 @@ class GigeDevice(Device):
     def _require_interface(self) -> Interface:
         assert self.interface is not None
         return self.interface
+
+
+MOST_CHANNELS = 512
+"Stream channels of a device (GigE Vision, register 0x0904)."
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """Return the camera that a URI names, not yet opened or searched for. Raises UsageError."""
+    chosen = read_options(GigeUriOptions, uri)
+    options = GigeOptions(
+        packet_size=PacketSizePolicy.parse(chosen.packet_size),
+        resend=ResendPolicy(enabled=chosen.resend),
+        packet_delay=PacketDelayPolicy.parse(chosen.packet_delay, chosen.bandwidth),
+        stream_channel=_channel(uri, chosen.stream_channel),
+        multicast=_checked_group(uri, chosen.multicast),
+        packet_ring=RingUse(chosen.packet_ring),
+        batched=not chosen.plain,
+    )
+    device = GigeDevice(uri.name, options)
+    device.info = replace(device.info, uri=str(uri))
+    return Camera(device, deliver_incomplete=chosen.incomplete)
+
+
+def _channel(uri: SourceUri, text: str) -> int:
+    if text == "all":
+        return ALL_CHANNELS
+    if text.isdecimal() and int(text) < MOST_CHANNELS:
+        return int(text)
+    raise UsageError(f"{uri}: stream_channel={text}: write a number from 0 to {MOST_CHANNELS - 1}, or all")
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Return every camera that answers within `timeout` seconds, each under a URI of its own."""
+    infos = [device.info() for device in discovery.discover(timeout)]
+    uris = [info.uri for info in infos]
+    return [
+        info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
+    ]
+
+
+def _checked_group(uri: SourceUri, group: str) -> str:
+    try:
+        if group and not ipaddress.IPv4Address(group).is_multicast:
+            raise ValueError(group)
+    except ValueError as error:
+        raise UsageError(f"{uri}: multicast={group}: write a group's address, e.g. 239.192.0.1") from error
+    return group

@@ -1,7 +1,7 @@
 """GVCP, the control protocol of GigE Vision: commands, acknowledges, registers and memory.
 
 Both directions, so that a host and a simulated device share it. All integers are big-endian. Nothing here
-touches a socket; `gvcp_device` has DISCOVERY and FORCEIP, `gvcp_messages` events and actions.
+touches a socket; `gvcp_messages` has DISCOVERY, FORCEIP, events and actions.
 """
 
 from __future__ import annotations

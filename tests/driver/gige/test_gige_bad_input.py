@@ -17,10 +17,10 @@ from grabbergui import sources
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import FIRST_URL, SECOND_URL
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.interfaces import Interface
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
 from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
@@ -134,10 +134,10 @@ def test_a_flood_of_answers_to_a_search_takes_no_memory() -> None:
             ack = Ack(0, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, identity.encode())
             return ack.encode(), ("10.0.0.1", 3956)
 
-    asked, flood = search.Search(), Flood()
-    for _ in range(search.MAX_DEVICES + 500):
+    asked, flood = discovery.Search(), Flood()
+    for _ in range(discovery.MAX_DEVICES + 500):
         asked._take(flood, Interface("eth0", "10.0.0.2"))  # type: ignore[arg-type]
-    assert len(asked._found) == search.MAX_DEVICES
+    assert len(asked._found) == discovery.MAX_DEVICES
 
 
 def test_answers_of_others_to_our_commands_are_not_taken(
@@ -225,6 +225,6 @@ def test_a_description_that_cannot_be_used_is_refused_and_control_given_back(
 def test_a_name_full_of_control_characters_is_shown_without_them(simulated: GigeCamera) -> None:
     memory = simulated.control.memory
     memory.on_read(gev.USER_NAME, lambda: "\x1b[31mred\x07\n")
-    found = search.ask(simulated.address, 2)
+    found = discovery.ask(simulated.address, 2)
     assert found is not None
     assert replace(found.info(), uri="").user_name == "[31mred"

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.bootstrap import Control, Register
-from grabbergui.driver.gige.control.channel import (
+from grabbergui.driver.gige.control_channel import (
     ControlChannel,
     ControlTiming,
     Exchange,

@@ -13,8 +13,8 @@ import pytest
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.bootstrap import Control, Register
-from grabbergui.driver.gige.control.channel import ControlTiming, Pulse
-from grabbergui.driver.gige.control.link import ControlLink, DeviceMemory
+from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
+from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.gvcp import Ack
 from patience import PATIENCE, TRIES, until
 

@@ -12,8 +12,8 @@ from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLos
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control.channel import ControlTiming, Pulse
-from grabbergui.driver.gige.control.link import ControlLink
+from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
+from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Request, WriteReg
 from grabbergui.driver.sim.gige.server import GigeCamera

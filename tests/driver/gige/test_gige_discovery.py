@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import PacketSizeFlag, StreamChannel
-from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of, interfaces
-from grabbergui.driver.gige.discovery.search import FoundDevice, discover
+from grabbergui.driver.gige.discovery import FoundDevice, Interface, discover, interface_of, interfaces
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy, PacketSizer
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -157,19 +156,19 @@ def test_senseless_packet_sizes_are_refused(text: str) -> None:
 def test_an_interface_that_comes_up_during_a_search_is_searched_too(monkeypatch: pytest.MonkeyPatch) -> None:
     lo = Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)
     looks = iter([[], [lo], [lo]])
-    monkeypatch.setattr(search, "interfaces", lambda: next(looks))
     address = f"127.88.{os.getpid() % 250 + 1}.1"
     with closing(GigeCamera(address)):
+        monkeypatch.setattr(discovery, "interfaces", lambda: next(looks))
         begun = time.monotonic()
-        found = search.Search([address]).run(8.0, until=lambda device: device.ip == address)
+        found = discovery.Search([address]).run(8.0, until=lambda device: device.ip == address)
     assert address in [device.ip for device in found]
     assert time.monotonic() - begun >= 4.0, "nobody heard the first question, half-way comes the second"
 
 
 def test_a_camera_anywhere_on_the_loopback_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     lo = Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)
-    monkeypatch.setattr(search, "interfaces", lambda: [lo])
+    monkeypatch.setattr(discovery, "interfaces", lambda: [lo])
     address = f"127.89.{os.getpid() % 250 + 1}.1"
     with closing(GigeCamera(address)):
-        found = search.Search().run(8.0, until=lambda device: device.ip == address)
+        found = discovery.Search().run(8.0, until=lambda device: device.ip == address)
     assert address in [device.ip for device in found]

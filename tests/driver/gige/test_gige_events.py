@@ -22,10 +22,10 @@ from grabbergui.core.shared import SharedGrabber
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.camera_threads import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import Register
-from grabbergui.driver.gige.control.events import MessageChannel, MessageInbox
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
+from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until

@@ -14,8 +14,8 @@ from grabbergui.core.errors import AccessDeniedError, OtherCameraError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import bootstrap
+from grabbergui.driver.gige.address_commands import force_ip
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery.commands import force_ip
 from grabbergui.driver.gige.gvcp_messages import ForceIp
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera

@@ -13,10 +13,10 @@ from grabbergui.cli import main
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import Access
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige.address_commands import check_addresses, keep_address, read_configuration
 from grabbergui.driver.gige.bootstrap import IpConfigurationBit
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import search
-from grabbergui.driver.gige.discovery.commands import check_addresses, keep_address, read_configuration
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 
@@ -66,10 +66,10 @@ def test_a_camera_that_keeps_its_address_has_it_after_a_restart() -> None:
         camera.cut_power()
         found = None
         for _ in range(100):
-            found = found or search.ask(f"{NET}.20", 0.1)
+            found = found or discovery.ask(f"{NET}.20", 0.1)
         assert found is not None and found.ip == f"{NET}.20"
         assert camera.address == f"{NET}.20"
-        assert search.ask(f"{NET}.2", 0.1) is None
+        assert discovery.ask(f"{NET}.2", 0.1) is None
 
 
 def test_a_camera_that_cannot_keep_one_reports_it(camera: GigeCamera) -> None:

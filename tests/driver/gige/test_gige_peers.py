@@ -22,10 +22,9 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.grabber import Access
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gige import source
 from grabbergui.driver.gige.bootstrap import Register
-from grabbergui.driver.gige.control.link import ControlLink
-from grabbergui.driver.gige.device import GigeDevice, GigeOptions
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.device import GigeDevice, GigeOptions, create, discover
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy
 from patience import PATIENCE, TRIES, attempts, until
@@ -75,7 +74,7 @@ def test_is_found_by_every_name(aravis_camera: Any, name: str) -> None:
 
 @ARAVIS
 def test_is_listed(aravis_camera: Any) -> None:
-    (info,) = [info for info in source.discover(0.5) if info.address == "127.0.0.1"]
+    (info,) = [info for info in discover(0.5) if info.address == "127.0.0.1"]
     assert (info.uri, info.bus, info.interface, info.note) == ("gige:GV01", "GigE Vision", "lo", "")
 
 
@@ -248,7 +247,7 @@ def test_looking_on_writes_nothing(viva_camera: Any) -> None:
 def test_lost_packets_are_asked_for_again(start_viva: Any) -> None:
     dropped = [(2, 5), (2, 6), (3, 0), (4, 1), (5, 211), (6, 100)]
     camera = start_viva(drop_packets=dropped)
-    with closing(source.create(SourceUri.parse("gige:127.0.0.1"))) as grabber:
+    with closing(create(SourceUri.parse("gige:127.0.0.1"))) as grabber:
         grabber.open()
         queue = grabber.open_queue(32)
         grabber.start()
@@ -267,7 +266,7 @@ def test_lost_packets_are_asked_for_again(start_viva: Any) -> None:
 
 def test_without_resend_the_frame_is_incomplete(start_viva: Any) -> None:
     start_viva(drop_packets=[(2, 5), (2, 6)], packet_resend=False)
-    with closing(source.create(SourceUri.parse("gige:127.0.0.1?incomplete=1"))) as grabber:
+    with closing(create(SourceUri.parse("gige:127.0.0.1?incomplete=1"))) as grabber:
         grabber.open()
         queue = grabber.open_queue(32)
         grabber.start()
@@ -311,4 +310,4 @@ def test_a_refusal_names_the_status(viva_camera: Any) -> None:
 @pytest.mark.parametrize("uri", ["gige:?packet_size=1", "gige:?packets=1", "gige:?incomplete=perhaps"])
 def test_malformed_options_are_refused(uri: str) -> None:
     with pytest.raises(UsageError):
-        source.create(SourceUri.parse(uri))
+        create(SourceUri.parse(uri))

@@ -28,8 +28,8 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
     StreamChannel,
 )
-from grabbergui.driver.gige.control.link import DeviceMemory
-from grabbergui.driver.gige.discovery.interfaces import Interface
+from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder

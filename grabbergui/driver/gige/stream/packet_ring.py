@@ -30,13 +30,20 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.pace import Pace
 from grabbergui.driver.gige.stream.receiver import DatagramSource, PacedSource
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
-from grabbergui.driver.gige.stream.sockets import TRAILERS, attach, detach, kernel_bytes, stream_filter
+from grabbergui.driver.gige.stream.sockets import (
+    TRAILERS,
+    attach,
+    detach,
+    kernel_bytes,
+    stream_filter,
+    waiter,
+)
 
 log = logging.getLogger(__name__)
 

@@ -17,9 +17,10 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
     StreamChannel,
 )
-from grabbergui.driver.gige.control.link import DeviceMemory
-from grabbergui.driver.gige.discovery.interfaces import Interface, readable
+from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
+from grabbergui.driver.gige.stream.sockets import readable
 
 log = logging.getLogger(__name__)
 

@@ -17,10 +17,10 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.priority import PromptThread
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.discovery.interfaces import readable
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.pace import Pace
+from grabbergui.driver.gige.stream.sockets import readable
 
 log = logging.getLogger(__name__)
 

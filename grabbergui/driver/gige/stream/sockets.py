@@ -1,4 +1,7 @@
-"""UDP sockets that receive frames: buffers, multicast groups, several sockets on one port, and filters.
+"""UDP sockets that receive frames: buffers, multicast groups, waiting, several sockets on one port, filters.
+
+`select.select` raises for descriptors from 1024 on, and Windows has no `poll`; `selectors` knows what a
+system has.
 
 An unprivileged socket buffers 208 KiB on a stock system, less than two milliseconds of gigabit Ethernet. On
 Linux each socket of a shared port (SO_REUSEPORT) has that much, and a short classic BPF program distributes
@@ -13,9 +16,12 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import select
+import selectors
 import socket
 import struct
 import sys
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from grabbergui.core.errors import TransportError
@@ -111,6 +117,27 @@ def _grow_buffer(receiver: socket.socket, wanted: int) -> None:
             wanted >> 10,
             wanted,
         )
+
+
+def readable(sockets: Iterable[socket.socket], timeout: float) -> list[socket.socket]:
+    """Return those sockets that have something to read, after at most `timeout` seconds."""
+    with selectors.DefaultSelector() as selector:
+        for each in sockets:
+            selector.register(each, selectors.EVENT_READ, each)
+        return [key.data for key, _ in selector.select(timeout)]
+
+
+def waiter(sockets: Iterable[socket.socket]) -> Callable[[float], list[int]]:
+    """Return a function that waits up to so many seconds and returns the descriptors that can be read.
+
+    For a loop: the sockets are registered once, and nothing must be closed afterwards. Not on Windows.
+    """
+    if sys.platform == "win32":
+        raise OSError("Windows has no poll")
+    poll = select.poll()
+    for each in sockets:
+        poll.register(each, select.POLLIN)
+    return lambda timeout: [descriptor for descriptor, _ in poll.poll(1000 * timeout)]
 
 
 # -- programs that the kernel runs on packets ----------------------------------------------------

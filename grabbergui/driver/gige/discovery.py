@@ -1,9 +1,13 @@
-"""Finding devices: DISCOVERY by broadcast on every interface, by unicast to given addresses."""
+"""Finding cameras: the host's IPv4 interfaces, and DISCOVERY on each, or to given addresses.
+
+psutil reports the interfaces on every system. DISCOVERY goes out by broadcast, and by unicast to addresses.
+"""
 
 from __future__ import annotations
 
 import ipaddress
 import logging
+import os
 import selectors
 import socket
 import time
@@ -11,14 +15,82 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from urllib.parse import quote
 
+import psutil
+
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
 from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity, encode_discovery
 
 log = logging.getLogger(__name__)
+
+
+DEFAULT_MTU = 1500
+"Of an interface whose MTU the system does not report."
+
+
+@dataclass(frozen=True)
+class Interface:
+    """One IPv4 address of one network interface."""
+
+    name: str
+    ip: str
+    netmask: str = "255.255.255.0"
+    mtu: int = DEFAULT_MTU
+    "Bytes of the largest IP datagram."
+    loopback: bool = False
+
+    @property
+    def network(self) -> ipaddress.IPv4Network:
+        """The subnet this address is in."""
+        return ipaddress.IPv4Network((self.ip, self.netmask), strict=False)
+
+    @property
+    def broadcast(self) -> str:
+        """Directed broadcast, from the mask: what systems report is wrong on link-local links."""
+        return str(self.network.broadcast_address)
+
+    def reaches(self, ip: str) -> bool:
+        """Whether an address lies in the same subnet."""
+        return ipaddress.IPv4Address(ip) in self.network
+
+
+ONLY = "GRABBERGUI_INTERFACES"
+"""Environment variable: names of the only interfaces to use, separated by commas; all without it."""
+
+
+def interfaces() -> list[Interface]:
+    """Return every IPv4 address of every interface that is up, or of those that the user allows (`ONLY`)."""
+    allowed = {name.strip() for name in os.environ.get(ONLY, "").split(",")} - {""}
+    return [interface for interface in _all_interfaces() if not allowed or interface.name in allowed]
+
+
+def interface_of(ip: str) -> Interface:
+    """Return the interface that has a local address, or one with usual values if none is reported."""
+    for interface in interfaces():
+        if interface.ip == ip or (interface.loopback and interface.reaches(ip)):
+            return interface
+    return Interface("", ip, loopback=ip.startswith("127."))
+
+
+def _all_interfaces() -> list[Interface]:
+    found = []
+    links = psutil.net_if_stats()
+    for name, addresses in psutil.net_if_addrs().items():
+        link = links.get(name.partition(":")[0])  # an alias (`eth0:1`) is on the link of the first name
+        if link is None:
+            continue  # it was removed between the two calls
+        flags = link.flags.split(",") if link.flags else []  # Windows reports none
+        if not ("up" in flags if flags else link.isup):
+            continue
+        for each in addresses:
+            if each.family == socket.AF_INET:
+                loopback = "loopback" in flags or each.address.startswith("127.")
+                netmask = each.netmask or "255.255.255.255"
+                found.append(Interface(name, each.address, netmask, link.mtu or DEFAULT_MTU, loopback))
+    return found
+
 
 LIMITED_BROADCAST = "255.255.255.255"
 NO_MAC = "00:00:00:00:00:00"

@@ -28,7 +28,7 @@ from grabbergui.driver.gige.bootstrap import (
     GvcpConfiguration,
     Register,
 )
-from grabbergui.driver.gige.control.channel import (
+from grabbergui.driver.gige.control_channel import (
     ControlChannel,
     ControlTiming,
     Exchange,

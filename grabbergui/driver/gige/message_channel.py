@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register
-from grabbergui.driver.gige.control.link import DeviceMemory
+from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.gvcp import FLAG_ACK_REQUIRED, Ack, CommandCode, Status, split_command
 from grabbergui.driver.gige.gvcp_messages import Event
 

@@ -1,9 +1,9 @@
 """The control channel as a sans-I/O protocol: request ids, turns, retries, pending acknowledges, heartbeat.
 
 A device handles one command at a time, so commands are sent in the order in which they were started, each
-when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The driver (`link`) sends the
-`datagrams()`, feeds received ones to `receive()`, and calls `handle_timer()` at `timer()`. Nothing here reads
-a clock or opens a socket; times are seconds of any monotonic clock. One thread at a time.
+when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The driver (`control_link`)
+sends the `datagrams()`, feeds received ones to `receive()`, and calls `handle_timer()` at `timer()`. Nothing
+here reads a clock or opens a socket; times are seconds of any monotonic clock. One thread at a time.
 
 Control expires unless its holder talks to the device. Reading CCP is the one command that every device
 counts, and its value shows whether control is still ours; if the device can, the address of the holder is

@@ -26,10 +26,10 @@ from grabbergui.core.errors import (
 )
 from grabbergui.driver.device import Device
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, Register
-from grabbergui.driver.gige.discovery.interfaces import interfaces, readable
-from grabbergui.driver.gige.discovery.search import LIMITED_BROADCAST
+from grabbergui.driver.gige.discovery import LIMITED_BROADCAST, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
 from grabbergui.driver.gige.gvcp_messages import Action, ForceIp
+from grabbergui.driver.gige.stream.sockets import readable
 
 log = logging.getLogger(__name__)
 

@@ -1,1 +1,0 @@
-"""The control channel of one camera: commands, heartbeat, memory, events, description."""

@@ -1,1 +1,0 @@
-"""The host's network interfaces, and the cameras on them."""
