@@ -22,8 +22,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.driver import acquisition
-from grabbergui.driver.acquisition import Acquisition
-from grabbergui.driver.camera_threads import POLL_PERIOD, EventDelivery, Poller
+from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter
