@@ -17,8 +17,8 @@ from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Block
-from grabbergui.driver.gige.stream.block_history import distance
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.packet_sorting import distance
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 STRIDE = 100

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grabbergui.driver.gige.stream.pace import (
+from grabbergui.driver.gige.stream.receiver import (
     FASTEST,
     LAST_PAUSE,
     LONGEST_PAUSE,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.packet_runs import packet_runs
+from grabbergui.driver.gige.stream.packet_sorting import packet_runs
 
 
 def rows_of(datagrams: list[bytes]) -> NDArray[np.uint8]:

@@ -20,8 +20,15 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block, Layout
-from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning, distance
-from grabbergui.driver.gige.stream.packet_runs import Ids, PacketRun, in_order, packet_runs
+from grabbergui.driver.gige.stream.packet_sorting import (
+    BlockHistory,
+    Ids,
+    Meaning,
+    PacketRun,
+    distance,
+    in_order,
+    packet_runs,
+)
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
 UNAVAILABLE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)

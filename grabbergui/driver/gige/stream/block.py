@@ -22,7 +22,7 @@ from grabbergui.driver.gige.gvsp import (
     PayloadKind,
     Trailer,
 )
-from grabbergui.driver.gige.stream.packet_runs import Ids, PacketRun, id_runs
+from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun, id_runs
 from grabbergui.driver.gige.stream.resend import RequestLog, grown
 
 log = logging.getLogger(__name__)

@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.pace import Pace
-from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM, PacedSource
+from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM, Pace, PacedSource
 from grabbergui.driver.gige.stream.sockets import buffer_bytes, waiter
 
 __all__ = ["BatchSource", "available"]

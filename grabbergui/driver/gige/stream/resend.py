@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvcp import PacketResend
-from grabbergui.driver.gige.stream.packet_runs import Ids, id_runs, run_ends
+from grabbergui.driver.gige.stream.packet_sorting import Ids, id_runs, run_ends
 
 if TYPE_CHECKING:
     from grabbergui.driver.gige.stream.block import Block
