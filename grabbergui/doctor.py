@@ -83,8 +83,7 @@ def check() -> Iterator[Finding]:
 
 def check_network() -> Iterator[Finding]:
     """The kernel settings, interfaces and cameras of GigE Vision."""
-    from grabbergui.driver.gige import discovery
-    from grabbergui.driver.gige.discovery import interfaces
+    from grabbergui.driver.gige.discovery import discover, interfaces
 
     yield from receive_buffer(SYSCTL)
     if sys.platform == "linux" and os.cpu_count() != 1:
@@ -94,7 +93,7 @@ def check_network() -> Iterator[Finding]:
     yield from shared_networks(found)
     yield from reverse_path(SYSCTL, found)
     try:
-        yield from gige_cameras(discovery.discover(1.0))
+        yield from gige_cameras(discover(1.0))
     except (GrabberError, OSError) as error:
         yield problem(f"looking for GigE Vision cameras failed: {error}", "check the network interfaces")
 
