@@ -310,7 +310,7 @@ def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:
-    from grabbergui.servo.ros2 import StaticFrame
+    from grabbergui.net.ros2.runtime import StaticFrame
 
     frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(result.camera))
     frame.open()

@@ -9,13 +9,12 @@ import numpy as np
 from typing_extensions import override
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.runtime import Ros2Node, require_packages
 from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.tiago import ARM_JOINTS, HEAD_JOINTS
 from grabbergui.servo.robots.tiago_parts import Drive, Kind, Part
-from grabbergui.servo.ros2 import ROBOT, require_packages
 
 JOINTS = {ARM: ARM_JOINTS, HEAD: HEAD_JOINTS}
 "The hand first: the head's trajectories end by themselves soon, and so do the arm's."
@@ -71,7 +70,7 @@ class TiagoChannel(Channel):
         """Stay on the network, which is slow to join: whoever listens is found again by itself."""
 
     def _join(self) -> Ros2Node:
-        require_packages(*ROBOT)
+        require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
 
         # No lock that the servo program, frozen, may hold stands between the guardian and the robot.

@@ -21,13 +21,13 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.ros2.runtime import StaticFrame
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, Robot
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.ros2 import StaticFrame
 
 FRAME_S = 5.0
 "Seconds to wait for a frame."

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation, vector_from_pose
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.runtime import Ros2Node, require_packages
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -35,7 +35,6 @@ from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle
-from grabbergui.servo.ros2 import PUBLISHER, require_packages
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 
@@ -157,7 +156,7 @@ class Ros2Publisher:
 
     def open(self) -> None:
         """Join the network and follow the runner. Raises SourceUnavailableError without ROS 2."""
-        require_packages(*PUBLISHER)
+        require_packages("diagnostic_msgs.msg", "geometry_msgs.msg", "std_msgs.msg", "std_srvs.srv")
         namespace, node_name = self._name
         self._ros = Ros2Node(node_name, namespace)
         from diagnostic_msgs.msg import DiagnosticStatus

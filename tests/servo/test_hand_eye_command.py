@@ -14,13 +14,13 @@ from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.net.ros2.runtime import publish_frame
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_run import EYES, HandEyeRun
 from grabbergui.servo.hand_eye_stand import TargetWatch
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.ros2 import publish_frame
 from grabbergui.ui.run import standalone
 from patience import until
 

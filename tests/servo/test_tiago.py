@@ -12,7 +12,8 @@ import pytest
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import closed_loop, ros2
+from grabbergui.net.ros2 import runtime
+from grabbergui.servo import closed_loop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
@@ -233,8 +234,8 @@ def test_without_ros_every_way_to_it_says_what_to_do(model, monkeypatch):
 
 
 def test_a_message_package_that_is_missing_is_named(monkeypatch):
-    monkeypatch.setattr(ros2, "require_ros2", lambda: None)
+    monkeypatch.setattr(runtime, "require_ros2", lambda: None)
     for module in ("trajectory_msgs", "trajectory_msgs.msg"):
         monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(SourceUnavailableError, match="the ROS 2 package trajectory_msgs is not installed"):
-        ros2.require_packages("trajectory_msgs.msg")
+        runtime.require_packages("trajectory_msgs.msg")

@@ -27,9 +27,8 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, retur
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
-from grabbergui.net.ros2.client_link import CameraLink, not_found
+from grabbergui.net.ros2.client_link import IMAGE_TYPE, CameraLink, not_found, publishers_of
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
-from grabbergui.net.ros2.pictures import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 
 log = logging.getLogger(__name__)

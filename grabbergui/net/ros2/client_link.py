@@ -1,18 +1,17 @@
-"""The node behind an image topic: found by the topic, asked by its services."""
+"""The node behind an image topic: found among the topic's publishers, asked by its services."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
-from grabbergui.net.ros2.pictures import IMAGE_TYPE, Publisher, publishers_of
 from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
 
@@ -26,15 +25,58 @@ _ASK_AGAIN = 1.0
 """Seconds after which a service that never answered is asked again."""
 _ASK_TYPE = "grabber_interfaces/srv/Ask"
 
+IMAGE_TYPE = "sensor_msgs/msg/Image"
+_NAMELESS = "_NODE_NAME_UNKNOWN_"
+"""The node name that rmw reports for a publisher whose node is not known yet."""
 
-def candidates(name: str) -> list[str]:
+
+@dataclass(frozen=True)
+class Publisher:
+    """One publisher of a topic."""
+
+    node: str
+    "Full name of its node; empty while that is not known."
+    topic_type: str
+    reliable: bool
+    durable: bool
+    "Whether it keeps its last messages for those who come late (transient local)."
+
+    @property
+    def quality(self) -> str:
+        """Its quality of service as display text."""
+        return (
+            f"{'reliable' if self.reliable else 'best effort'}, "
+            f"{'transient local' if self.durable else 'volatile'}"
+        )
+
+    def __str__(self) -> str:
+        return f"{self.node or 'a nameless node'} ({self.quality})"
+
+
+def publishers_of(node: Any, topic: str) -> list[Publisher]:
+    """Return the publishers that are known at the moment, in order of their nodes."""
+    from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+    found = (
+        Publisher(
+            "" if _NAMELESS in info.node_name else f"{info.node_namespace.rstrip('/')}/{info.node_name}",
+            info.topic_type,
+            info.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
+            info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        for info in node.get_publishers_info_by_topic(topic)
+    )
+    return sorted(found, key=str)
+
+
+def _candidates(name: str) -> list[str]:
     """Return the topics that a camera's name may mean, best first."""
     return [f"{name}/image_raw", f"{name}/image", name]
 
 
 def not_found(node: Any, name: str) -> str:
     """Return why there is no camera of this name, as display text."""
-    topics = candidates(name)
+    topics = _candidates(name)
     for topic in topics:
         for publisher in publishers_of(node, topic):
             if publisher.topic_type != IMAGE_TYPE:
@@ -68,7 +110,7 @@ class CameraLink:
         """
         found = [
             cls(node, topic, publisher)
-            for topic in candidates(name)
+            for topic in _candidates(name)
             for publisher in publishers_of(node, topic)
             if publisher.topic_type == IMAGE_TYPE
         ]

@@ -1,22 +1,25 @@
 """Publishes a grabber's frames as images, each kind only while somebody listens.
 
 Further components of the frames have topics of their own: images, and point clouds of range images.
+`ImageWriter` copies their pixels once, where rclpy does so three times.
 """
 
 from __future__ import annotations
 
 import array
+import ctypes
 import functools
 import logging
+import sys
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration.camera_info import FittedCalibration
 from grabbergui.core.errors import PixelFormatError
@@ -27,55 +30,10 @@ from grabbergui.core.pfnc import Family
 from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import CurrentScan3d, Scan3d, components_of, in_metres
 from grabbergui.net.component_joiner import MOST_COMPONENTS
-from grabbergui.net.ros2.image_messages import fill_camera_info, message_bytes
-from grabbergui.net.ros2.image_writer import ImageWriter
+from grabbergui.net.ros2.image_messages import describe, fill_camera_info, message_bytes, pixels_of
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
-
-IMAGE_TYPE = "sensor_msgs/msg/Image"
-_NAMELESS = "_NODE_NAME_UNKNOWN_"
-"""The node name that rmw reports for a publisher whose node is not known yet."""
-
-
-@dataclass(frozen=True)
-class Publisher:
-    """One publisher of a topic."""
-
-    node: str
-    "Full name of its node; empty while that is not known."
-    topic_type: str
-    reliable: bool
-    durable: bool
-    "Whether it keeps its last messages for those who come late (transient local)."
-
-    @property
-    def quality(self) -> str:
-        """Its quality of service as display text."""
-        return (
-            f"{'reliable' if self.reliable else 'best effort'}, "
-            f"{'transient local' if self.durable else 'volatile'}"
-        )
-
-    def __str__(self) -> str:
-        return f"{self.node or 'a nameless node'} ({self.quality})"
-
-
-def publishers_of(node: Any, topic: str) -> list[Publisher]:
-    """Return the publishers that are known at the moment, in order of their nodes."""
-    from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-
-    found = (
-        Publisher(
-            "" if _NAMELESS in info.node_name else f"{info.node_namespace.rstrip('/')}/{info.node_name}",
-            info.topic_type,
-            info.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
-            info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-        )
-        for info in node.get_publishers_info_by_topic(topic)
-    )
-    return sorted(found, key=str)
-
 
 JPEG_QUALITY = 90
 
@@ -310,3 +268,90 @@ class ComponentTopics:
         message.point_step, message.row_step = _POINT.itemsize, points.nbytes
         message.data = message_bytes(points)
         return message
+
+
+_LENGTH_BYTES = 4
+"""Of the number of bytes, which comes before them."""
+
+
+class ImageWriter:
+    """Publishes `sensor_msgs/msg/Image` with one copy of the pixels. One thread.
+
+    rclpy copies an image three times, into memory that is new each time, and holds the GIL meanwhile, so that
+    the camera's packets wait. Here rclpy serializes the message without pixels. They are written behind that,
+    into memory that is kept, and rcl publishes all of it from there, without the GIL.
+    """
+
+    def __init__(self) -> None:
+        self._rcl = _rcl()
+        self._memory = np.empty(0, np.uint8)
+
+    def publish(self, publishers: Sequence[Any], message: Any, frame: Frame) -> None:
+        """Publish a frame in a message of which the caller has filled the header.
+
+        Raises PixelFormatError for a format without encoding, and what rclpy's `publish` raises.
+        """
+        pixels, left = pixels_of(frame), publishers
+        describe(message, frame, pixels)
+        if self._rcl is not None and (serialized := self._serialized(message, pixels)) is not None:
+            left = [publisher for publisher in publishers if not self._rcl.publish(publisher, serialized)]
+        if left:  # rclpy raises the reason of a failure
+            message.data = message_bytes(pixels)
+            for publisher in left:
+                publisher.publish(message)
+
+    def _serialized(self, message: Any, pixels: NDArray[Any]) -> NDArray[np.uint8] | None:
+        """Return the message in the memory that is kept; None if it does not end with its data."""
+        from rclpy.serialization import serialize_message
+
+        head: bytes = serialize_message(message)
+        if head[-_LENGTH_BYTES:] != bytes(_LENGTH_BYTES):
+            return None
+        size = len(head) + pixels.nbytes
+        if self._memory.size < size:
+            self._memory = np.empty(size, np.uint8)
+        serialized = self._memory[:size]
+        start = head[:-_LENGTH_BYTES] + pixels.nbytes.to_bytes(_LENGTH_BYTES, sys.byteorder)
+        serialized[: len(start)] = np.frombuffer(start, np.uint8)
+        np.copyto(serialized[len(start) :].view(pixels.dtype).reshape(pixels.shape), pixels)
+        return serialized
+
+
+class _SerializedMessage(ctypes.Structure):
+    """rcl_serialized_message_t; its allocator (five pointers) is not used for publishing."""
+
+    _fields_ = (
+        ("buffer", ctypes.c_void_p),
+        ("length", ctypes.c_size_t),
+        ("capacity", ctypes.c_size_t),
+        ("allocator", ctypes.c_void_p * 5),
+    )
+
+
+class _Rcl:
+    """The one function of rcl that rclpy offers only for `bytes`, of which it makes another copy."""
+
+    def __init__(self, rcl: ctypes.CDLL, rcutils: ctypes.CDLL) -> None:
+        self._publish = rcl.rcl_publish_serialized_message
+        self._publish.argtypes = (ctypes.c_void_p, ctypes.POINTER(_SerializedMessage), ctypes.c_void_p)
+        self._publish.restype = ctypes.c_int
+        self._reset_error = rcutils.rcutils_reset_error
+        self._reset_error.restype = None
+
+    def publish(self, publisher: Any, serialized: NDArray[np.uint8]) -> bool:
+        """Return whether rcl took the message; it has copied it by then."""
+        message = _SerializedMessage(serialized.ctypes.data, serialized.size, serialized.size)
+        with publisher.handle:  # nobody destroys it meanwhile
+            if self._publish(publisher.handle.pointer, ctypes.byref(message), None) == 0:
+                return True
+        self._reset_error()
+        return False
+
+
+@functools.cache
+def _rcl() -> _Rcl | None:
+    """Return the library that rclpy has loaded, by its bare name; None where it is called otherwise."""
+    try:
+        return _Rcl(ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so"))
+    except (OSError, AttributeError):
+        return None

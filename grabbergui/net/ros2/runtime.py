@@ -1,11 +1,14 @@
-"""One ROS 2 node with a thread that runs its callbacks; and what to do where ROS 2 is missing."""
+"""One ROS 2 node with the thread of its callbacks, its log, its static frames; what to do without ROS 2."""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import importlib
 import logging
+import math
 import os
+import queue
 import re
 import threading
 from collections.abc import Sequence
@@ -14,6 +17,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from typing_extensions import override
+
+from grabbergui.calibration.geometry import Pose, quaternion_from_rotation
 from grabbergui.core.environment import shell_command
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
@@ -36,6 +42,20 @@ def require_ros2() -> None:
         raise SourceUnavailableError(
             f"ROS 2 is not installed: run `{shell_command('setup', 'ros2')}`, {_OR_SOURCE} ({error})"
         ) from error
+
+
+def require_packages(*modules: str) -> None:
+    """Raise SourceUnavailableError, in one line, where rclpy or one of the modules is missing."""
+    require_ros2()
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            package = module.partition(".")[0]
+            raise SourceUnavailableError(
+                f"the ROS 2 package {package} is not installed: run "
+                f"`{shell_command('setup', 'ros2')}` ({error})"
+            ) from error
 
 
 def require_interfaces() -> None:
@@ -187,3 +207,113 @@ def _is_ours(profiles: str) -> bool:
         return _OURS in Path(profiles).read_text("utf-8")
     except (OSError, UnicodeDecodeError):
         return False
+
+
+MOST_WAITING = 100
+"""Records that wait to be published; more than that at once, and the rest is only in the log."""
+
+
+class RosoutHandler(logging.Handler):
+    """Publishes what the package logs, from warnings on, as long as it is open.
+
+    Records come from any thread, which never waits for the network: a thread of the handler publishes them.
+    """
+
+    def __init__(self, node: Any) -> None:
+        super().__init__(logging.WARNING)
+        from rcl_interfaces.msg import Log
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        self._message = Log
+        self._node = node
+        # As rcl's own publisher for it: a console that is started later sees the last of them too.
+        quality = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._publisher = node.create_publisher(Log, "/rosout", quality)
+        self._records: queue.Queue[logging.LogRecord | None] = queue.Queue(MOST_WAITING)
+        self._thread = threading.Thread(target=self._run, name="ros2 rosout", daemon=True)
+        self._thread.start()
+        logging.getLogger("grabbergui").addHandler(self)
+
+    @override
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            self._records.put_nowait(record)
+        except queue.Full:
+            return
+
+    def close(self) -> None:
+        """Publish what waits, and stop. May be called twice."""
+        logging.getLogger("grabbergui").removeHandler(self)
+        if self._thread.is_alive():
+            self._records.put(None)
+            self._thread.join()
+        super().close()
+
+    def _run(self) -> None:
+        while (record := self._records.get()) is not None:
+            self._publisher.publish(self._log(record))
+
+    def _log(self, record: logging.LogRecord) -> Any:
+        fraction, seconds = math.modf(record.created)
+        message = self._message(
+            level=min(record.levelno, logging.CRITICAL),  # ROS numbers them as Python does
+            name=self._node.get_logger().name,
+            msg=record.getMessage(),
+            file=record.filename,
+            function=record.funcName or "",
+            line=record.lineno,
+        )
+        message.stamp.sec, message.stamp.nanosec = int(seconds), int(fraction * 1e9)
+        return message
+
+
+class StaticFrame:
+    """Publishes where one frame sits on another, until it is closed. `open` and `close` from one thread."""
+
+    def __init__(self, parent: str, child: str, placed: Pose) -> None:
+        self._parent, self._child, self._placed = parent, child, placed
+        self._ros: Ros2Node | None = None
+        self._publisher: Any = None
+
+    def open(self) -> None:
+        """Publish it. Raises SourceUnavailableError without ROS 2 or tf's messages."""
+        require_ros2()
+        self._ros = Ros2Node("static_frame", "/grabbergui")
+        try:
+            self._publisher = publish_frame(self._ros.node, self._parent, self._child, self._placed)
+        except BaseException:
+            self.close()
+            raise
+        self._ros.start()
+
+    def close(self) -> None:
+        """Leave the network. May be called twice; never raises."""
+        ros, self._ros = self._ros, None
+        if ros is not None:
+            ros.close()
+
+
+def publish_frame(node: Any, parent: str, child: str, placed: Pose) -> Any:
+    """Publish on `/tf_static` where `child` sits on `parent` (REP 105); return the publisher.
+
+    Later subscribers need the publisher to live. Raises SourceUnavailableError without tf's messages.
+    """
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError as error:
+        raise SourceUnavailableError(
+            f"the ROS 2 package tf2_msgs is not installed: source the system's setup.bash first ({error})"
+        ) from error
+    from geometry_msgs.msg import TransformStamped
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = node.create_publisher(TFMessage, "/tf_static", latched)
+    entry = TransformStamped(child_frame_id=child)
+    entry.header.frame_id = parent
+    entry.header.stamp = node.get_clock().now().to_msg()
+    place, turn = entry.transform.translation, entry.transform.rotation
+    place.x, place.y, place.z = map(float, placed[:3, 3])
+    turn.x, turn.y, turn.z, turn.w = quaternion_from_rotation(placed[:3, :3])
+    publisher.publish(TFMessage(transforms=[entry]))
+    return publisher

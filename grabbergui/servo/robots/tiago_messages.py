@@ -16,6 +16,9 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots.tiago import BASE
 from grabbergui.servo.robots.trajectories import Trajectory
 
+PACKAGES = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
+"""The message packages that drive a TIAGo."""
+
 
 # -- trajectories --------------------------------------------------------------------------------
 def joint_trajectory(trajectory: Trajectory) -> Any:

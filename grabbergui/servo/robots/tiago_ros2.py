@@ -13,13 +13,12 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, TransportError
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.runtime import Ros2Node, require_packages
 from grabbergui.servo.robots import tiago, tiago_parts
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, RobotState
 from grabbergui.servo.robots.tiago_manager import ControllerManager, start_servo_node
 from grabbergui.servo.robots.tiago_parts import ACTIVE, HOLD_S, Choice, Drive, Kind, Part
-from grabbergui.servo.ros2 import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 
@@ -84,7 +83,7 @@ class TiagoOverRos2(Robot):
 
         Raises SourceNotFoundError where no joint states come or no controller can be driven.
         """
-        require_packages(*ROBOT)
+        require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
 
         self._ros = Ros2Node(f"grabbergui_servo_{time.time_ns() % 10**9}")

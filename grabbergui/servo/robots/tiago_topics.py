@@ -14,14 +14,13 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.runtime import Ros2Node, publish_frame, require_packages
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
 from grabbergui.servo.robots.trajectories import Follower
-from grabbergui.servo.ros2 import ROBOT, publish_frame, require_packages
 
 log = logging.getLogger(__name__)
 
@@ -91,7 +90,7 @@ class TiagoTopics:
     ) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2."""
         topics = topics or Topics()
-        require_packages(*ROBOT)
+        require_packages(*messages.PACKAGES)
         self._robot = robot
         self._topics = topics
         self._ros = Ros2Node(node_name)

@@ -23,8 +23,8 @@ from grabbergui import sources  # noqa: E402
 from grabbergui.calibration import camera_info  # noqa: E402
 from grabbergui.core.calibration import Calibration  # noqa: E402
 from grabbergui.core.errors import UsageError  # noqa: E402
+from grabbergui.net.ros2.client_link import publishers_of  # noqa: E402
 from grabbergui.net.ros2.image_messages import path_of  # noqa: E402
-from grabbergui.net.ros2.pictures import publishers_of  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 

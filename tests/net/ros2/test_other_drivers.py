@@ -26,8 +26,7 @@ from grabbergui.core.errors import (  # noqa: E402
     UsageError,
 )
 from grabbergui.core.features import FeatureKind  # noqa: E402
-from grabbergui.net.ros2.client_link import not_found  # noqa: E402
-from grabbergui.net.ros2.pictures import publishers_of  # noqa: E402
+from grabbergui.net.ros2.client_link import not_found, publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
