@@ -1,4 +1,4 @@
-"""Messages of the window: each with the source it is about, its cause, and its end.
+"""Messages of the window, each with the source it is about, its cause and its end; the program's log.
 
 `LinkMessages` are about the connection to a source: lost, back, read-only, or refusing something.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -276,3 +277,88 @@ class LinkMessages:
     def not_opened(self, text: str) -> None:
         """Post that no source could be opened; the next attempt ends it."""
         self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=ERROR_SECONDS)
+
+
+MOST_LINES = 2000
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """One entry of the log."""
+
+    time: float
+    "Seconds since the epoch."
+    level: int
+    "`logging`'s number."
+    origin: str
+    "The logger's name."
+    text: str
+
+
+class LogBook(logging.Handler):
+    """Keeps the last entries of `logging` from all threads, between `open` and `close`."""
+
+    added = Signal(LogLine)
+    """A new entry; emitted on the thread that logged."""
+
+    def __init__(self, most: int = MOST_LINES) -> None:
+        super().__init__(logging.INFO)
+        self._lines: deque[LogLine] = deque(maxlen=most)
+        self._emitting = threading.local()
+        self._logger: logging.Logger | None = None
+        self._levels_before: list[tuple[logging.Logger | logging.Handler, int]] = []
+
+    @property
+    def lines(self) -> tuple[LogLine, ...]:
+        """The stored entries, the oldest first."""
+        self.acquire()
+        try:
+            return tuple(self._lines)
+        finally:
+            self.release()
+
+    def open(self, logger: logging.Logger | None = None) -> None:
+        """Begin to listen to a logger (the root), at the level that this book keeps."""
+        self._logger = logger = logger or logging.getLogger()
+        self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
+        for handler in logger.handlers:
+            # Other handlers print as much as before, though the logger itself passes more.
+            handler.setLevel(max(handler.level, logger.level))
+        logger.setLevel(min(logger.level or logging.WARNING, self.level))
+        logger.addHandler(self)
+
+    def close(self) -> None:
+        """Stop listening. May be called twice."""
+        if self._logger is not None:
+            self._logger.removeHandler(self)
+            self._logger = None
+        for changed, level in self._levels_before:
+            changed.setLevel(level)
+        self._levels_before = []
+        super().close()
+
+    def clear(self) -> None:
+        """Forget all entries."""
+        self.acquire()
+        try:
+            self._lines.clear()
+        finally:
+            self.release()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep an entry; entries that a listener logs while it is notified are kept without a signal."""
+        try:
+            line = LogLine(record.created, record.levelno, record.name, self.format(record))
+        except Exception:
+            self.handleError(record)
+            return
+        self._lines.append(line)
+        if not getattr(self._emitting, "on", False):
+            self._emitting.on = True
+            try:
+                self.added.emit(line)
+            except Exception:
+                # A failing listener must not disturb the code that logs.
+                self.handleError(record)
+            finally:
+                self._emitting.on = False

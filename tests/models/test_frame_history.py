@@ -4,7 +4,7 @@ import numpy as np
 
 from fakes import ScriptedGrabber
 from frames import frame_of
-from grabbergui.models.playback import FrameHistory
+from grabbergui.models.recording import FrameHistory
 from patience import PATIENCE
 
 

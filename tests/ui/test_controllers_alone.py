@@ -12,7 +12,7 @@ import grabbergui.ui.controllers
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import CurrentMessages, MessageModel, Severity
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.playback import FrameHistory
+from grabbergui.models.recording import FrameHistory
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController

@@ -9,8 +9,8 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import DeviceLostError
-from grabbergui.models.features import value_watch
-from grabbergui.models.features.value_watch import MOST_FEATURES
+from grabbergui.models.features import worker
+from grabbergui.models.features.worker import MOST_WATCHED
 from grabbergui.models.open_source import LinkState
 
 
@@ -126,7 +126,7 @@ def test_curves_break_where_another_open_camera_is_made_the_current_one(app):
 def test_curves_break_while_the_camera_does_not_answer(app, monkeypatch):
     choose(app, "Gain", "Plot over time")
     app.until(lambda: len(curve(app, "Gain")) >= 2)
-    monkeypatch.setattr(value_watch, "PATIENCE", 0.02)
+    monkeypatch.setattr(worker, "RETRY_PERIOD", 0.02)
     read = app.grabber.feature
 
     def silent(name):
@@ -145,9 +145,9 @@ def test_curves_break_while_the_camera_does_not_answer(app, monkeypatch):
 def test_too_many_curves_are_refused_in_words(app):
     source = app.program.connection.source
     numbers = [d for d in source.features.root.descriptions() if d.kind.value in ("integer", "float")]
-    for description in numbers[: MOST_FEATURES + 1]:
+    for description in numbers[: MOST_WATCHED + 1]:
         app.program.values.plot(description)
-    assert len(app.program.values.names) == MOST_FEATURES
+    assert len(app.program.values.names) == MOST_WATCHED
     assert "no more than 12" in app.errors[0]
 
 

@@ -16,7 +16,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import controlled_by
 from grabbergui.models.features.tree import FeatureTreeModel
-from grabbergui.models.features.value_watch import PLOTTABLE
+from grabbergui.models.features.worker import PLOTTABLE
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer

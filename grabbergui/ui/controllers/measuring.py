@@ -14,7 +14,7 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.connection import Connection
-from grabbergui.models.features.value_watch import MOST_FEATURES, ValueHistory, ValueWatch, to_csv
+from grabbergui.models.features.worker import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.messages import CurrentMessages
@@ -213,7 +213,7 @@ class ValuesController(QObject):
         """Plot one more value, and show the panel."""
         if self._watch.full and description.name not in self.names:
             text = self.tr("no more than {0} values can be plotted at once; remove one first")
-            self._messages.error(text.format(MOST_FEATURES))
+            self._messages.error(text.format(MOST_WATCHED))
             return
         self._panel.addCurve(description)
         self._histories.setdefault(description.name, ValueHistory())

@@ -15,8 +15,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.playback import FrameHistory, PlaybackModel, PlaybackState, is_recording
-from grabbergui.models.recordings import Recordings
+from grabbergui.models.recording import FrameHistory, PlaybackModel, PlaybackState, Recordings, is_recording
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.gui_thread import Bridge

@@ -16,13 +16,11 @@ from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
-from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring import MeasuringModel
-from grabbergui.models.messages import CurrentMessages, MessageModel
+from grabbergui.models.messages import CurrentMessages, LogBook, MessageModel
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.playback import FrameHistory
-from grabbergui.models.recordings import Recordings
+from grabbergui.models.recording import FrameHistory, Recordings
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter

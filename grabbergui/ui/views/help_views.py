@@ -31,7 +31,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
-from grabbergui.models.log_book import MOST_LINES, LogLine
+from grabbergui.models.messages import MOST_LINES, LogLine
 from grabbergui.ui.windows import fit_screen, load_form
 
 FIRST_PAGE = "window.md"

@@ -18,7 +18,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.language import counted, localized
-from grabbergui.models.playback import PlaybackState
+from grabbergui.models.recording import PlaybackState
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.theme import icon

@@ -14,8 +14,14 @@ from hypothesis import strategies as st
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AckTimeoutError, FeatureError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.models.features.value_watch import MOST_FEATURES, PERIOD, ValueHistory, ValueWatch, to_csv
-from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.features.worker import (
+    MOST_WATCHED,
+    WATCH_PERIOD,
+    FeatureWorker,
+    ValueHistory,
+    ValueWatch,
+    to_csv,
+)
 from patience import PATIENCE
 
 
@@ -120,14 +126,14 @@ def test_nothing_is_read_until_somebody_looks_at_something(bench):
 
 
 def test_ten_times_a_second_and_no_faster():
-    bench = Bench(PERIOD)
+    bench = Bench(WATCH_PERIOD)
     try:
         bench.watch.add("F1")
         bench.watch.want(True)
         bench.watch.attach(bench.grabber, bench.worker)
         bench.more(6)
         moments = [moment for moment, _ in bench.samples]
-        assert np.diff(moments).min() > 0.9 * PERIOD
+        assert np.diff(moments).min() > 0.9 * WATCH_PERIOD
     finally:
         bench.watch.detach()
         assert bench.worker.close()
@@ -155,7 +161,7 @@ def test_what_cannot_be_read_is_a_gap_and_the_others_go_on(bench):
 
 
 def test_a_camera_that_does_not_answer_is_asked_seldom(bench, monkeypatch):
-    monkeypatch.setattr("grabbergui.models.features.value_watch.PATIENCE", 0.2)
+    monkeypatch.setattr("grabbergui.models.features.worker.RETRY_PERIOD", 0.2)
     bench.grabber.failures["F1"] = AckTimeoutError("no answer")
     bench.watch.attach(bench.grabber, bench.worker)
     bench.watch.add("F1")
@@ -167,7 +173,7 @@ def test_a_camera_that_does_not_answer_is_asked_seldom(bench, monkeypatch):
 def test_only_so_many_are_watched(bench):
     for n in range(20):
         bench.watch.add(f"F{n}")
-    assert len(bench.watch.names) == MOST_FEATURES and bench.watch.full
+    assert len(bench.watch.names) == MOST_WATCHED and bench.watch.full
 
 
 def test_a_closed_worker_ends_the_reading(bench):
