@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui import sources
 from grabbergui.core.pixels import Region
 from grabbergui.models.picture.components import MOST_BESIDE, beside
-from grabbergui.models.picture.geometry import scaled_region
+from grabbergui.models.picture.rendering import scaled_region
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer

@@ -19,9 +19,8 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.picture.components import StreamChannels, beside, chosen, own_label
 from grabbergui.models.picture.components import labels as component_labels
-from grabbergui.models.picture.geometry import scaled_region
 from grabbergui.models.picture.quantities import Quantity
-from grabbergui.models.picture.rendering import DisplaySettings, render
+from grabbergui.models.picture.rendering import DisplaySettings, render, scaled_region
 
 log = logging.getLogger(__name__)
 

@@ -6,10 +6,9 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import value_at
 from grabbergui.models.language import localized, translate
-from grabbergui.models.picture.geometry import distorted_pixel
 from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.quantities import Quantity
-from grabbergui.models.picture.rendering import DisplaySettings
+from grabbergui.models.picture.rendering import DisplaySettings, distorted_pixel
 
 MOST = 2500
 "Pixels of a region beyond which nothing is written; they would be too small to read."

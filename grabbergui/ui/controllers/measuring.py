@@ -19,8 +19,8 @@ from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.picture.rendering import Orientation
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, PictureView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.picture.geometry import Orientation
+from grabbergui.models.picture.rendering import Orientation
 
 ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for y in (False, True)]
 PICTURE = np.arange(12, dtype=np.uint8).reshape(3, 4)

@@ -3,10 +3,9 @@ import numpy as np
 from frames import frame_of
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
-from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.readout import cursor_text, value_texts
-from grabbergui.models.picture.rendering import DisplaySettings, render
+from grabbergui.models.picture.rendering import DisplaySettings, Orientation, render
 
 
 def texts_of(frame, region, orientation):

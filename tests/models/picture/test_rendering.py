@@ -3,12 +3,12 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.pixels import Region, for_display
-from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.quantities import COLOUR_MAPS, Levels
 from grabbergui.models.picture.rendering import (
     BLACK,
     SATURATED,
     DisplaySettings,
+    Orientation,
     clipping_masks,
     render,
     with_levels,
