@@ -17,8 +17,7 @@ from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController
 from grabbergui.ui.views.recording_bars import PauseBar
-from grabbergui.ui.widgets.drawing import DrawingTool
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
 

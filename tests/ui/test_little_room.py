@@ -24,7 +24,7 @@ from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.widgets.keyboard import reading_order
 from grabbergui.ui.widgets.labels import ElidedComboBox
-from grabbergui.ui.widgets.message_stack import MessageBar
+from grabbergui.ui.widgets.messages import MessageBar
 
 LEAST_CHOICE = 60
 "Pixels of a choice whose text ends in dots."

@@ -22,8 +22,8 @@ from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
+from grabbergui.ui.widgets.messages import StatusStrip
 from grabbergui.ui.widgets.plots import LABEL_ROOM, CurveRow, SecondsAxis
-from grabbergui.ui.widgets.status_strip import StatusStrip
 
 
 @pytest.fixture

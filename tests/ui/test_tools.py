@@ -11,7 +11,8 @@ from PyQt5.QtWidgets import QApplication, QLabel
 from grabbergui.core.pixels import Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.drawing import Mark, Purpose, size_text
+from grabbergui.ui.widgets.picture_canvas import Purpose
+from grabbergui.ui.widgets.picture_items import Mark, size_text
 
 
 @pytest.fixture

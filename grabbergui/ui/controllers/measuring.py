@@ -24,7 +24,8 @@ from grabbergui.models.picture.rendering import Orientation
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, PictureView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
-from grabbergui.ui.widgets.drawing import Mark, Purpose
+from grabbergui.ui.widgets.picture_canvas import Purpose
+from grabbergui.ui.widgets.picture_items import Mark
 
 
 class MeasuringController(QObject):

@@ -22,8 +22,8 @@ from grabbergui.models.tuning import TuningRun
 from grabbergui.ui.controllers.camera_work import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
-from grabbergui.ui.widgets.drawing import Purpose
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
+from grabbergui.ui.widgets.picture_canvas import Purpose
 
 
 class TuningController(QObject):

@@ -1,20 +1,32 @@
-"""The base class of editors, and the editors of switches, commands, texts and coded numbers.
-
-Event filters keep the mouse wheel and the window's shortcuts from editors.
-"""
+"""The base class of editors; those of switches, commands, texts and choices; an automatic mode's button."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
 
-from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
-from PyQt5.QtGui import QKeyEvent, QKeySequence
-from PyQt5.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QLineEdit, QPushButton, QWidget
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QCursor, QKeyEvent, QStandardItem, QStandardItemModel
+from PyQt5.QtWidgets import (
+    QAction,
+    QActionGroup,
+    QCheckBox,
+    QComboBox,
+    QCompleter,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
 
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.scale import nearest_allowed
-from grabbergui.models.features.text import coded_text, parse_coded, value_text
+from grabbergui.models.features.text import access_text, coded_text, parse_coded, value_text
+from grabbergui.ui.widgets.keyboard import ShortcutGuard, WheelGuard
+from grabbergui.ui.widgets.labels import ElidedComboBox
 
 
 class FeatureEditor(QWidget):
@@ -188,62 +200,174 @@ class CodedNumberEditor(TextEditor):
         return nearest_allowed(feature, parse_coded(text, feature.representation))
 
 
-class WheelGuard(QObject):
-    """Lets the wheel reach its widget only while that has the focus; otherwise the panel scrolls."""
-
-    def __init__(self, widget: QWidget) -> None:
-        super().__init__(widget)
-        widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        widget.installEventFilter(self)
-
-    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Ignore a wheel event without focus, so that the parent gets it."""
-        if (
-            event is not None
-            and event.type() == QEvent.Type.Wheel
-            and isinstance(watched, QWidget)
-            and not watched.hasFocus()
-        ):
-            event.ignore()
-            return True
-        return False
+LONG = 12
+"""Lists with more entries can be searched."""
 
 
-_UNDO = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
-_EDITING = (
-    QKeySequence.StandardKey.Copy,
-    QKeySequence.StandardKey.Cut,
-    QKeySequence.StandardKey.Paste,
-    QKeySequence.StandardKey.SelectAll,
-)
-_MOVING = (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End, Qt.Key.Key_Up, Qt.Key.Key_Down,
-           Qt.Key.Key_Backspace, Qt.Key.Key_Delete)  # fmt: skip
+class _Combo(ElidedComboBox):
+    """A combo box with signals for its list opening and closing; typing searches a long list."""
+
+    popupShown = pyqtSignal()
+    popupHidden = pyqtSignal()
+
+    def showPopup(self) -> None:
+        self.popupShown.emit()
+        super().showPopup()
+
+    def hidePopup(self) -> None:
+        super().hidePopup()
+        self.popupHidden.emit()
+
+    def showEntries(self, model: QStandardItemModel) -> None:
+        """Replace the entries."""
+        self.setModel(model)
+        searched = model.rowCount() > LONG
+        if searched and not self.isEditable():
+            self._become_searchable()
+        elif not searched:
+            self.setEditable(False)
+        if (completer := self.completer()) is not None:
+            completer.setModel(model)
+
+    def _become_searchable(self) -> None:
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        completer = QCompleter(self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.setCompleter(completer)
+        line = self.lineEdit()
+        assert line is not None
+        ShortcutGuard(line, line.isModified)
+        line.setAccessibleName(self.accessibleName())
+        line.returnPressed.connect(self._take_only_match)
+        line.editingFinished.connect(self._show_chosen)
+
+    def _take_only_match(self) -> None:
+        """Choose the entry whose name contains the typed text, if there is only one."""
+        typed, model = self.currentText().casefold(), self.model()
+        texts = [self.itemText(index).casefold() for index in range(self.count())]
+        found = [index for index, text in enumerate(texts) if typed and typed in text]
+        enabled = len(found) == 1 and model is not None and model.flags(model.index(found[0], 0))
+        if enabled and enabled & Qt.ItemFlag.ItemIsEnabled and found[0] != self.currentIndex():
+            self.setCurrentIndex(found[0])
+            self.activated[int].emit(found[0])
+
+    def _show_chosen(self) -> None:
+        """Show the current entry again: the typed text is no entry."""
+        self.setEditText(self.itemText(self.currentIndex()))
 
 
-class ShortcutGuard(QObject):
-    """Keeps a line edit or spin box from taking the window's keys with Ctrl for itself.
+class ChoiceEditor(FeatureEditor):
+    """A combo box; entries that the camera does not accept now are grey."""
 
-    On X11 such a field clears itself on Ctrl+U and moves its cursor on Ctrl+E, and it takes Ctrl+Z even where
-    nothing was typed. Here it keeps what belongs to editing text; undo and redo only while `typing`.
-    """
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._entries: tuple[EnumEntry, ...] = ()
+        self.combo = _Combo()
+        self.combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.combo.setMinimumContentsLength(6)
+        self._guard = WheelGuard(self.combo)
+        self.hold(self.combo)
+        self.combo.activated[int].connect(self._on_combo_activated)
+        self.combo.popupShown.connect(self.editingStarted)
+        self.combo.popupHidden.connect(self.editingFinished)
 
-    def __init__(self, field: QWidget, typing: Callable[[], bool]) -> None:
-        super().__init__(field)
-        self._typing = typing
-        field.installEventFilter(self)
+    def setFeature(self, feature: Feature) -> None:
+        """Show the current entry."""
+        self.combo.setAccessibleName(feature.title)
+        if feature.entries != self._entries:
+            self._entries = feature.entries
+            self.combo.showEntries(self._model())
+        names = [entry.name for entry in self._entries]
+        index = names.index(feature.value) if feature.value in names else -1
+        self.combo.setCurrentIndex(index)
+        self.combo.setPlaceholderText(value_text(feature) if index < 0 else "")
 
-    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep the window's keys from the field: the question whether it wants them, and the press itself."""
-        if not isinstance(event, QKeyEvent) or not self._belongs_to_window(event):
-            return False
-        if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
-            return False
-        event.ignore()
-        return True
+    def _model(self) -> QStandardItemModel:
+        model = QStandardItemModel(self.combo)
+        for entry in self._entries:
+            item = QStandardItem(entry.display_name or entry.name)
+            item.setToolTip(entry.tooltip)
+            item.setEnabled(entry.available)
+            model.appendRow(item)
+        return model
 
-    def _belongs_to_window(self, event: QKeyEvent) -> bool:
-        if any(event.matches(key) for key in _UNDO):
-            return not self._typing()
-        if not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            return False
-        return event.key() not in _MOVING and not any(event.matches(key) for key in _EDITING)
+    def _on_combo_activated(self, index: int) -> None:
+        self.valueEdited.emit(self._entries[index].name)
+
+
+class AutoButton(QToolButton):
+    """Lit while the automatic mode is on. A click toggles it; its menu has every mode, Once included."""
+
+    modeChosen = pyqtSignal(object)
+    """The value for the automatic mode's feature."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._feature: Feature | None = None
+        self._menu = QMenu(self)
+        self._group = QActionGroup(self)
+        self._group.triggered.connect(lambda action: self.modeChosen.emit(action.data()))
+        self.setCheckable(True)
+        self.setText(self.tr("Auto"))
+        self.clicked[bool].connect(self._on_clicked)
+        self._menu.aboutToHide.connect(self._forget_mouse)
+
+    def setFeature(self, feature: Feature) -> None:
+        """Show the state of an automatic mode: an enumeration with Off, or a boolean."""
+        entries_changed = self._feature is None or self._feature.entries != feature.entries
+        self._feature = feature
+        if entries_changed:
+            self._fill_menu(feature)
+        self.setChecked(feature.value not in (AUTO_OFF, False, None))
+        self.setText(self.tr("Once") if feature.value == AUTO_ONCE else self.tr("Auto"))
+        for action in self._group.actions():
+            action.setChecked(action.data() == feature.value)
+        self.setEnabled(feature.access.writable)
+        self.setAccessibleName(feature.title)
+        state = f"{feature.title}: {feature.value}"
+        problem = self.tr("{0}\nIt {1}.").format(state, access_text(feature))
+        self.setToolTip(state if feature.access.writable else problem)
+
+    def _fill_menu(self, feature: Feature) -> None:
+        self._menu.clear()
+        for action in self._group.actions():
+            action.deleteLater()
+            self._group.removeAction(action)
+        for entry in feature.entries:
+            action = QAction(entry.display_name or entry.name, self._group)
+            action.setData(entry.name)
+            action.setCheckable(True)
+            action.setEnabled(entry.available)
+        self._menu.addActions(self._group.actions())
+        self.setMenu(self._menu if feature.entries else None)
+        self.setPopupMode(
+            QToolButton.ToolButtonPopupMode.MenuButtonPopup
+            if feature.entries
+            else QToolButton.ToolButtonPopupMode.DelayedPopup
+        )
+
+    def _forget_mouse(self) -> None:
+        """End the hover state: Qt sends no leave event while the menu is open."""
+        if not self.rect().contains(self.mapFromGlobal(QCursor.pos())):
+            self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+            self.update()
+
+    def _on_clicked(self, checked: bool) -> None:
+        feature = self._feature
+        if feature is None:
+            return
+        # The camera's answer sets the state, not the click.
+        self.setChecked(not checked)
+        if feature.kind is FeatureKind.BOOLEAN:
+            self.modeChosen.emit(checked)
+        elif checked:
+            names = [entry.name for entry in feature.entries if entry.available]
+            modes = [
+                name for name in (AUTO_CONTINUOUS, AUTO_ONCE, *names) if name in names and name != AUTO_OFF
+            ]
+            if modes:
+                self.modeChosen.emit(modes[0])
+        else:
+            self.modeChosen.emit(AUTO_OFF)

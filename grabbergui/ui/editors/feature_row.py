@@ -14,8 +14,9 @@ from grabbergui.core.features import AccessMode, Feature, FeatureDescription, Fe
 from grabbergui.core.sfnc import as_editable
 from grabbergui.models.features.scale import SliderScale
 from grabbergui.models.features.text import CODED, breakable, tooltip_html
-from grabbergui.ui.editors.choice_editor import AutoButton, ChoiceEditor
 from grabbergui.ui.editors.feature_editor import (
+    AutoButton,
+    ChoiceEditor,
     CodedNumberEditor,
     CommandEditor,
     FeatureEditor,

@@ -20,8 +20,9 @@ from grabbergui.models.features.text import (
     typed_unit,
     without_shown_unit,
 )
-from grabbergui.ui.editors.feature_editor import FeatureEditor, ShortcutGuard, WheelGuard
+from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.value_slider import ValueSlider
+from grabbergui.ui.widgets.keyboard import ShortcutGuard, WheelGuard
 
 LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown in any width."""

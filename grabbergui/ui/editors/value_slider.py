@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 from grabbergui.core.features import Feature
 from grabbergui.models.features.scale import Pace, SliderScale, stepped
 from grabbergui.models.features.text import quantity_text
-from grabbergui.ui.editors.feature_editor import WheelGuard
+from grabbergui.ui.widgets.keyboard import WheelGuard
 
 SCROLL_MS = 40
 "Between two steps of the range under a handle that is held beyond the end of the track."

@@ -22,8 +22,7 @@ from grabbergui.models.messages import Message
 from grabbergui.models.picture.picture import Picture
 from grabbergui.models.picture.quantities import ColourScale, PolarisedView
 from grabbergui.models.status import Tone
-from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
 
 if TYPE_CHECKING:
     from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview

@@ -31,7 +31,7 @@ from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
-from grabbergui.ui.widgets.message_stack import MessageStack
+from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.windows import fit_screen, load_form
 

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QKeyEvent, QMouseEvent, QResizeEvent
-from PyQt5.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QWidget
+from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PyQt5.QtWidgets import (
+    QBoxLayout,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QScrollArea,
+    QStyle,
+    QStyleOption,
+    QToolButton,
+    QWidget,
+)
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
-from grabbergui.ui.widgets.picture_items import Thumbnail
+from grabbergui.ui.widgets.picture_items import DIMMED, as_qimage
 from grabbergui.ui.windows import load_form
 
 TILE_WIDTH = 204
@@ -22,6 +32,52 @@ PICTURE = (150, 84)
 COMPACT_PICTURE = (44, 50)
 "Least size of a tile's picture in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
+
+
+class Thumbnail(QWidget):
+    """Paints one image in the middle, in its own proportions; without zoom or readout."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._image: QImage | None = None
+        self._dimmed = False
+
+    @property
+    def image(self) -> QImage | None:
+        """The image shown."""
+        return self._image
+
+    def setPicture(self, image: DisplayImage | None) -> None:
+        """Show an image, or none."""
+        self._image = as_qimage(image) if image is not None else None
+        self.update()
+
+    def setDimmed(self, dimmed: bool) -> None:
+        """Show the image darker."""
+        if dimmed != self._dimmed:
+            self._dimmed = dimmed
+            self.update()
+
+    def roomInPixels(self, width: int, height: int) -> tuple[int, int]:
+        """Return the screen pixels that a picture of that size takes here."""
+        ratio = self.devicePixelRatioF()
+        size = QSize(width, height).scaled(self.size() * ratio, Qt.AspectRatioMode.KeepAspectRatio)
+        return max(1, size.width()), max(1, size.height())
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw the image, or an empty place."""
+        painter, option = QPainter(self), QStyleOption()
+        option.initFrom(self)
+        if (style := self.style()) is not None:
+            style.drawPrimitive(QStyle.PrimitiveElement.PE_Widget, option, painter, self)
+        if self._image is None:
+            return
+        size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        target = QRectF(0, 0, size.width(), size.height())
+        target.moveCenter(QRectF(self.rect()).center())
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.setOpacity(DIMMED if self._dimmed else 1.0)
+        painter.drawImage(target, self._image)
 
 
 class CameraTile(QFrame):

@@ -30,11 +30,10 @@ from grabbergui.models.language import localized
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_progress import Step
 from grabbergui.servo.overlay import BAD, GOOD
-from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.widgets.keyboard import StopKeys
+from grabbergui.ui.widgets.keyboard import StopKeys, WheelGuard
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")

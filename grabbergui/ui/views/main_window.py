@@ -34,7 +34,7 @@ from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.keyboard import give_focus
-from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.widgets.messages import StatusStrip
 from grabbergui.ui.windows import TITLE_BAR, load_form
 
 FIRST_SHARE = 0.75

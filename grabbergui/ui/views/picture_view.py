@@ -16,11 +16,10 @@ from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
 from grabbergui.ui.widgets.component_pane import MARGIN, ScaleBar, place_scale
-from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.labels import TaskStack
-from grabbergui.ui.widgets.message_stack import PictureNote
+from grabbergui.ui.widgets.messages import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
 from grabbergui.ui.widgets.picture_items import as_qimage
 from grabbergui.ui.windows import load_form
 

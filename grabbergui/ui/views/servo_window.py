@@ -27,11 +27,10 @@ from grabbergui.models.language import localized
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
-from grabbergui.ui.editors.feature_editor import WheelGuard
 from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
-from grabbergui.ui.widgets.keyboard import StopKeys
-from grabbergui.ui.widgets.message_stack import MessageStack
+from grabbergui.ui.widgets.keyboard import StopKeys, WheelGuard
+from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.windows import load_form

@@ -1,17 +1,18 @@
-"""The canvas of the picture: zoom, pan, fit, and the pixel under the cursor."""
+"""The canvas of the picture: zoom, pan, fit, the pixel under the cursor, and the tool that draws on it."""
 
 from __future__ import annotations
 
 import math
+from enum import Enum
 
 import pyqtgraph as pg
-from PyQt5.QtCore import QEvent, QPointF, QRectF, Qt, pyqtSignal
-from PyQt5.QtGui import QMouseEvent, QResizeEvent
+from PyQt5.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.ui.widgets.drawing import PictureMarks
-from grabbergui.ui.widgets.picture_items import DIMMED, PictureItem, PixelValues
+from grabbergui.models.measuring import Line
+from grabbergui.ui.widgets.picture_items import DIMMED, Mark, PictureItem, PictureMarks, PixelValues
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."
@@ -78,8 +79,8 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         other_size = (width, height) != self._item.frame_size
         self._item.setPicture(image, width, height)
         self._item.show()
-        self.marks.setSize(width, height)
-        self.values.setSize(width, height)
+        self.marks.cover(width, height)
+        self.values.cover(width, height)
         if other_size or self._empty:
             self._empty = False
             self._limit()
@@ -143,7 +144,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Show nothing."""
         self._item.hide()
         self._item.clear()
-        self.marks.setSize(0, 0)
+        self.marks.cover(0, 0)
         self.values.setTexts({})
         self._empty = True
 
@@ -266,3 +267,103 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._cursor = None
             self.unsetCursor()
             self.cursorLeft.emit()
+
+
+LEAST_DRAG = 2.0
+"Shortest drag, in pixels of the picture; a shorter one was a slip."
+
+
+class Purpose(Enum):
+    """The shape that is drawn."""
+
+    SENSOR_REGION = "sensor region"
+    FOCUS_REGION = "focus region"
+    PROFILE_LINE = "profile line"
+    EXPOSURE_REGION = "exposure region"
+    BALANCE_REGION = "balance region"
+
+
+class DrawingTool(QObject):
+    """Takes the mouse from the canvas, from `begin` until a shape is drawn or Escape is pressed."""
+
+    regionDrawn = pyqtSignal(Purpose, Region)
+    """In pixels of the picture as it is displayed, within it."""
+    lineDrawn = pyqtSignal(Purpose, Line)
+    ended = pyqtSignal()
+    """A shape was drawn, or cancelled."""
+
+    def __init__(self, canvas: PictureCanvas) -> None:
+        super().__init__(canvas)
+        self._canvas = canvas
+        self._purpose: Purpose | None = None
+        self._start: QPointF | None = None
+        canvas.installEventFilter(self)
+        viewport = canvas.viewport()
+        assert viewport is not None
+        viewport.installEventFilter(self)
+
+    @property
+    def purpose(self) -> Purpose | None:
+        """The shape in progress."""
+        return self._purpose
+
+    def begin(self, purpose: Purpose) -> None:
+        """Draw a shape for this purpose with the next drag of the mouse."""
+        self._purpose, self._start = purpose, None
+        self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def cancel(self) -> None:
+        """Cancel; does nothing if nothing is being drawn."""
+        if self._purpose is not None:
+            self._end()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Keep the events of the drag from the canvas."""
+        if self._purpose is None or event is None:
+            return False
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
+            if event.type() == QEvent.Type.KeyPress:
+                self.cancel()
+            return True
+        if watched is self._canvas or not isinstance(event, QMouseEvent):
+            return False
+        return self._on_mouse(event)
+
+    def _on_mouse(self, event: QMouseEvent) -> bool:
+        point = self._canvas.viewToFrame(event.localPos())
+        kind = event.type()
+        if kind == QEvent.Type.MouseButtonPress and event.button() == Qt.MouseButton.LeftButton:
+            self._start = point
+        elif kind == QEvent.Type.MouseMove and self._start is not None:
+            self._canvas.marks.setShape(Mark.DRAFT, self._shape(self._start, point))
+            return True
+        elif kind == QEvent.Type.MouseButtonRelease and self._start is not None:
+            self._finish(self._start, point)
+        return kind != QEvent.Type.MouseMove
+
+    def _shape(self, start: QPointF, end: QPointF) -> QRectF | QLineF:
+        if self._purpose is Purpose.PROFILE_LINE:
+            return QLineF(start, end)
+        return QRectF(start, end).normalized()
+
+    def _finish(self, start: QPointF, end: QPointF) -> None:
+        purpose = self._purpose
+        assert purpose is not None
+        length = QLineF(start, end).length()
+        self._end()
+        if length < LEAST_DRAG:
+            return
+        if purpose is Purpose.PROFILE_LINE:
+            self.lineDrawn.emit(purpose, Line(int(start.x()), int(start.y()), int(end.x()), int(end.y())))
+            return
+        box = QRectF(start, end).normalized()
+        # Every pixel that the box touches.
+        left, top = math.floor(box.left()), math.floor(box.top())
+        right, bottom = math.ceil(box.right()), math.ceil(box.bottom())
+        region = Region(left, top, max(1, right - left), max(1, bottom - top))
+        self.regionDrawn.emit(purpose, region.clipped(*self._canvas.pictureSize))
+
+    def _end(self) -> None:
+        self._purpose = self._start = None
+        self._canvas.marks.setShape(Mark.DRAFT, None)
+        self.ended.emit()

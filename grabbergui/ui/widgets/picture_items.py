@@ -1,17 +1,22 @@
-"""Items that paint images and text: in the canvas, as thumbnails, over single pixels."""
+"""Items of the canvas: the image, and over it the values of single pixels, crosshair, grid and regions."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from enum import Enum
 from typing import Any, cast
 
 import pyqtgraph as pg
-from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
-from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent
-from PyQt5.QtWidgets import QStyle, QStyleOption, QStyleOptionGraphicsItem, QWidget
+from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
+from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPainterPath, QPen
+from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from PyQt5.sip import voidptr
 
 from grabbergui.core.pixels import DisplayImage
+
+DIMMED = 0.35
+"Opacity of a picture that is not current."
 
 
 class PictureItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
@@ -123,13 +128,11 @@ _BEHIND = QColor(0, 0, 0, 150)
 "Outline of the text: it must stand out from white pixels too."
 
 
-class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
+class PixelValues(PictureOverlay):
     """Text on single pixels of the picture as it is displayed."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setZValue(5)
-        self._size = (0, 0)
+        super().__init__(5)
         self._texts: dict[tuple[int, int], str] = {}
 
     @property
@@ -137,21 +140,11 @@ class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
         """The texts shown, by column and line."""
         return self._texts
 
-    def setSize(self, width: int, height: int) -> None:
-        """The size of the picture."""
-        if (width, height) != self._size:
-            self.prepareGeometryChange()
-            self._size = (width, height)
-
     def setTexts(self, texts: dict[tuple[int, int], str]) -> None:
         """Replace the texts, by column and line."""
         if texts or self._texts:
             self._texts = texts
             self.update()
-
-    def boundingRect(self) -> QRectF:
-        """The whole picture."""
-        return QRectF(0, 0, *self._size)
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
@@ -172,51 +165,121 @@ class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
             painter.drawText(pixel, Qt.AlignmentFlag.AlignCenter, text)
 
 
-DIMMED = 0.35
-"Opacity of a picture that is not current."
+GRID_PARTS = 6
+"Fields of the grid along each side: thirds, and their halves."
 
 
-class Thumbnail(QWidget):
-    """Paints one image in the middle, in its own proportions; without zoom or readout."""
+class Mark(Enum):
+    """The user's marks, and their colours."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._image: QImage | None = None
-        self._dimmed = False
+    DRAFT = "#ffffff"
+    "The shape that is being drawn."
+    FOCUS = "#30d158"
+    PROFILE = "#ffb224"
 
-    @property
-    def image(self) -> QImage | None:
-        """The image shown."""
-        return self._image
 
-    def setPicture(self, image: DisplayImage | None) -> None:
-        """Show an image, or none."""
-        self._image = as_qimage(image) if image is not None else None
+_SHADE = QColor(0, 0, 0, 120)
+
+
+def size_text(chosen: QRectF) -> str:
+    """Return width and height of the pixels that a box touches."""
+    width = math.ceil(chosen.right()) - math.floor(chosen.left())
+    height = math.ceil(chosen.bottom()) - math.floor(chosen.top())
+    return f"{width} × {height}"
+
+
+class PictureMarks(PictureOverlay):
+    """Drawn in the view's own pixels; every line is one screen pixel wide, over a darker one to stand out."""
+
+    def __init__(self) -> None:
+        super().__init__(10)
+        self._crosshair = False
+        self._grid = False
+        self._shapes: dict[Mark, QRectF | QLineF] = {}
+
+    def setCrosshair(self, shown: bool) -> None:
+        """Show or hide the crosshair."""
+        self._crosshair = shown
         self.update()
 
-    def setDimmed(self, dimmed: bool) -> None:
-        """Show the image darker."""
-        if dimmed != self._dimmed:
-            self._dimmed = dimmed
-            self.update()
+    def setGrid(self, shown: bool) -> None:
+        """Show or hide the grid."""
+        self._grid = shown
+        self.update()
 
-    def roomInPixels(self, width: int, height: int) -> tuple[int, int]:
-        """Return the screen pixels that a picture of that size takes here."""
-        ratio = self.devicePixelRatioF()
-        size = QSize(width, height).scaled(self.size() * ratio, Qt.AspectRatioMode.KeepAspectRatio)
-        return max(1, size.width()), max(1, size.height())
+    def setShape(self, mark: Mark, shape: QRectF | QLineF | None) -> None:
+        """Show a rectangle or a line; None removes it."""
+        if shape is None:
+            self._shapes.pop(mark, None)
+        else:
+            self._shapes[mark] = shape
+        self.update()
 
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Draw the image, or an empty place."""
-        painter, option = QPainter(self), QStyleOption()
-        option.initFrom(self)
-        if (style := self.style()) is not None:
-            style.drawPrimitive(QStyle.PrimitiveElement.PE_Widget, option, painter, self)
-        if self._image is None:
+    def shape_of(self, mark: Mark) -> QRectF | QLineF | None:
+        """Return the shape of a mark; None if it is not shown."""
+        return self._shapes.get(mark)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Draw grid, crosshair and shapes."""
+        if self._bounds.isEmpty():
             return
-        size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
-        target = QRectF(0, 0, size.width(), size.height())
-        target.moveCenter(QRectF(self.rect()).center())
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.setOpacity(DIMMED if self._dimmed else 1.0)
-        painter.drawImage(target, self._image)
+        if self._grid:
+            self._draw(painter, QColor(255, 255, 255, 110), self._grid_lines())
+        if self._crosshair:
+            self._draw(painter, QColor(255, 255, 255, 210), self._crosshair_lines())
+        for mark, shape in self._shapes.items():
+            chosen = shape if mark is Mark.DRAFT and isinstance(shape, QRectF) else None
+            if chosen is not None:
+                self._darken_around(painter, chosen)
+            self._draw(painter, QColor(mark.value), [shape])
+            if chosen is not None:
+                self._write_size(painter, chosen)
+
+    def _darken_around(self, painter: QPainter, chosen: QRectF) -> None:
+        """Dim the area outside the region, so that it can be judged while it is drawn."""
+        around = QPainterPath()
+        around.addRect(self.boundingRect())
+        around.addRect(chosen.intersected(self.boundingRect()))
+        painter.fillPath(around, _SHADE)  # odd and even: the inner one is left out
+
+    def _write_size(self, painter: QPainter, chosen: QRectF) -> None:
+        """Write the region's size in pixels of the picture, in the size of the window's text."""
+        text = size_text(chosen.intersected(self.boundingRect()))
+        on_screen = painter.transform().mapRect(chosen)
+        to_screen = painter.transform()
+        painter.resetTransform()
+        plate = QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-6, -3, 6, 3)
+        plate.moveTopLeft(on_screen.topLeft() + QPointF(6, 6))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(0, 0, 0, 170))
+        painter.drawRoundedRect(plate, 4, 4)
+        painter.setPen(QColor(Mark.DRAFT.value))
+        painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+        painter.setTransform(to_screen)
+
+    def _draw(self, painter: QPainter, colour: QColor, shapes: list[QRectF | QLineF]) -> None:
+        for ink, width in ((QColor(0, 0, 0, 110), 3), (colour, 1)):
+            pen = QPen(ink, width)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            for shape in shapes:
+                if isinstance(shape, QLineF):
+                    painter.drawLine(shape)
+                else:
+                    painter.drawRect(shape)
+
+    def _grid_lines(self) -> list[QRectF | QLineF]:
+        width, height = self._bounds.width(), self._bounds.height()
+        lines: list[QRectF | QLineF] = []
+        for part in range(1, GRID_PARTS):
+            x, y = width * part / GRID_PARTS, height * part / GRID_PARTS
+            lines += [QLineF(x, 0, x, height), QLineF(0, y, width, y)]
+        return lines
+
+    def _crosshair_lines(self) -> list[QRectF | QLineF]:
+        width, height = self._bounds.width(), self._bounds.height()
+        middle = self._bounds.center()
+        return [QLineF(middle.x(), 0, middle.x(), height), QLineF(0, middle.y(), width, middle.y())]

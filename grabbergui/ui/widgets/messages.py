@@ -1,15 +1,17 @@
-"""Messages as lines, and notes over the image."""
+"""Messages as lines, in the status strip with its figures, and over the image as notes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PyQt5.QtCore import QCoreApplication, QPoint, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QCoreApplication, QPoint, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.language import localized
 from grabbergui.models.messages import Message, MessageModel, Offer, Severity
+from grabbergui.models.status import Tone
 from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.windows import load_form
@@ -93,9 +95,9 @@ class MessageLine(QFrame):
     def _show(self, message: Message | None) -> None:
         self.textLabel.setText(message.sentence if message is not None else "")
         self.setAccessibleName(self.textLabel.text())
-        fill_offers(self.offersLayout, message.offers if message is not None else ())
+        _fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:
-            self.iconLabel.setPixmap(icon_pixmap(message_icon(message.severity), self, 18))
+            self.iconLabel.setPixmap(icon_pixmap(_message_icon(message.severity), self, 18))
         restyle(self, "message", message.severity.value if message is not None else "")
 
     def _show_more(self) -> None:
@@ -122,12 +124,12 @@ EXPIRY_MS = 500
 _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
 
 
-def message_icon(severity: Severity) -> str:
+def _message_icon(severity: Severity) -> str:
     """Return the name of the icon before a message."""
     return _ICONS[severity]
 
 
-def fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
+def _fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
     """Fill a layout with a button for each offer."""
     while (item := layout.takeAt(0)) is not None:
         if (old := item.widget()) is not None:
@@ -156,8 +158,8 @@ class MessageBar(QFrame):
         self.setProperty("message", message.severity.value)
         self.textLabel.setText(message.sentence)
         self.setAccessibleName(message.sentence)
-        self.iconLabel.setPixmap(icon_pixmap(message_icon(message.severity), self, 18))
-        fill_offers(self.offersLayout, message.offers)
+        self.iconLabel.setPixmap(icon_pixmap(_message_icon(message.severity), self, 18))
+        _fill_offers(self.offersLayout, message.offers)
         self.closeButton.clicked.connect(self.dismissed)
 
 
@@ -283,3 +285,102 @@ def _way(end: Stage) -> str:
         text = f"{mark} {_name(stage)}"
         parts.append(f"<b>{text}</b>" if at else text)
     return "&nbsp;&nbsp; ".join(parts)
+
+
+LEAST_TITLE = 60
+"Pixels kept for the title before figures are hidden for it."
+ROOM = 20
+"Pixels above and below the text, for the buttons of messages."
+MOST_MESSAGE = 640
+"Most pixels of a message for which figures are hidden; its button shows a longer one in full."
+
+
+class StatusStrip(QWidget):
+    """Figures keep their places while they change; the least important are hidden for lack of room."""
+
+    stateLabel: QLabel
+    titleLabel: ElidedLabel
+    messages: MessageLine
+    formatLabel: QLabel
+    rateLabel: QLabel
+    bandwidthLabel: QLabel
+    lossLabel: QLabel
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("status_strip", self)
+        self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
+        "The most important first."
+        # The same with and without a message, so that nothing moves when one comes.
+        self.setFixedHeight(self.fontMetrics().height() + ROOM)
+        self.setMessages(())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return room for the state alone."""
+        return QSize(self.stateLabel.sizeHint().width(), self.height())
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many figures as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def setState(self, text: str, tone: Tone) -> None:
+        """Show the source's state."""
+        self.stateLabel.setText(f"● {text}")
+        restyle(self.stateLabel, "tone", tone.value)
+
+    def setTitle(self, title: str, *shorter: str) -> None:
+        """Show the name of the open source, or a shorter one for little room; messages replace it."""
+        self.titleLabel.setTexts(title, *shorter)
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Show the first of these messages in place of the title."""
+        self.messages.setMessages(messages)
+        self.messages.setVisible(bool(messages))
+        self.titleLabel.setVisible(not messages)
+        self._fit()
+
+    def setFormat(self, text: str) -> None:
+        """Show resolution and pixel format."""
+        self._show(self.formatLabel, text)
+
+    def setRates(self, camera: float, painted: float) -> None:
+        """Show frames per second from the camera, and images painted per second."""
+        self._show(
+            self.rateLabel,
+            localized(self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted)),
+        )
+
+    def setBandwidth(self, bytes_per_second: float) -> None:
+        """Show the payload per second."""
+        self._show(self.bandwidthLabel, localized(f"{bytes_per_second / 1e6:.1f} MB/s"))
+
+    def setLosses(self, text: str, tone: Tone, detail: str) -> None:
+        """Show the losses, their severity, and every counter in the tooltip."""
+        self._show(self.lossLabel, text)
+        self.lossLabel.setToolTip(detail)
+        restyle(self.lossLabel, "tone", tone.value)
+
+    def clearFigures(self) -> None:
+        """Show that nothing streams."""
+        for label in self._figures:
+            label.clear()
+            label.setMinimumWidth(0)
+
+    def _show(self, label: QLabel, text: str) -> None:
+        """Keep the figure's width at its maximum, so that one more digit does not move its neighbours."""
+        if text != label.text():
+            label.setText(text)
+            label.setMinimumWidth(max(label.minimumWidth(), label.sizeHint().width()))
+            self._fit()
+
+    def _fit(self) -> None:
+        layout = self.layout()
+        gap = layout.spacing() if layout is not None else 0
+        margins = layout.contentsMargins() if layout is not None else self.contentsMargins()
+        least = min(self.messages.fullWidth, MOST_MESSAGE) if self.messages.messages else LEAST_TITLE
+        room = self.width() - margins.left() - margins.right() - least
+        room -= self.stateLabel.sizeHint().width() + gap
+        for label in self._figures:
+            room -= label.sizeHint().width() + gap
+            label.setVisible(room >= 0)
