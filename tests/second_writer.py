@@ -5,7 +5,7 @@ import sys
 import threading
 from contextlib import contextmanager
 
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from patience import until
 
 BALANCE = "BalanceRatioSelector"

@@ -15,7 +15,7 @@ from grabbergui.cli.parsing import count, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FeatureError, FeatureValueError, UsageError
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 
 SELECTOR, SWITCH = "EventSelector", "EventNotification"
 LOOK_PERIOD = 0.1

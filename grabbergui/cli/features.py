@@ -13,7 +13,7 @@ from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FeatureAccessError, GrabberError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.features.text import typed_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare

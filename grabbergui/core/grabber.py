@@ -26,7 +26,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
+from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, is_on
 
 if TYPE_CHECKING:

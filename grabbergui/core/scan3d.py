@@ -21,7 +21,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.pixels import millimetres
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
 "By the entries of Scan3dDistanceUnit."

@@ -18,7 +18,7 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.core.selection import Selectors, SettingKey, WriteResult
+from grabbergui.core.settings import Selectors, SettingKey, WriteResult
 
 
 class SharedGrabber(FrameGrabber):

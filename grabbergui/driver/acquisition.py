@@ -17,7 +17,7 @@ from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey, instances
+from grabbergui.core.settings import SettingKey, instances
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.port import ChunkReader

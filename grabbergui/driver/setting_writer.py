@@ -11,8 +11,7 @@ from typing import NamedTuple
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey, ValueChange, WriteResult, instances
-from grabbergui.core.settling import settle
+from grabbergui.core.settings import SettingKey, ValueChange, WriteResult, instances, settle
 from grabbergui.core.sfnc import (
     AUTO_OFF,
     AUTO_ONCE,

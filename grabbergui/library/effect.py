@@ -29,7 +29,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import SettingKey, ValueChange
+from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Role
 
 log = logging.getLogger(__name__)

@@ -18,7 +18,7 @@ from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, Usa
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.file_access import CameraFile, Written
 from grabbergui.core.grabber import ConnectionState, DeviceEvent, FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.text import typed_value
 

@@ -16,7 +16,7 @@ from enum import Enum
 from psygnal import Signal
 
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.core.selection import SettingKey, ValueChange
+from grabbergui.core.settings import SettingKey, ValueChange
 
 
 class Origin(Enum):

@@ -12,8 +12,7 @@ from typing_extensions import override
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.selection import SettingKey, WriteResult, instances
-from grabbergui.core.settling import settle
+from grabbergui.core.settings import SettingKey, WriteResult, instances, settle
 from grabbergui.core.sfnc import is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin

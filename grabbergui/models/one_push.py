@@ -18,7 +18,7 @@ from psygnal import Signal
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber

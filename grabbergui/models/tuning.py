@@ -24,7 +24,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, automatic_mode_of, switched_off
 from grabbergui.models.change_journal import Direction, Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, write_values

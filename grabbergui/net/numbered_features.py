@@ -11,7 +11,7 @@ from enum import IntEnum
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import (
     AUTO_CONTINUOUS,
     AUTO_OFF,

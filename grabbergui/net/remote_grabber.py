@@ -15,7 +15,7 @@ from grabbergui.core.features import Category, Feature, FeatureValue, format_val
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
-from grabbergui.core.selection import SettingKey, WriteResult, same_value
+from grabbergui.core.settings import SettingKey, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, regulating
 from grabbergui.net.tree import TreeFeatures
 

@@ -33,7 +33,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import SettingKey, ValueChange, WriteResult
+from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
 
 SELECTING_VERSION = 2
 "From this version on a server takes selectors together with a name."

@@ -18,7 +18,7 @@ from grabbergui.core.features import Feature, FeatureKind, Visibility, format_va
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.text import typed_value
 from grabbergui.models.settings import feature_set, files

@@ -16,7 +16,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.file_access import delete_file, list_files, read_file, write_file
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
 from grabbergui.driver.sim.files import LUT_ENTRIES, firmware_image
 

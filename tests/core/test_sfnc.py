@@ -5,7 +5,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.core import sfnc
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.core.selection import SettingKey, ValueChange
+from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Companions, Role
 
 

@@ -11,7 +11,7 @@ from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
 from grabbergui.net.tree import TreeService
 from patience import PATIENCE

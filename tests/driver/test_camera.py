@@ -15,7 +15,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState, return_text
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.driver import camera as camera_module
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi.node_features import NodeFeature

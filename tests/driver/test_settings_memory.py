@@ -9,7 +9,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.grabber import ConnectionState
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until

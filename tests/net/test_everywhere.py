@@ -7,7 +7,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.features import AccessMode
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker

@@ -13,7 +13,7 @@ from grabbergui.calibration import geometry
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.net.yarp.os.values import Dialect

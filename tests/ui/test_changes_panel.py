@@ -2,7 +2,7 @@
 
 import pytest
 
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import Change, Origin
 from grabbergui.ui.views.changes_panel import ChangesPanel
 

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QAbstractButton, QDialog, QScrollArea
 
 import grabbergui.ui.views
 from grabbergui.core.environment import MANUAL
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet, UserSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport

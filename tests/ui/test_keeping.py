@@ -10,7 +10,7 @@ from PyQt5.QtGui import QDragEnterEvent, QDropEvent
 from PyQt5.QtWidgets import QApplication, QMessageBox
 
 from grabbergui import sources
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet

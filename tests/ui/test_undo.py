@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.pixels import Region
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.ui.views.changes_panel import ChangeTable
 from grabbergui.ui.views.help_views import ShortcutsDialog

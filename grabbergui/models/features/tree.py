@@ -24,7 +24,7 @@ from grabbergui.core.features import (
     format_value,
 )
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FAVOURITES
 from grabbergui.models.features.worker import FeatureWorker, WriteThrottle
 

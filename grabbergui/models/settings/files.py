@@ -22,7 +22,7 @@ from pathlib import Path
 
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf
 
 BAG_GUID = "{05D8C294-F295-4dfb-9D01-096BD04049F4}"

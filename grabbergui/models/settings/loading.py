@@ -10,8 +10,7 @@ from enum import Enum
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError, TransportError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.selection import SettingKey, is_number, same_value
-from grabbergui.core.settling import Settled, settle
+from grabbergui.core.settings import SettingKey, Settled, is_number, same_value, settle
 from grabbergui.core.sfnc import as_editable, enabler_of, is_on
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.sensor_region import stream_paused

@@ -20,7 +20,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.yarp.client_link import Features, GrabberLink

@@ -12,7 +12,7 @@ from PyQt5.QtGui import QDropEvent
 from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection

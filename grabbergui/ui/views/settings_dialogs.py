@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference, UserSet
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome

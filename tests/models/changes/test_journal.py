@@ -6,7 +6,7 @@ import pytest
 from operator_bench import CAMERA, NETWORK, OPERATOR, UNDO, Bench
 
 from grabbergui.core.errors import FeatureError
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import MOST_STEPS, PAUSE
 
 

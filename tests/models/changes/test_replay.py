@@ -8,7 +8,7 @@ import pytest
 from operator_bench import CAMERA, UNDO
 
 from grabbergui import cli, sources
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_tracking import command_line, program
 from patience import PROGRAM
 

@@ -6,7 +6,7 @@ import pytest
 from operator_bench import REDO, UNDO
 
 from grabbergui.core.errors import DeviceLostError, FeatureError
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import Step
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto

@@ -8,7 +8,7 @@ from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
-from grabbergui.core.selection import SettingKey, ValueChange, WriteResult
+from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
 from grabbergui.models.features.text import tooltip_html
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker

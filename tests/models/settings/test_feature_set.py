@@ -12,7 +12,7 @@ from grabbergui import sources
 from grabbergui.core.errors import DeviceLostError, MissingFileError, UsageError
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access
-from grabbergui.core.selection import SettingKey, same_value
+from grabbergui.core.settings import SettingKey, same_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.files import BAG_GUID, parse

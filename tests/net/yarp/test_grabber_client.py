@@ -22,7 +22,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
 from grabbergui.net.yarp import client, client_link, grabber_service, grabber_values

@@ -1,9 +1,15 @@
-"""Settings: features together with where their selectors stand.
+"""Settings: features together with where their selectors stand, and how to bring several to given values.
 
 A selector (GenICam standard, `pSelected`) decides which of several values a feature shows: `Gain` is
 the gain of the channel that `GainSelector` selects. A setting names such a value whatever is selected at the
 moment: `Gain[GainSelector=Red]`. `FrameGrabber.read_setting` and `write_setting` select, read or write, and
 select back as one step.
+
+`settle` writes several settings though one may hide, lock or limit another: loading a file, undo, and a
+camera's return after a power loss all work this way. A setting that is refused (an offset that does not fit
+the old width) is tried again after the others, as long as a pass gets anything done. Then every value is read
+back, and what a later write disturbed is written once more. Automatic modes and switches are written last in
+each pass, because writing what they rule turns a mode off and a switch on.
 """
 
 from __future__ import annotations
@@ -11,11 +17,12 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import FeatureError, UsageError
 from grabbergui.core.features import (
     Category,
     Feature,
@@ -24,12 +31,17 @@ from grabbergui.core.features import (
     FeatureValue,
     format_value,
 )
+from grabbergui.core.sfnc import AUTO_ONCE, Companions, is_on
 
 if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
 
 MAX_INSTANCES = 4096
 "Of one feature under its selectors: a look-up table of 12 bits. More is left out and reported."
+MAX_PASSES = 6
+"Of writing: more than any chain of dependencies among SFNC's features is long."
+BATCH = 16
+"Settings that are written in one go; other callers wait that long."
 _TOLERANCE = 1e-6
 "Relative: other programs print seven digits of a float, and a camera rounds to its register."
 _NAME = r"[^\s\[\]=,]+"  # GenICam allows letters, digits and _; parameters of ROS nodes have dots too
@@ -199,3 +211,136 @@ def _number(value: FeatureValue) -> int | float | None:
         return float(text)
     except ValueError:
         return None
+
+
+class Settled(Enum):
+    """The outcome of one setting."""
+
+    WRITTEN = "written"
+    "It has the wanted value, whether it was written or another write brought it there."
+    REFUSED = "refused"
+    DIFFERENT = "different"
+    "It was written, but has another value: the camera rounded it, or another setting moved it."
+
+
+Report = Callable[[SettingKey, Settled, FeatureValue | None, FeatureError | None, Feature | None], None]
+"""Called whenever something becomes known of a setting, the last call counts: its key, what became of it, its
+value, the refusal, the feature as it was when it was refused."""
+
+
+def settle(
+    grabber: FrameGrabber,
+    wanted: Mapping[SettingKey, FeatureValue],
+    *,
+    report: Report = lambda key, settled, value, error, feature: None,
+    reluctantly: Collection[SettingKey] = (),
+    cancelled: Callable[[], bool] = lambda: False,
+) -> dict[SettingKey, str]:
+    """Write settings until the camera has all of them; return those it has not, with the reason for each.
+
+    Equal values are not written, and selectors end where they stood. Values that a wanted automatic mode
+    regulates, and those named by `reluctantly`, are written only where another setting is refused without
+    them. Raises TransportError. Once `cancelled`, nothing more is written.
+    """
+    work = _Settling(grabber, wanted, report, cancelled)
+    work.run(frozenset(reluctantly))
+    return work.problems
+
+
+@dataclass
+class _Settling:
+    grabber: FrameGrabber
+    wanted: Mapping[SettingKey, FeatureValue]
+    report: Report
+    cancelled: Callable[[], bool]
+    problems: dict[SettingKey, str] = field(default_factory=dict)
+    _seen: dict[SettingKey, FeatureValue] = field(default_factory=dict)
+    "Values that came out other than wanted; writing again helps only where they have changed since."
+
+    def run(self, reluctantly: frozenset[SettingKey]) -> None:
+        """Write pass after pass, until a pass changes nothing."""
+        companions = {key.name: Companions.of(key.name, self.grabber.has_feature) for key in self.wanted}
+        switches = {name for found in companions.values() for name in found.names}
+        order = sorted(self.wanted, key=lambda key: key.name in switches)
+        regulated = frozenset(key for key in self.wanted if self._mode_is_wanted(key, companions[key.name]))
+        held = regulated | reluctantly
+        pending = [key for key in order if key not in held]
+        for _ in range(MAX_PASSES):
+            refused = self._write(pending)
+            if self.cancelled():
+                return
+            disturbed = self._disturbed(key for key in order if key not in held and key not in refused)
+            again = {*refused, *disturbed}
+            if not again or (len(refused) == len(pending) and not held):
+                return
+            if refused and held:
+                # An automatic mode may hold these at values that the refused ones do not fit. Writing them
+                # switches their companions, which are therefore checked again.
+                self._write([key for key in order if key in held])
+                for key in regulated:
+                    self.problems.pop(key, None)  # their modes decide
+                names = {name for key in held for name in companions[key.name].names}
+                again.update(key for key in order if key.name in names)
+                held = frozenset()
+                order = [key for key in order if key not in regulated]
+            pending = [key for key in order if key in again]
+
+    def _mode_is_wanted(self, key: SettingKey, companions: Companions) -> bool:
+        if companions.mode is None:
+            return False
+        mode = self.wanted.get(SettingKey(companions.mode, key.selected))
+        return is_on(self.wanted.get(SettingKey(companions.mode)) if mode is None else mode)
+
+    def _write(self, keys: list[SettingKey]) -> list[SettingKey]:
+        """Write the settings that differ; return those that were refused."""
+        refused = []
+        for key in self._in_batches(keys):
+            if self.cancelled():
+                break
+            feature = None
+            try:
+                feature = self.grabber.read_setting(key)
+                if feature.value is None or not same_value(feature.value, self.wanted[key]):
+                    feature = self.grabber.write_setting(key, self.wanted[key]).feature
+            except FeatureError as error:
+                refused.append(key)
+                self.problems[key] = str(error)
+                self.report(key, Settled.REFUSED, None, error, feature)
+            else:
+                self.problems.pop(key, None)
+                self.report(key, Settled.WRITTEN, feature.value, None, feature)
+        return refused
+
+    def _disturbed(self, keys: Iterable[SettingKey]) -> list[SettingKey]:
+        """Return settings that have another value than wanted, and were not seen with that value before."""
+        disturbed = []
+        for key in self._in_batches(keys):
+            try:
+                value = self.grabber.read_setting(key).value
+            except FeatureError as error:
+                self.problems[key] = str(error)
+                continue
+            wanted = self.wanted[key]
+            if value is None or wanted == AUTO_ONCE or same_value(value, wanted):
+                if self._seen.pop(key, None) is not None:
+                    self.report(key, Settled.WRITTEN, value, None, None)
+                self.problems.pop(key, None)
+                continue
+            if self._seen.get(key) != value:
+                disturbed.append(key)
+            self._seen[key] = value
+            self.problems[key] = f"{key} is {format_value(value)} instead of {format_value(wanted)}"
+            self.report(key, Settled.DIFFERENT, value, None, None)
+        return disturbed
+
+    def _in_batches(self, keys: Iterable[SettingKey]) -> Iterator[SettingKey]:
+        """Give the keys, a batch at a time with the grabber to ourselves; selectors move once a batch."""
+        remaining = iter(keys)
+        while batch := list(itertools.islice(remaining, BATCH)):
+            selectors = {selector: None for key in batch for selector, _ in key.selected}
+            names = [name for name in selectors if SettingKey(name) not in self.wanted]
+            if not names:
+                yield from batch
+                continue
+            with self.grabber.exclusive(names):
+                yield from batch
