@@ -22,8 +22,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import snapshot
-from grabbergui.recording.recorder import RecordingLimits, create_recorder
-from grabbergui.recording.writer import RecordingKind, kind_of
+from grabbergui.recording.recorder import RecordingKind, RecordingLimits, create_recorder, kind_of
 
 _LOOK = 0.5
 "Seconds between checks whether the source is still there."

@@ -13,8 +13,14 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
-from grabbergui.recording.writer import RecordingKind, kind_of
+from grabbergui.recording.recorder import (
+    Recorder,
+    RecordingKind,
+    RecordingLimits,
+    RecordingProgress,
+    create_recorder,
+    kind_of,
+)
 
 DEPTH = 8
 "Frames that may wait for the loop; older ones are dropped and counted."

@@ -16,6 +16,7 @@ from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.recording.recorder import OrderedWork, RecordingWriter
 from grabbergui.recording.recording import (
     DEFAULT_RATE,
     FrameNote,
@@ -28,7 +29,6 @@ from grabbergui.recording.recording import (
     rising,
     unpacked,
 )
-from grabbergui.recording.writer import OrderedWork, RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")

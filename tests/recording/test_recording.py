@@ -17,9 +17,15 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback
-from grabbergui.recording.recorder import Recorder, RecordingLimits
+from grabbergui.recording.recorder import (
+    MOVIE_KINDS,
+    Recorder,
+    RecordingKind,
+    RecordingLimits,
+    create_writer,
+    kind_of,
+)
 from grabbergui.recording.recording import RecordingError, in_order_of_receipt, open_recording
-from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer, kind_of
 from patience import PATIENCE, until
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from grabbergui import sources
-from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.writer import RecordingKind, create_writer
+from grabbergui.recording.recorder import Recorder, RecordingKind, RecordingLimits, create_writer
 from patience import PATIENCE
 
 TOPIC = "/grabbergui/image_raw"

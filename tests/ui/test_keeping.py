@@ -14,7 +14,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
-from grabbergui.recording.writer import RecordingKind
+from grabbergui.recording.recorder import RecordingKind
 from patience import PATIENCE
 
 

@@ -7,7 +7,7 @@ from PyQt5.QtCore import Qt
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording.writer import RecordingKind, create_writer
+from grabbergui.recording.recorder import RecordingKind, create_writer
 
 FRAMES, STEP_NS = 21, 50_000_000
 START = 1_700_000_000_000_000_000

@@ -7,9 +7,8 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.recording.recorder import RecordingProgress
+from grabbergui.recording.recorder import RecordingKind, RecordingProgress
 from grabbergui.recording.recording import open_recording
-from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.views.recording_bars import RecordingBar
 
 GREY = "sim:?width=64&height=48&fps=60"
@@ -165,7 +164,7 @@ def test_every_kind_of_recording_is_offered_by_a_name_of_its_own(qtbot):
 
 def test_a_full_disk_is_reported_with_what_was_saved_where(app, monkeypatch):
     room = iter([1 << 40] * 3)
-    monkeypatch.setattr("grabbergui.recording.writer.RecordingWriter.free", lambda _: next(room, 3 << 20))
+    monkeypatch.setattr("grabbergui.recording.recorder.RecordingWriter.free", lambda _: next(room, 3 << 20))
     source = app.program.connection.source
     press_record(app)
     app.until(lambda: any("is full" in text for text in app.errors))
