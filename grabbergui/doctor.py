@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.priority import REALTIME, prompt_threads_permitted
-from grabbergui.setup.system_files import UDEV_RULES, installed_udev_rule
+from grabbergui.setup.parts import UDEV_RULES, installed_udev_rule
 
 if TYPE_CHECKING:
     from grabbergui.driver.gige.discovery import FoundDevice, Interface

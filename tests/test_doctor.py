@@ -7,7 +7,7 @@ from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.doctor import Level
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.setup.system_files import install_udev_rule
+from grabbergui.setup.parts import install_udev_rule
 
 
 def only(findings):

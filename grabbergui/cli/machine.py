@@ -16,8 +16,7 @@ from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.setup import completion
-from grabbergui.setup.seen import Seen, somebody_types
-from grabbergui.setup.system_files import UDEV_RULE, DesktopEntry, install_udev_rule, remove_udev_rule
+from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, install_udev_rule, remove_udev_rule
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
@@ -53,8 +52,8 @@ def _list(options: argparse.Namespace) -> int:
         timeout, longer = _SEARCH_TIME, {sources.SourceKind.ROS2: _ROS2_TIME}
     with dies_of_interrupt(), passing_note("searching …"):
         found = sources.discover(timeout, longer)
-    if somebody_types():
-        Seen().keep_sources(info.uri for info in found)
+    if completion.somebody_types():
+        completion.Seen().keep_sources(info.uri for info in found)
     if options.json:
         print(json.dumps([info.as_dict() for info in found], indent=2))
         return 0
@@ -174,14 +173,12 @@ def _setup(options: argparse.Namespace) -> int:
 
 
 def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
-    from grabbergui.setup import ros2
-
     if options.remove:
         raise UsageError("ROS 2 is removed with the environment that it is in: pip uninstall ros-rclpy …")
     for folder in options.also:
         if not (folder / "package.xml").is_file():
             raise MissingFileError(f"{folder} has no package.xml, so it is no ROS 2 package")
-    ros2.install(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
+    install_ros2(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
     return [], "ROS 2 is ready: rclpy and grabber_interfaces"
 
 

@@ -14,7 +14,7 @@ from grabbergui.cli.parsing import positive
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
 from grabbergui.core.features import Category
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
-from grabbergui.setup.seen import Seen, somebody_types
+from grabbergui.setup.completion import Seen, somebody_types
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:

@@ -5,23 +5,27 @@ commands nor numpy: `cli.reference` makes `resources/completion/commands.json` o
 
 The first line of an answer is a directive: `files` (complete file names), `nospace` (the word goes on) or
 `words`. Each further line is a word, with its meaning where the shell shows meanings.
+
+The sources and feature names that were seen last are kept in the user's cache, by commands that somebody
+types, never by services and scripts.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import sys
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grabbergui.core.environment import RESOURCES, config_home, data_home
+from grabbergui.core.environment import RESOURCES, cache_home, config_home, data_home
 from grabbergui.core.errors import UsageError
-from grabbergui.setup.seen import Seen
 
 _BASH = """\
 # Completion of grabbergui for bash; written by `grabbergui setup completion`.
@@ -251,6 +255,85 @@ def _options(options: list[dict[str, Any]]) -> dict[str, str]:
 
 def _matching(words: dict[str, str], word: str, directive: str = "words") -> Answer:
     return Answer({each: meaning for each, meaning in words.items() if each.startswith(word)}, directive)
+
+
+# -- what was seen ---------------------------------------------------------------------------------
+_SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
+_LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")
+_CATEGORY = re.compile(r'<Category Name="(\w+)"')
+_MOST_CAMERAS = 20
+"""Cameras whose features are kept; those seen longest ago are dropped."""
+
+
+@dataclass
+class Seen:
+    """The cache of one user: sources and feature names of the last commands.
+
+    Losing the file costs nothing, so errors of reading and writing it are ignored.
+    """
+
+    file: Path = field(default_factory=lambda: cache_home() / "grabbergui" / "seen.json")
+    clock: Callable[[], float] = time.time
+
+    def sources(self, within: float) -> list[str] | None:
+        """Return the URIs of the last search; None if it is older than `within` seconds."""
+        entry = self._read().get("sources", {})
+        age = self.clock() - _number(entry.get("time") if isinstance(entry, dict) else None)
+        return _texts(entry.get("uris")) if 0 <= age <= within else None
+
+    def features(self, uri: str) -> list[str]:
+        """Return a source's feature names; the simulated camera's if that source was never open."""
+        features = self._read().get("features", {})
+        return (_texts(features.get(uri)) if isinstance(features, dict) else []) or simulated_features()
+
+    def keep_sources(self, uris: Iterable[str]) -> None:
+        """Remember the result of a search."""
+        self._write({**self._read(), "sources": {"time": self.clock(), "uris": list(uris)}})
+
+    def keep_features(self, uri: str, names: Iterable[str]) -> None:
+        """Remember a source's feature names."""
+        kept = self._read()
+        features = kept.get("features", {})
+        others = (
+            {each: names for each, names in features.items() if each != uri}
+            if isinstance(features, dict)
+            else {}
+        )
+        recent = dict(list(others.items())[-_MOST_CAMERAS + 1 :])
+        self._write({**kept, "features": {**recent, uri: list(names)}})
+
+    def _read(self) -> dict[str, Any]:
+        try:
+            kept = json.loads(self.file.read_text("utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return kept if isinstance(kept, dict) else {}
+
+    def _write(self, kept: dict[str, Any]) -> None:
+        unfinished = self.file.with_name(f"{self.file.name}.{os.getpid()}")
+        with suppress(OSError):
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            unfinished.write_text(json.dumps(kept), "utf-8")
+            unfinished.replace(self.file)
+
+
+def somebody_types() -> bool:
+    """Return whether this command was typed into a terminal."""
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
+def simulated_features() -> list[str]:
+    """Return the feature names of the simulated camera, most of which are SFNC's."""
+    description = _SIMULATED.read_text("utf-8")
+    return sorted(set(_LISTED.findall(description)) - set(_CATEGORY.findall(description)))
+
+
+def _texts(value: object) -> list[str]:
+    return [each for each in value if isinstance(each, str)] if isinstance(value, list) else []
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else 0.0
 
 
 # -- shells ----------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 from grabbergui.cli import main
 from grabbergui.core import environment
 from grabbergui.core.errors import GrabberError, SourceUnavailableError
-from grabbergui.setup import ros2
+from grabbergui.setup import parts
 
 
 @pytest.fixture(autouse=True)
@@ -42,24 +42,24 @@ def test_an_option_of_another_part_is_refused(capsys):
 def test_ros2_is_not_installed_outside_an_environment(monkeypatch):
     monkeypatch.setattr(sys, "prefix", sys.base_prefix)
     with pytest.raises(SourceUnavailableError, match="no virtual environment"):
-        ros2.install(print)
+        parts.install_ros2(print)
 
 
 def test_a_step_that_fails_shows_the_end_of_its_output():
     with pytest.raises(GrabberError, match="it does not work:\nno such thing"):
-        ros2._run([sys.executable, "-c", "print('no such thing'); exit(1)"], {}, "it does not work")
+        parts._run([sys.executable, "-c", "print('no such thing'); exit(1)"], {}, "it does not work")
 
 
 def test_the_folders_of_the_build_machine_are_forgotten(tmp_path):
     file = tmp_path / "a" / "export.cmake"
     file.parent.mkdir()
     file.write_text('set(x "/usr/include;/opt/python/cp311-cp311/include/python3.11;/b")', "utf-8")
-    ros2._forget_build_machine(tmp_path)
+    parts._forget_build_machine(tmp_path)
     assert file.read_text("utf-8") == 'set(x "/usr/include;/b")'
 
 
 def test_the_interfaces_that_are_built_are_shipped():
-    assert (ros2.INTERFACES / "package.xml").is_file() and list(ros2.INTERFACES.glob("srv/*.srv"))
+    assert (parts.INTERFACES / "package.xml").is_file() and list(parts.INTERFACES.glob("srv/*.srv"))
 
 
 def test_every_path_is_there(capsys):

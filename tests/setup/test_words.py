@@ -6,8 +6,15 @@ import sys
 
 import pytest
 
-from grabbergui.setup.completion import TABLE, Completer, for_shell, main, typed_in_bash
-from grabbergui.setup.seen import Seen, simulated_features
+from grabbergui.setup.completion import (
+    TABLE,
+    Completer,
+    Seen,
+    for_shell,
+    main,
+    simulated_features,
+    typed_in_bash,
+)
 from patience import PROGRAM
 
 FOUND = ["gige:192.168.0.10", "u3v:SN1"]
