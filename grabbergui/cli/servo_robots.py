@@ -299,8 +299,8 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 def _described_urdf(stack: ExitStack) -> Path | None:
     """Write the robot's `/robot_description` to a file, and return that; None if none is published."""
     from grabbergui.net.ros2.runtime import require_packages
-    from grabbergui.servo.robots.tiago_manager import receive_description
     from grabbergui.servo.robots.tiago_messages import PACKAGES
+    from grabbergui.servo.robots.tiago_parts import receive_description
 
     require_packages(*PACKAGES)
     description = receive_description()

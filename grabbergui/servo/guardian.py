@@ -38,7 +38,7 @@ from grabbergui.core.priority import lock_memory, run_first
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",
     "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
-    "tiago": "grabbergui.servo.guardian_ros2:TiagoChannel",
+    "tiago": "grabbergui.servo.robots.tiago_ros2:TiagoChannel",
 }
 """Classes of channels, imported when one is wanted."""
 

@@ -162,7 +162,7 @@ def test_tiago_s_meshes_never_touch_its_body(clock):
     pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
     pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
     from grabbergui.servo.robots import tiago
-    from grabbergui.servo.robots.urdf_chain import UrdfBody, load_urdf, package_folders
+    from grabbergui.servo.robots.tiago import UrdfBody, load_urdf, package_folders
 
     model = tiago.model()
     assert isinstance(model.body, UrdfBody)

@@ -26,7 +26,7 @@ IN_SHARED_MEMORY = """
 import os, sys
 from grabbergui.core.errors import TransportError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.guardian_ros2 import TiagoChannel
+from grabbergui.servo.robots.tiago_ros2 import TiagoChannel
 
 channel = TiagoChannel("/joint_states", head="/head", arm="/arm")
 if sys.argv[1] == "guardian":

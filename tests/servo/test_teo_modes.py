@@ -13,10 +13,10 @@ from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots import teo, teo_messages
+from grabbergui.servo.robots.robot import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
-from grabbergui.servo.robots.trajectories import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
 from patience import until
 
 LEAD = 0.1

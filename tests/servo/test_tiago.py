@@ -22,7 +22,7 @@ pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed:
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
 
 from grabbergui.servo.robots import tiago  # noqa: E402
-from grabbergui.servo.robots.urdf_chain import UrdfChain, load_urdf  # noqa: E402
+from grabbergui.servo.robots.tiago import UrdfChain, load_urdf  # noqa: E402
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots import tiago_messages as messages
-from grabbergui.servo.robots.trajectories import Follower
+from grabbergui.servo.robots.tiago_topics import Follower
 
 HEAD = ("head_1_joint", "head_2_joint")
 

@@ -5,8 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from grabbergui.servo.robots.tiago_messages import LEAD, Stream
 from grabbergui.servo.robots.tiago_parts import TWISTS, Controller, Kind, choose
-from grabbergui.servo.robots.trajectories import LEAD, Follower, Stream
+from grabbergui.servo.robots.tiago_topics import Follower
 
 ARM = tuple(f"arm_{number}_joint" for number in range(1, 8))
 JTC = "joint_trajectory_controller/JointTrajectoryController"

@@ -24,8 +24,7 @@ from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import teo, teo_messages
-from grabbergui.servo.robots.robot import Robot, RobotState
-from grabbergui.servo.robots.trajectories import leading_hand, leading_head
+from grabbergui.servo.robots.robot import Robot, RobotState, leading_hand, leading_head
 
 log = logging.getLogger(__name__)
 

@@ -1,5 +1,10 @@
 """Messages to and from TIAGo's controllers on ROS 2; no I/O, and no ROS but its messages.
 
+Velocities of joints become short trajectories (`Stream`), each of which replaces the one before. A trajectory
+starts in the past, where the reference then was: `joint_trajectory_controller` (ros2_control, Humble and
+Jazzy) then interpolates between our own points instead of starting from the measured angles, so a drive that
+lags is not slowed down. It ends at rest, so that a robot that hears no more stops by itself.
+
 Controllers take `trajectory_msgs/JointTrajectory` as joint_trajectory_controller does: the newest message
 replaces the trajectory in progress, positions alone are joined by straight lines, and the last is held.
 """
@@ -7,20 +12,90 @@ replaces the trajectory in progress, positions alone are joined by straight line
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, Vector, pose, rotation_from_quaternion
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots.tiago import BASE
-from grabbergui.servo.robots.trajectories import Trajectory
 
 PACKAGES = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
 """The message packages that drive a TIAGo."""
 
 
 # -- trajectories --------------------------------------------------------------------------------
+LEAD = 0.15
+"Radians by which the reference may be ahead of the measured angles, so that a blocked joint does not jump."
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Angles over time."""
+
+    joints: tuple[str, ...]
+    times: tuple[float, ...]
+    "Seconds from the start, increasing."
+    points: NDArray[np.float64]
+    "(len(times), len(joints)), radians."
+    start: float | None = None
+    "Seconds on the robot's clock; None: at once, from wherever the joints are."
+
+
+class Stream:
+    """Turns velocities of some joints into references. Times are on any one clock; one thread."""
+
+    def __init__(self, joints: Sequence[str], low: Vector, high: Vector, horizon: float) -> None:
+        """`low` and `high` are limits, radians; `horizon` is how long a velocity lasts, seconds."""
+        self.joints = tuple(joints)
+        self._low, self._high, self._horizon = low, high, horizon
+        self._reference: Vector | None = None
+        self._velocity = np.zeros(len(low))
+        self._time = 0.0
+
+    @property
+    def target(self) -> Vector | None:
+        """The angles at which the newest trajectory ends; None before the first and after `forget`."""
+        if self._reference is None:
+            return None
+        ahead: Vector = np.clip(self._reference + self._velocity * self._horizon, self._low, self._high)
+        return ahead
+
+    def forget(self) -> None:
+        """Begin again from the measured angles."""
+        self._reference = None
+
+    def move(self, velocity: Vector, measured: Vector, now: float) -> Trajectory:
+        """Make the trajectory that moves the joints at `velocity` (rad/s) from `now` for the horizon.
+
+        Its `start` is on the clock of `now`. Joints whose velocity is 0 hold their place.
+        """
+        self._advance(velocity, measured, now)
+        assert self._reference is not None and self.target is not None
+        return Trajectory(
+            self.joints, (0.0, self._horizon), np.vstack((self._reference, self.target)), start=now
+        )
+
+    def position(self, velocity: Vector, measured: Vector, now: float, period: float) -> Vector:
+        """Return the angles to be reached within one `period`, for controllers that take positions alone."""
+        self._advance(velocity, measured, now)
+        assert self._reference is not None
+        ahead: Vector = np.clip(self._reference + velocity * period, self._low, self._high)
+        return ahead
+
+    def _advance(self, velocity: Vector, measured: Vector, now: float) -> None:
+        elapsed = now - self._time
+        if self._reference is None or not 0 <= elapsed <= self._horizon:
+            reference = measured
+        else:
+            reference = self._reference + self._velocity * elapsed
+            reference = np.clip(reference, measured - LEAD, measured + LEAD)
+        self._reference = np.clip(reference, self._low, self._high)
+        self._velocity, self._time = np.array(velocity, np.float64), now
+
+
 def joint_trajectory(trajectory: Trajectory) -> Any:
     """Encode a trajectory; without a start its stamp is zero, which means at once."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint

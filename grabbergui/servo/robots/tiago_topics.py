@@ -7,7 +7,7 @@ or with `stock` its joint trajectory controller, as PAL's robot has out of the b
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
-from grabbergui.servo.robots.trajectories import Follower
 
 log = logging.getLogger(__name__)
 
@@ -28,6 +27,58 @@ UPDATE = 0.01
 "Seconds between two updates of the controllers, as in PAL's configuration of the controller manager."
 UPDATES_PER_STATE = 2
 "Updates from one joint state to the next, 0.02 s as on the robot."
+
+
+class Follower:
+    """What a joint trajectory controller computes: checks trajectories, samples the newest. One thread."""
+
+    def __init__(self, joints: Sequence[str], low: Vector, high: Vector) -> None:
+        self.joints = tuple(joints)
+        self._low, self._high = low, high
+        self._times = np.zeros(0)
+        self._points = np.zeros((0, len(low)))
+
+    def accept(self, trajectory: messages.Trajectory, angles: Vector, now: float) -> None:
+        """Replace the trajectory in progress. `angles` are those measured `now`, on the robot's clock.
+
+        Raises RemoteProtocolError, and the trajectory before goes on: for joints that are not exactly its
+        own, no points, times that do not increase, an end in the past, angles that are not finite or beyond
+        the limits.
+        """
+        if sorted(trajectory.joints) != sorted(self.joints):
+            raise RemoteProtocolError(f"joints {list(trajectory.joints)}, not {list(self.joints)}")
+        points, times = np.asarray(trajectory.points, np.float64), np.asarray(trajectory.times, np.float64)
+        if not len(times) or points.shape != (len(times), len(self.joints)):
+            raise RemoteProtocolError(f"{len(times)} times with positions of shape {points.shape}")
+        if not (np.isfinite(points).all() and np.isfinite(times).all()):
+            raise RemoteProtocolError("positions or times that are not finite")
+        if times[0] < 0 or (np.diff(times) <= 0).any():
+            raise RemoteProtocolError(f"times {times.tolist()} do not increase")
+        start = now if trajectory.start is None else trajectory.start
+        if start + times[-1] < now:
+            raise RemoteProtocolError(f"it ended {now - start - times[-1]:.2f} s ago")
+        points = points[:, [trajectory.joints.index(name) for name in self.joints]]
+        beyond = (points < self._low - 1e-3) | (points > self._high + 1e-3)
+        if beyond.any():
+            row, joint = np.argwhere(beyond)[0]
+            raise RemoteProtocolError(
+                f"{self.joints[joint]} at {points[row, joint]:.3f} rad is beyond limits"
+            )
+        times = start + times
+        if times[0] > now:
+            times, points = np.insert(times, 0, now), np.vstack((angles, points))
+        self._times, self._points = times, points
+
+    def cancel(self) -> None:
+        """Hold wherever the joints are."""
+        self._times, self._points = self._times[:0], self._points[:0]
+
+    def sample(self, now: float) -> Vector | None:
+        """Return the desired angles; the last point's after the end, None where nothing was accepted."""
+        if not len(self._times):
+            return None
+        columns = [np.interp(now, self._times, column) for column in self._points.T]
+        return np.array(columns)
 
 
 class TrajectoryTopic:

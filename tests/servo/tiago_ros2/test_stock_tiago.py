@@ -25,7 +25,7 @@ from grabbergui.servo.config import Config  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
-from grabbergui.servo.robots.tiago_manager import receive_description  # noqa: E402
+from grabbergui.servo.robots.tiago_parts import receive_description  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from patience import until  # noqa: E402
 
