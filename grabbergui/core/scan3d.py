@@ -1,4 +1,7 @@
-"""The meaning of 3D data: Coord3D values to millimetres and to points (SFNC 2.7, 3D Scan Control)."""
+"""The meaning of 3D data: Coord3D values to millimetres and to points (SFNC 2.7, 3D Scan Control).
+
+Point clouds are written as PLY files (binary, little-endian).
+"""
 
 from __future__ import annotations
 
@@ -6,29 +9,32 @@ import json
 import math
 import re
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.component import Component, Conversions, further_components, own_component
+from grabbergui.core.component import Component, ComponentKind
 from grabbergui.core.errors import GrabberError, PixelFormatError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pfnc import PixelFormat, by_name
+from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.pixels import millimetres
 from grabbergui.core.settings import SettingKey
 
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
 "By the entries of Scan3dDistanceUnit."
-COORDINATES = "ABC"
+_COORDINATES = "ABC"
 _LONGEST = 64
 "Characters of a mode's name."
 _AXES = re.compile(r"Coord3D_([ABC]+)")
+_POSITION = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+_COLOUR = [("red", "u1"), ("green", "u1"), ("blue", "u1")]
+_TYPES = {"<f4": "float", "u1": "uchar"}
 
 
 @dataclass(frozen=True)
@@ -129,7 +135,7 @@ class Scan3d:
 
         `values` is as `raw()` gives them, or a part of it; of several coordinates the last axis is theirs.
         """
-        axes = axes_of(pixel_format)
+        axes = _axes_of(pixel_format)
         if len(axes) > 1:
             values = values[..., -1]
         found = self._scaled(values, axes[-1], pixel_format)
@@ -147,13 +153,13 @@ class Scan3d:
         `RectifiedC` image without one has A and B in its columns and lines. Raises PixelFormatError, also
         where the camera does not report enough.
         """
-        axes, raw = axes_of(image.pixel_format), image.raw()
+        axes, raw = _axes_of(image.pixel_format), image.raw()
         if self.system != "Cartesian":
             raise PixelFormatError(
                 f"points of a {self.system} coordinate system are not computed;"
                 " set Scan3dCoordinateSystem=Cartesian if the camera has it"
             )
-        if axes == COORDINATES:
+        if axes == _COORDINATES:
             points = [self._scaled(raw[..., i], axes[i], image.pixel_format) for i in range(3)]
             return _whole(np.stack(points, axis=-1))
         if axes[-1] != "C":
@@ -185,11 +191,38 @@ class Scan3d:
         return np.asarray(scaled * self.unit, np.float32)
 
     def _scaled(self, values: NDArray[Any], axis: str, pixel_format: PixelFormat) -> NDArray[np.float32]:
-        coordinate = self.coordinates[COORDINATES.index(axis)]
+        coordinate = self.coordinates[_COORDINATES.index(axis)]
         invalid = coordinate.invalid
         if not self.calibrated and pixel_format.kind == "u" and axis == "C":
             invalid = 0.0
         return millimetres(values, coordinate.scale * self.unit, coordinate.offset * self.unit, invalid)
+
+
+def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
+    """Read one coordinate; of a camera that has no selector, what holds for all."""
+    scale = _number(grabber, "Scan3dCoordinateScale", axis)
+    offset = _number(grabber, "Scan3dCoordinateOffset", axis)
+    invalid = None
+    if _value(grabber, "Scan3dInvalidDataFlag", axis):
+        invalid = _number(grabber, "Scan3dInvalidDataValue", axis)
+    return Coordinate(1.0 if scale is None else scale, offset or 0.0, invalid)
+
+
+def _number(grabber: FrameGrabber, name: str, axis: str = "") -> float | None:
+    value = _value(grabber, name, axis)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _value(grabber: FrameGrabber, name: str, axis: str = "") -> FeatureValue | None:
+    if not grabber.has_feature(name):
+        return None
+    selected: tuple[tuple[str, str], ...] = ()
+    if axis and "Scan3dCoordinateSelector" in grabber.selectors.of(name):
+        selected = (("Scan3dCoordinateSelector", f"Coordinate{axis}"),)
+    try:
+        return grabber.read_setting(SettingKey(name, selected)).value
+    except GrabberError:
+        return None
 
 
 def _coordinate_of(values: dict[str, object]) -> Coordinate:
@@ -204,6 +237,77 @@ def _finite(value: object) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(value)
     return float(value)
+
+
+def _axes_of(pixel_format: PixelFormat) -> str:
+    """Return the coordinates of a pixel, such as `ABC`; `C` of a format that is no Coord3D's."""
+    match = _AXES.match(pixel_format.name)
+    return match[1] if match else "C"
+
+
+def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Make all of a point invalid if one of its coordinates is."""
+    points[~np.isfinite(points).all(axis=-1)] = np.nan
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Measured points, in the order of the image's lines."""
+
+    points: NDArray[np.float32]
+    "(n, 3): x y z in millimetres (without a unit if the camera reports no scale), all finite."
+    colours: NDArray[np.uint8] | None = None
+    "(n, 3) R G B; None without an intensity image of the same size."
+    unit: str = "mm"
+    "Of the points; empty if the camera reports no scale."
+
+    @classmethod
+    def of(cls, frame: Frame, scan: Scan3d) -> PointCloud:
+        """Compute the points of a frame's first image of coordinates, coloured by its intensity image.
+
+        Raises PixelFormatError if the frame has none, or the camera does not report enough.
+        """
+        image = _range_component(frame)
+        if image is None:
+            raise PixelFormatError(
+                f"a frame of {frame.pixel_format} has no range image;"
+                " switch on ComponentEnable[ComponentSelector=Range] if the camera has it"
+            )
+        points = scan.points(image)
+        valid = np.isfinite(points[..., 2])
+        intensity = next((part for part in frame.components if _colours(part, image)), None)
+        colours = None if intensity is None else intensity.rgb()[valid]
+        return cls(points[valid], colours, scan.unit_of(image.pixel_format))
+
+    def ply(self) -> bytes:
+        """Encode the points as a PLY file, with colours if there are any."""
+        fields = _POSITION + (_COLOUR if self.colours is not None else [])
+        vertices = np.empty(len(self.points), fields)
+        for index, (name, _) in enumerate(_POSITION):
+            vertices[name] = self.points[:, index]
+        if self.colours is not None:
+            for index, (name, _) in enumerate(_COLOUR):
+                vertices[name] = self.colours[:, index]
+        header = [
+            "ply",
+            "format binary_little_endian 1.0",
+            f"comment coordinates in {self.unit or 'the sensor values, without a unit'}",
+            f"element vertex {len(vertices)}",
+            *(f"property {_TYPES[kind]} {name}" for name, kind in fields),
+            "end_header",
+        ]
+        return "\n".join([*header, ""]).encode("ascii") + vertices.tobytes()
+
+
+def _range_component(frame: Frame) -> Component | None:
+    """Return the first component of coordinates, if there is any."""
+    return next((part for part in frame.components if part.pixel_format.is_coordinate), None)
+
+
+def _colours(part: Component, image: Component) -> bool:
+    same = (part.width, part.height) == (image.width, image.height)
+    return same and part.kind is ComponentKind.INTENSITY and part.pixel_format.convertible
 
 
 def may_change(names: Iterable[str]) -> bool:
@@ -277,94 +381,3 @@ class FollowedScan3d:
         with self._lock:
             self._reading, self._stale = self._stale, False
             return self._reading
-
-
-def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:
-    """Give the images that a network offers beside a frame's own, by name.
-
-    A frame whose own image is one of distances has it as `range` as well.
-    """
-    own = own_component(frame.components)
-    if own is not None and own.pixel_format.is_coordinate:
-        yield "range", own
-    yield from further_components(frame.parts)
-
-
-def in_metres(image: Frame, scan: Scan3d) -> Frame:
-    """Return a range image in metres, as Coord3D_C32f with NaN where nothing was measured (REP 118).
-
-    Other images, and those of a camera that reports no scale, are returned as they are. Raises
-    PixelFormatError.
-    """
-    if not image.pixel_format.is_coordinate or scan.unit_of(image.pixel_format) != "mm":
-        return image
-    return _with_distances(image, scan.distances(image.raw(), image.pixel_format) / np.float32(1000))
-
-
-def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
-    """Return an image of `in_metres` in the camera's own values again, as Coord3D_C32f, so that `scan` holds.
-
-    NaN stays NaN. Other images, and those of a camera that reports no scale, are returned as they are. Raises
-    PixelFormatError.
-    """
-    pixel_format = image.pixel_format
-    if pixel_format.name != "Coord3D_C32f" or scan.unit_of(pixel_format) != "mm":
-        return image
-    found = image.raw() * np.float32(1000)
-    if scan.disparity and scan.baseline is not None and scan.focal_length is not None:
-        with np.errstate(divide="ignore"):
-            found = np.float32(scan.baseline * scan.focal_length * scan.unit) / found
-    depth = scan.coordinates[COORDINATES.index("C")]
-    values = (found / np.float32(scan.unit) - np.float32(depth.offset)) / np.float32(depth.scale or 1.0)
-    return _with_distances(image, values)
-
-
-def _with_distances(image: Frame, values: NDArray[np.float32]) -> Frame:
-    """Return the image with these values, (height, width), as Coord3D_C32f."""
-    return replace(
-        image,
-        payload=values.astype("<f4").reshape(-1).view(np.uint8),
-        pixel_format=by_name("Coord3D_C32f"),
-        padding_x=0,
-        big_endian=False,
-        _conversions=Conversions(),
-    )
-
-
-def axes_of(pixel_format: PixelFormat) -> str:
-    """Return the coordinates of a pixel, such as `ABC`; `C` of a format that is no Coord3D's."""
-    match = _AXES.match(pixel_format.name)
-    return match[1] if match else "C"
-
-
-def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Make all of a point invalid if one of its coordinates is."""
-    points[~np.isfinite(points).all(axis=-1)] = np.nan
-    return points
-
-
-def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
-    """Read one coordinate; of a camera that has no selector, what holds for all."""
-    scale = _number(grabber, "Scan3dCoordinateScale", axis)
-    offset = _number(grabber, "Scan3dCoordinateOffset", axis)
-    invalid = None
-    if _value(grabber, "Scan3dInvalidDataFlag", axis):
-        invalid = _number(grabber, "Scan3dInvalidDataValue", axis)
-    return Coordinate(1.0 if scale is None else scale, offset or 0.0, invalid)
-
-
-def _number(grabber: FrameGrabber, name: str, axis: str = "") -> float | None:
-    value = _value(grabber, name, axis)
-    return float(value) if isinstance(value, int | float) else None
-
-
-def _value(grabber: FrameGrabber, name: str, axis: str = "") -> FeatureValue | None:
-    if not grabber.has_feature(name):
-        return None
-    selected: tuple[tuple[str, str], ...] = ()
-    if axis and "Scan3dCoordinateSelector" in grabber.selectors.of(name):
-        selected = (("Scan3dCoordinateSelector", f"Coordinate{axis}"),)
-    try:
-        return grabber.read_setting(SettingKey(name, selected)).value
-    except GrabberError:
-        return None

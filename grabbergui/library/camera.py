@@ -20,8 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.core.sfnc import Role
 from grabbergui.library.effect import Effects, SettingEffect
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion

@@ -1,14 +1,26 @@
-"""Frames put together again whose components came one by one over a network, matched by their stamps."""
+"""Components of a frame, one by one over a network: named, in metres, and joined again by their stamps."""
 
 from __future__ import annotations
 
 import re
 from collections import OrderedDict, deque
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
-from grabbergui.core.component import Component, ComponentKind
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.component import (
+    Component,
+    ComponentKind,
+    Conversions,
+    further_components,
+    own_component,
+)
 from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import by_name
+from grabbergui.core.scan3d import Scan3d
 
 WAIT: Final = 0.1
 """Seconds that an image waits for components that came in time before."""
@@ -28,6 +40,17 @@ def kind_of(name: str) -> ComponentKind | None:
     """Return the kind of a component that a network names: `range`, `range_2`; None for any other name."""
     match = _NAME.fullmatch(name)
     return _KINDS.get(match[1]) if match else None
+
+
+def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:
+    """Give the images that a network offers beside a frame's own, by name.
+
+    A frame whose own image is one of distances has it as `range` as well.
+    """
+    own = own_component(frame.components)
+    if own is not None and own.pixel_format.is_coordinate:
+        yield "range", own
+    yield from further_components(frame.parts)
 
 
 @dataclass
@@ -166,4 +189,45 @@ def _component(frame: Frame, kind: ComponentKind) -> Component:
         kind,
         padding_x=frame.padding_x,
         big_endian=frame.big_endian,
+    )
+
+
+def in_metres(image: Frame, scan: Scan3d) -> Frame:
+    """Return a range image in metres, as Coord3D_C32f with NaN where nothing was measured (REP 118).
+
+    Other images, and those of a camera that reports no scale, are returned as they are. Raises
+    PixelFormatError.
+    """
+    if not image.pixel_format.is_coordinate or scan.unit_of(image.pixel_format) != "mm":
+        return image
+    return _with_distances(image, scan.distances(image.raw(), image.pixel_format) / np.float32(1000))
+
+
+def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
+    """Return an image of `in_metres` in the camera's own values again, as Coord3D_C32f, so that `scan` holds.
+
+    NaN stays NaN. Other images, and those of a camera that reports no scale, are returned as they are. Raises
+    PixelFormatError.
+    """
+    pixel_format = image.pixel_format
+    if pixel_format.name != "Coord3D_C32f" or scan.unit_of(pixel_format) != "mm":
+        return image
+    found = image.raw() * np.float32(1000)
+    if scan.disparity and scan.baseline is not None and scan.focal_length is not None:
+        with np.errstate(divide="ignore"):
+            found = np.float32(scan.baseline * scan.focal_length * scan.unit) / found
+    _, _, depth = scan.coordinates
+    values = (found / np.float32(scan.unit) - np.float32(depth.offset)) / np.float32(depth.scale or 1.0)
+    return _with_distances(image, values)
+
+
+def _with_distances(image: Frame, values: NDArray[np.float32]) -> Frame:
+    """Return the image with these values, (height, width), as Coord3D_C32f."""
+    return replace(
+        image,
+        payload=values.astype("<f4").reshape(-1).view(np.uint8),
+        pixel_format=by_name("Coord3D_C32f"),
+        padding_x=0,
+        big_endian=False,
+        _conversions=Conversions(),
     )

@@ -22,8 +22,7 @@ from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import Family
-from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import PointCloud, Scan3d
 
 
 class SnapshotError(GrabberError):

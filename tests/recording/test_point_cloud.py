@@ -9,8 +9,7 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.scan3d import Coordinate, Scan3d
+from grabbergui.core.scan3d import Coordinate, PointCloud, Scan3d
 from grabbergui.recording import snapshot
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="Depth", serial="GV01")

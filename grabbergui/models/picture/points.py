@@ -14,8 +14,7 @@ from psygnal import Signal
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.models.error_text import error_text
 from grabbergui.models.picture.quantities import ColourScale
 

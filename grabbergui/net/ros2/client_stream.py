@@ -12,8 +12,8 @@ from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.scan3d import FollowedScan3d, in_camera_units
-from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, kind_of
+from grabbergui.core.scan3d import FollowedScan3d
+from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, in_camera_units, kind_of
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info
 from grabbergui.net.ros2.runtime import quality_of_service

@@ -27,9 +27,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
-from grabbergui.core.point_cloud import PointCloud
-from grabbergui.core.scan3d import CurrentScan3d, Scan3d, components_of, in_metres
-from grabbergui.net.component_joiner import MOST_COMPONENTS
+from grabbergui.core.scan3d import CurrentScan3d, PointCloud, Scan3d
+from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
 from grabbergui.net.ros2.image_messages import describe, fill_camera_info, message_bytes, pixels_of
 from grabbergui.net.ros2.runtime import quality_of_service
 

@@ -22,8 +22,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import FollowedScan3d, in_camera_units
-from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, kind_of
+from grabbergui.core.scan3d import FollowedScan3d
+from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, in_camera_units, kind_of
 from grabbergui.net.yarp.image import HEADER, ImageHeader
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.name_client import NameClient

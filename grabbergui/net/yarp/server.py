@@ -19,8 +19,8 @@ from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.scan3d import CurrentScan3d, components_of, in_metres
-from grabbergui.net.component_joiner import MOST_COMPONENTS
+from grabbergui.core.scan3d import CurrentScan3d
+from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
 from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.grabber_service import GrabberService
