@@ -12,7 +12,7 @@ from typing import Any
 from PyQt5.QtCore import QSocketNotifier, Qt
 from PyQt5.QtTest import QTest
 
-from grabbergui.ui.run import servo_process
+from grabbergui.ui.run import standalone
 from grabbergui.ui.run.application import application
 from grabbergui.ui.views.servo_window import ServoWindow
 
@@ -40,4 +40,4 @@ def obey(terminal: str) -> Any:
 
 if __name__ == "__main__":
     notifier = obey(sys.argv[1])  # it must live as long as the window
-    servo_process.main()
+    standalone.main()

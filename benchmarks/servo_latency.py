@@ -225,12 +225,12 @@ def latencies_of(
 def show(runner: Runner, seconds: float) -> None:
     """Let the run be seen in its window for some time."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from grabbergui.ui.run import servo_process
+    from grabbergui.ui.run import standalone
 
     def calibration(width: int, height: int) -> Calibration:
         return closed_loop.calibration().scaled_to(width, height)
 
-    servo_process.show(runner, calibration, seconds)
+    standalone.servo_in_own_process(runner, calibration, seconds)
 
 
 if __name__ == "__main__":

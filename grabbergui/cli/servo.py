@@ -199,10 +199,10 @@ def _window(
     options: argparse.Namespace, stop: threading.Event, scene: servo_robots.Scene, runner: Runner
 ) -> Callable[[Runner, CalibrationFor], str]:
     with importing_window("or add --headless"):
-        from grabbergui.ui.run import servo_process
+        from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
     return partial(
-        servo_process.show,
+        standalone.servo_in_own_process,
         seconds=options.seconds,
         screenshot=options.screenshot,
         theme=Theme(options.theme),

@@ -17,7 +17,7 @@ from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
-from grabbergui.ui.run import servo_process
+from grabbergui.ui.run import standalone
 from patience import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills processes by signals")
@@ -28,7 +28,7 @@ def windows(of):
     found = []
     for child in psutil.Process(of).children():
         with contextlib.suppress(psutil.ZombieProcess):  # another test's, that has just ended
-            if any("servo_process" in word for word in child.cmdline()):
+            if any("standalone" in word for word in child.cmdline()):
                 found.append(child.pid)
     return found
 
@@ -45,8 +45,9 @@ def test_a_window_that_is_killed_stops_the_robot_and_says_so(monkeypatch):
     runner = Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
     runner.start()
     failures = []
+    calibration = closed_loop.calibration().scaled_to
     showing = threading.Thread(
-        target=lambda: failures.append(servo_process.show(runner, closed_loop.calibration().scaled_to, None))
+        target=lambda: failures.append(standalone.servo_in_own_process(runner, calibration, None))
     )
     showing.start()
     try:
@@ -73,14 +74,12 @@ def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
         happened.append(("window", runner.running, runner.gate.halted))
         return next(windows)
 
-    monkeypatch.setattr(servo_process, "_show", window)
-    monkeypatch.setattr(
-        servo_process.standalone, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running))
-    )
+    monkeypatch.setattr(standalone, "_show_once", window)
+    monkeypatch.setattr(standalone, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running)))
     runner.start()
     try:
-        assert servo_process.show(runner, calibration, None, stand=stand) == ""
-        assert happened == [("window", True, ""), ("wizard", False), ("window", True, servo_process.HELD)]
+        assert standalone.servo_in_own_process(runner, calibration, None, stand=stand) == ""
+        assert happened == [("window", True, ""), ("wizard", False), ("window", True, standalone.HELD)]
     finally:
         runner.stop()
         camera.close()

@@ -31,7 +31,7 @@ from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
-from grabbergui.ui.views.lut_dialog import LutDialog
+from grabbergui.ui.views.settings_dialogs import LutDialog
 
 
 @dataclass(frozen=True, eq=False)
