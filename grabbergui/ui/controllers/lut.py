@@ -29,7 +29,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.settings.feature_set import Progress
-from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
+from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import LutDialog
 

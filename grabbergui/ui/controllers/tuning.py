@@ -19,7 +19,7 @@ from grabbergui.models.one_push import OnePush, Tuning, balance, expose, has_onc
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning import TuningRun
-from grabbergui.ui.controllers.camera_work import CameraAbility
+from grabbergui.ui.controllers.changes import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack

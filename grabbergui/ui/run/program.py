@@ -25,8 +25,7 @@ from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
-from grabbergui.ui.controllers.camera_work import CameraWork
-from grabbergui.ui.controllers.changes import ChangesController
+from grabbergui.ui.controllers.changes import CameraWork, ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.lut import LutController
