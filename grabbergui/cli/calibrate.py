@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from grabbergui.calibration.hand_eye_file import Placement
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
-    from grabbergui.servo.hand_eye_progress import Progress
-    from grabbergui.servo.hand_eye_run import HandEyeRun
+    from grabbergui.servo.hand_eye_run import HandEyeRun, Progress
 
 REMIND = 5.0
 "Seconds without a new view after which the reason is printed."
@@ -287,7 +286,7 @@ class _Report:
 
     def add(self, progress: Progress) -> None:
         """Print one event, unless it is the beginning of a move."""
-        from grabbergui.servo.hand_eye_progress import Step
+        from grabbergui.servo.hand_eye_run import Step
 
         if progress.step is not Step.MOVING:
             print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)

@@ -26,9 +26,8 @@ from grabbergui.models.hand_eye_text import ended_text, progress_text
 from grabbergui.models.language import driver_text, translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_progress import Plan, Progress, Step, plan
-from grabbergui.servo.hand_eye_run import HandEyeRun, watched
-from grabbergui.servo.hand_eye_stand import HandEyeStand, TargetWatch
+from grabbergui.servo.hand_eye_run import HandEyeRun, Progress, Step, watched
+from grabbergui.servo.hand_eye_stand import HandEyeStand, Plan, TargetWatch, plan
 from grabbergui.servo.robots.robot import CameraPlace
 
 log = logging.getLogger(__name__)

@@ -10,7 +10,8 @@ from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult
 from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.models.language import driver_text, localized, translate
-from grabbergui.servo.hand_eye_progress import SMALL_DEGREES, SPAN_DEGREES, Plan, Progress, Skip, Step
+from grabbergui.servo.hand_eye_run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
+from grabbergui.servo.hand_eye_stand import Plan
 
 
 def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> str:

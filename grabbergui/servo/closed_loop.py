@@ -28,8 +28,7 @@ from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.detection import Detector, marker_detector
-from grabbergui.servo.faces import FaceSearch, face_detector
+from grabbergui.servo.detection import Detector, FaceSearch, face_detector, marker_detector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo

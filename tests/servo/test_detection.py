@@ -9,8 +9,7 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.servo.detection import Detector, Sighting
-from grabbergui.servo.faces import CascadeFaceDetector
+from grabbergui.servo.detection import CascadeFaceDetector, Detector, Sighting
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 

@@ -10,14 +10,20 @@ from benchmarks import _heads
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered import world
-from grabbergui.servo import faces
+from grabbergui.servo import detection
 from grabbergui.servo.config import Config
-from grabbergui.servo.detection import FaceDetection
-from grabbergui.servo.faces import MISSES, CascadeFaceDetector, FaceSearch, YuNetFaceDetector, face_detector
+from grabbergui.servo.detection import (
+    MISSES,
+    CascadeFaceDetector,
+    FaceDetection,
+    FaceSearch,
+    YuNetFaceDetector,
+    face_detector,
+)
 from patience import until
 
 CALIBRATION = Calibration.from_field_of_view(1920, 1080, 60)
-needs_model = pytest.mark.skipif(faces.installed_model() is None, reason="needs the extra faces")
+needs_model = pytest.mark.skipif(detection.installed_model() is None, reason="needs the extra faces")
 
 
 def test_a_model_file_that_is_none_is_refused(tmp_path):
@@ -36,8 +42,8 @@ def test_a_configuration_names_a_detector_that_exists(tmp_path):
 
 
 def test_without_the_model_the_cascade_searches(monkeypatch):
-    monkeypatch.setattr(faces, "MODEL_PACKAGE", "no_such_package")
-    assert faces.installed_model() is None
+    monkeypatch.setattr(detection, "MODEL_PACKAGE", "no_such_package")
+    assert detection.installed_model() is None
     assert isinstance(face_detector(CALIBRATION), CascadeFaceDetector)
 
 
@@ -46,10 +52,10 @@ def test_the_package_of_the_model_is_not_imported(monkeypatch, tmp_path):
     folder.mkdir()
     (folder / "__init__.py").write_text("raise RuntimeError('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(faces, "MODEL_PACKAGE", folder.name)
-    assert faces.installed_model() is None, "it has no model yet"
-    (folder / faces.MODEL_FILE).write_bytes(b"a model")
-    assert faces.installed_model() == folder / faces.MODEL_FILE
+    monkeypatch.setattr(detection, "MODEL_PACKAGE", folder.name)
+    assert detection.installed_model() is None, "it has no model yet"
+    (folder / detection.MODEL_FILE).write_bytes(b"a model")
+    assert detection.installed_model() == folder / detection.MODEL_FILE
 
 
 @needs_model
@@ -101,7 +107,7 @@ class Fake:
 
 @pytest.fixture
 def made(monkeypatch):
-    monkeypatch.setattr(faces, "AGAIN_S", 0.0)
+    monkeypatch.setattr(detection, "AGAIN_S", 0.0)
     near, everywhere = Fake(), Fake(face(300))
     search = FaceSearch(near, everywhere)
     yield search, near, everywhere

@@ -14,7 +14,7 @@ from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.state_machine import State
-from grabbergui.servo.target_motion import RESTS_S, TargetMotion
+from grabbergui.servo.tracking import RESTS_S, TargetMotion
 
 FPS = 30
 

@@ -14,7 +14,7 @@ from grabbergui.models.hand_eye import Happened, Setup, TargetPreview
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.hand_eye_progress import Step
+from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.servo.collision import Body
-from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.kinematics import Body, Chain
 
 HEAD, ARM = "head", "arm"
 "Parts of a robot."

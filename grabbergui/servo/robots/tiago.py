@@ -19,8 +19,7 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector, inverse, pose
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.servo.collision import FREE, Body, Capsule, CapsuleBody, Contact
-from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.kinematics import FREE, Body, Capsule, CapsuleBody, Chain, Contact
 from grabbergui.servo.robots.robot import KinematicModel
 
 log = logging.getLogger(__name__)

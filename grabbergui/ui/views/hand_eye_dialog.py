@@ -28,7 +28,7 @@ from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
 from grabbergui.models.hand_eye_text import comparison_text, duration_text, result_rows, signed
 from grabbergui.models.language import localized
 from grabbergui.servo.config import MarkerConfig
-from grabbergui.servo.hand_eye_progress import Step
+from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.overlay import BAD, GOOD
 from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
