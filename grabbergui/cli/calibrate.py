@@ -11,10 +11,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import servo, servo_robots
+from grabbergui.cli import count, part, positive, servo, servo_robots
 from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.opening import opened
-from grabbergui.cli.parsing import count, part, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 

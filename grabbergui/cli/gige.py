@@ -8,8 +8,8 @@ import time
 from contextlib import ExitStack, closing
 from typing import Any
 
+from grabbergui.cli import count, counted, key, not_negative, positive
 from grabbergui.cli.opening import opened
-from grabbergui.cli.parsing import count, counted, key, not_negative, positive
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue

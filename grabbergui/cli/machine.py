@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import doctor, sources
-from grabbergui.cli.parsing import positive
+from grabbergui.cli import positive
 from grabbergui.cli.process import dies_of_interrupt, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES

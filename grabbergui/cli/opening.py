@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from grabbergui import sources
-from grabbergui.cli.parsing import positive
+from grabbergui.cli import positive
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
 from grabbergui.core.features import Category
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber

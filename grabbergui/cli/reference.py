@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import __version__
-from grabbergui.cli import EXIT_CODES, command_parsers, shared_options
-from grabbergui.cli.parsing import wrapped
+from grabbergui.cli import EXIT_CODES, command_parsers, shared_options, wrapped
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
 from grabbergui.core.uri import option_rows

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui import sources
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
-from grabbergui.cli.yarp_server import add_name_server_options, named_server
+from grabbergui.cli.simulate import add_name_server_options, named_server
 from grabbergui.config import AllowedAddresses, ServeOptions, find_ini, parse_ini
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError

@@ -11,8 +11,7 @@ import pytest
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import CharucoBoard, Chessboard
 from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
-from grabbergui.cli import calibrate
-from grabbergui.cli.parsing import CommandParser
+from grabbergui.cli import CommandParser, calibrate
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.driver.sim.rendered.world import Panel, draw

@@ -4,8 +4,7 @@ import argparse
 
 import pytest
 
-from grabbergui.cli import features, frames
-from grabbergui.cli.parsing import CommandParser
+from grabbergui.cli import CommandParser, features, frames
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.recording.recording import open_recording
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
+from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
-from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered.scene import Things, board_pose

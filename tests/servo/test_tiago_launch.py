@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import servo, simulate
-from grabbergui.cli.parsing import CommandParser
+from grabbergui.cli import CommandParser, servo, simulate
 from patience import PROGRAM
 
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
