@@ -21,7 +21,6 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
-from grabbergui.net.costly_work import costly_work
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted
@@ -32,6 +31,7 @@ from grabbergui.net.yarp.os.connection import Connection
 from grabbergui.net.yarp.os.framing import Reassembler
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.outputs import Output
+from grabbergui.net.yarp.os.registry import costly_work
 from grabbergui.net.yarp.os.values import Dialect
 
 log = logging.getLogger(__name__)
