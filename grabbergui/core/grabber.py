@@ -126,6 +126,11 @@ class FrameGrabber(ABC):
     def access(self) -> Access:
         """The access that was granted on opening."""
 
+    @property
+    def lost(self) -> str:
+        """Why the camera is lost, as display text; empty while it is not. Any thread; never waits."""
+        return ""
+
     # -- features --------------------------------------------------------------------------------
     @abstractmethod
     def feature_tree(self) -> Category:

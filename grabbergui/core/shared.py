@@ -62,6 +62,11 @@ class SharedGrabber(FrameGrabber):
     def access(self) -> Access:
         return self._grabber.access
 
+    @property
+    @override
+    def lost(self) -> str:
+        return self._grabber.lost
+
     @override
     def feature_tree(self) -> Category:
         return self._grabber.feature_tree()

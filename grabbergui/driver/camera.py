@@ -136,6 +136,11 @@ class Camera(FrameGrabber):
     def access(self) -> Access:
         return self._access
 
+    @property
+    @override
+    def lost(self) -> str:
+        return self._away
+
     # -- features --------------------------------------------------------------------------------
     @override
     def feature_tree(self) -> Category:
@@ -350,7 +355,7 @@ class Camera(FrameGrabber):
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     if isinstance(error, OtherCameraError) and str(error) != reported:
-                        reported = str(error)
+                        reported = self._away = str(error)
                         log.warning("%s: %s", self.info.uri, reported)
                         self.connection_changed.emit(ConnectionState.LOST, reported)
                     continue

@@ -293,9 +293,10 @@ class Connection:
 
     # -- any thread ------------------------------------------------------------------------------
     def _on_grabber_connection_changed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
-        if state is ConnectionState.LOST and source.state is not LinkState.LOST:
-            source.losses += 1
-            source.lost_since = time.monotonic()
+        if state is ConnectionState.LOST and (source.state, source.reason) != (LinkState.LOST, reason):
+            if source.lost_since is None:  # otherwise it is still lost, for another reason
+                source.losses += 1
+                source.lost_since = time.monotonic()
             self._change(source, LinkState.LOST, reason)
             if source in self._sources:
                 self.failed.emit(self._link_messages.lost(source, reason))

@@ -228,7 +228,9 @@ class LinkMessages:
     def lost(self, source: OpenSource, reason: str) -> str:
         """Post that a source does not answer any more; return the text."""
         text = translate("Connection", "reconnecting since {0}: {1}")
-        text = text.format(time.strftime("%H:%M:%S"), lost_text(source.title, reason))
+        passed = time.monotonic() - source.lost_since if source.lost_since is not None else 0.0
+        since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
+        text = text.format(since, lost_text(source.title, reason))
         self.model.end(source, Cause.LINK)  # shown again to users who dismissed the one before
         self.model.post(Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses))
         return text

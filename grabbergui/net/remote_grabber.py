@@ -10,10 +10,10 @@ from typing import Generic, Protocol, TypeVar
 
 from typing_extensions import override
 
-from grabbergui.core.errors import FeatureAccessError, FeatureError, OtherCameraError
+from grabbergui.core.errors import FeatureAccessError, FeatureError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
 from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.settings import SettingKey, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, regulating
@@ -70,8 +70,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         "Settings as last read or written, for a comparison after an interruption."
         self._stream: StreamType | None = None
         self._statistics = StreamStatistics()
-        self._refused = ""
-        "Report of the other camera that was refused since the connection was lost."
+        self._lost = ""
 
     @abstractmethod
     def _known(self) -> RemoteFeatures:
@@ -81,7 +80,50 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         """Return the features. Raises while the other end does not answer."""
         return self._known()
 
-    # -- which camera ----------------------------------------------------------------------------
+    # -- the other end, and the camera behind it -------------------------------------------------
+    @property
+    @override
+    def lost(self) -> str:
+        return self._lost
+
+    def _lose(self, reason: str) -> None:
+        """Report that the other end, or the camera behind it, is lost; once for each reason."""
+        if reason != self._lost:
+            self._lost = reason
+            # As visible as the loss of a local camera: a command's log has no other sign of it.
+            log.warning("%s: %s", self.info.uri, reason)
+            self.connection_changed.emit(ConnectionState.LOST, reason)
+
+    def _be_back(self) -> None:
+        """Report that both are there again."""
+        self._lost, how = "", return_text(self.unlike_before)
+        log.warning("%s: back, %s", self.info.uri, how)
+        self.connection_changed.emit(ConnectionState.OPEN, how)
+
+    def _ask_for_loss(self) -> str:
+        """Return why the camera behind a server of ours is lost; empty if it is not. Others do not say."""
+        features = self._connected()
+        if not isinstance(features, TreeFeatures):
+            return ""
+        features.look()
+        return features.lost
+
+    def _report_camera(self, features: RemoteFeatures) -> None:
+        """Report the loss and the return of the camera behind a server of ours, once its changes were read.
+
+        On return the server knows best what is not as before: it set everything that anybody had written.
+        """
+        if not isinstance(features, TreeFeatures):
+            return
+        if self._lost and not features.lost:
+            with self._lock:
+                features.look()
+            self.unlike_before = features.unlike_before
+        if features.lost:
+            self._lose(features.lost)
+        elif self._lost:
+            self._be_back()
+
     def _recognise(self, info: DeviceInfo) -> None:
         """Store the other end's description of its camera. Raises OtherCameraError for another unit.
 
@@ -91,14 +133,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             if not (info.vendor or info.model):
                 return  # a server that has not opened its camera yet
             require_same(self.info, info)
-        self.info, self._refused = info, ""
-
-    def _report_other(self, error: OtherCameraError) -> None:
-        """Report once that another camera is served in place of the lost one."""
-        if str(error) != self._refused:
-            self._refused = str(error)
-            log.warning("%s: %s", self.info.uri, error)
-            self.connection_changed.emit(ConnectionState.LOST, str(error))
+        self.info = info
 
     # -- features --------------------------------------------------------------------------------
     @override
@@ -231,8 +266,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             if not same_value(feature.value, before):
                 unlike.append(f"{key} is {format_value(feature.value)} instead of {format_value(before)}")
         self.unlike_before = tuple(unlike)
-        for difference in unlike:
-            log.warning("%s, back again: %s", self.info.uri, difference)
 
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:

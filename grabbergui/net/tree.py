@@ -53,6 +53,10 @@ class TreeFeatures:
         self.tree: Category = read_category(self._ask("tree"))
         "The feature tree; requested from the server once."
         self._names = frozenset(description.name for description in self.tree.descriptions())
+        self.lost = ""
+        "Why the camera behind the server was lost at the last `look` or `changes`; empty if it was not."
+        self.unlike_before: tuple[str, ...] = ()
+        "After its return: the settings that differ from before, and why; as of the last `look`."
         self._revision = 0
         self._version: int | None = None
         "Of the server's verbs; asked for when it matters first."
@@ -84,9 +88,16 @@ class TreeFeatures:
     def selects(self) -> bool:
         """Whether the server selects, reads or writes, and restores the selectors in one step."""
         if self._version is None:
-            version = table_of(self._ask("hello")).get("version")
+            version = self.look().get("version")
             self._version = version if isinstance(version, int) else 1
         return self._version >= SELECTING_VERSION
+
+    def look(self) -> dict[str, Any]:
+        """Ask the server how it and its camera are; return its answer, whose parts are kept here."""
+        answer = table_of(self._ask("hello"))
+        self.lost = str(answer.get("lost", ""))
+        self.unlike_before = tuple(map(str, _array(answer.get("unlike_before", []))))
+        return answer
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Write a setting under its selectors; return everything that changed. Requires `selects`."""
@@ -101,6 +112,7 @@ class TreeFeatures:
         if not isinstance(revision, int) or not isinstance(names, (list, type(None))):
             raise RemoteProtocolError("the server's list of changes is malformed")
         first, self._revision = not self._revision, revision
+        self.lost = str(answer.get("lost", ""))
         if names is None:
             return frozenset() if first else self._names
         return self._names.intersection(map(str, names))
@@ -210,7 +222,13 @@ class TreeService:
         self._changes.close()
 
     def _hello(self) -> dict[str, object]:
-        return {"version": VERSION, "info": self._grabber.info, "access": self._grabber.access}
+        grabber = self._grabber
+        answer = {"version": VERSION, "info": grabber.info, "access": grabber.access}
+        return {**answer, **self._loss(), "unlike_before": grabber.unlike_before}
+
+    def _loss(self) -> dict[str, str]:
+        """Return why the camera is lost, if it is: no images come meanwhile, and nobody else says so."""
+        return {"lost": reason} if (reason := self._grabber.lost) else {}
 
     def _features(self, *names: str) -> list[Feature]:
         # Once each at most: a request of 64 KiB could name one feature ten thousand times.
@@ -229,7 +247,7 @@ class TreeService:
         if not revision.isdecimal():
             raise UsageError(f"revision '{revision}' is no number")
         number, names = self._changes.since(int(revision))
-        return {"revision": number, "names": names}
+        return {"revision": number, "names": names, **self._loss()}
 
 
 _ENUMS: dict[str, type[Enum]] = {

@@ -199,6 +199,21 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
     assert len(bench.failures) == 2
 
 
+def test_another_reason_for_which_it_is_still_lost_is_shown_too(bench):
+    """As when the server of a lost camera ends, or when another camera is refused in its place."""
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    lose(bench)
+    lost_since = bench.link.source.lost_since
+    bench.source.connection_changed.emit(ConnectionState.LOST, "another camera is at its address")
+    (said,) = bench.said()
+    assert said.startswith("Reconnecting since") and said.endswith("another camera is at its address")
+    assert bench.link.reason == "another camera is at its address"
+    assert (bench.link.source.losses, bench.link.source.lost_since) == (1, lost_since)
+    come_back(bench)
+    assert bench.link.source.lost_since is None and bench.link.state is S.STREAMING
+
+
 def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)

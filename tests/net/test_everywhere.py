@@ -1,12 +1,15 @@
 """A change is seen everywhere within 200 ms: each pair of ways to a camera, in both directions."""
 
 import itertools
+import time
 from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.errors import DeviceLostError
 from grabbergui.core.features import AccessMode
+from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
@@ -15,6 +18,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.terminal.interpreter import Interpreter
+from lost_camera import away
 from patience import PATIENCE, attempts, until
 from ros2_domain import own_domain
 
@@ -274,3 +278,41 @@ def test_what_only_the_stream_locks_is_offered_at_the_other_end(camera, client, 
     camera.stop()
     assert not remote.feature("PixelFormat").pauses_stream
     remote.write_setting(key, "Mono8")
+
+
+@pytest.mark.parametrize("listened", [False, True], ids=["for images", "for features too"])
+@pytest.mark.parametrize("client", ["yarp_client", "ros2_client"])
+def test_the_loss_of_the_served_camera_and_its_return_are_reported(camera, client, listened, request):
+    """A client that watches no feature asks less often: within two seconds, a window at once."""
+    remote = request.getfixturevalue(client)
+    reports = []
+    with ExitStack() as stack:
+        stack.enter_context(connected(remote.connection_changed, lambda *report: reports.append(report)))
+        if listened:
+            stack.enter_context(connected(remote.features_changed, lambda names: None))
+        remote.start()
+        stack.callback(remote.stop)
+        for watch in attempts(2.0):
+            reports.clear()
+            reason = f"another application took control, try {time.monotonic_ns()}"
+            with away(camera, reason):
+                with watch:
+                    until(lambda: reports, "the loss")
+                assert reports == [(ConnectionState.LOST, reason)] and remote.lost == reason
+                with pytest.raises(DeviceLostError, match="another application took control"):
+                    remote.write_feature("Gain", 1.0)
+            until(lambda: len(reports) > 1, "the return")
+            assert reports[1:] == [(ConnectionState.OPEN, "set as before")]
+            assert remote.lost == "" and remote.streaming
+
+
+@pytest.mark.parametrize("client", ["yarp_client", "ros2_client"])
+def test_what_is_not_as_before_the_loss_is_reported_to_clients(camera, client, request, monkeypatch):
+    remote, reports = request.getfixturevalue(client), []
+    monkeypatch.setattr(camera, "_set_as_before", lambda streaming: ["Gain=6: the camera answered: busy"])
+    with connected(remote.connection_changed, lambda *report: reports.append(report)):
+        with away(camera, f"the cable is out, for the {client}"):  # the other one may report it as well
+            until(lambda: reports, "the loss")
+        until(lambda: len(reports) > 1, "the return")
+    assert reports[1] == (ConnectionState.OPEN, "but not as before: Gain=6: the camera answered: busy")
+    assert remote.unlike_before == ("Gain=6: the camera answered: busy",)

@@ -23,13 +23,14 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, CameraLink, not_found, publishers_of
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
+from grabbergui.net.tree import TreeFeatures
 
 log = logging.getLogger(__name__)
 
@@ -181,35 +182,40 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     self._poll(check=polls % POLLS_PER_CHECK == 0)
                 elif present:
                     present = False
-                    self._lose()
+                    self._lose(f"nobody publishes {self._opened().topic} any more")
             except OtherCameraError as error:
-                self._report_other(error)
+                self._lose(str(error))
             except GrabberError as error:
                 log.info("%s: %s", self._name, error)
 
     def _poll(self, *, check: bool) -> None:
         with self._lock:
-            stream = self._stream
+            stream, features = self._stream, self._known()
             if stream is not None and check:
                 stream.look()
-            changed = self._opened().changes() if len(self.features_changed) else frozenset()
+            changed: frozenset[str] = frozenset()
+            if isinstance(features, TreeFeatures):
+                if len(self.features_changed):
+                    changed = features.changes()
+                elif check:
+                    features.look()
             self._forget_seen(changed)
+        self._report_camera(features)
         self._announce(changed)
-
-    def _lose(self) -> None:
-        self.connection_changed.emit(
-            ConnectionState.LOST, f"nobody publishes {self._opened().topic} any more"
-        )
 
     def _come_back(self) -> None:
         """Reconnect to the present publisher. Raises OtherCameraError if that is another camera."""
         with self._lock:
             old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
             old.leave()
-            self._compare_with_seen()
+            if not (camera_lost := self._ask_for_loss()):
+                self._compare_with_seen()
             if self._stream is not None:
                 self._stream.look()
-        self.connection_changed.emit(ConnectionState.OPEN, return_text(self.unlike_before))
+        if camera_lost:
+            self._lose(camera_lost)
+        else:
+            self._be_back()
         self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
 
     def _announce(self, names: frozenset[str]) -> None:

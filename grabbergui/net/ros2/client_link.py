@@ -154,10 +154,6 @@ class CameraLink:
         """Whether the node is a server of ours, which has the whole feature tree. After `join`."""
         return isinstance(self.features, TreeFeatures)
 
-    def changes(self) -> frozenset[str]:
-        """Return the names of features that others changed, from a server that must be asked."""
-        return self.features.changes() if isinstance(self.features, TreeFeatures) else frozenset()
-
     def described(self, info: DeviceInfo) -> DeviceInfo:
         """Return the camera's known properties, with the publisher and its quality of service."""
         seen = DeviceInfo(info.uri, bus="ROS 2", address=self.topic, interface=str(self.publisher))

@@ -363,7 +363,9 @@ class Diagnostics:
         lost = counters.incomplete + counters.lost
         newly, self._lost = max(0, lost - self._lost), lost
         level, message = DiagnosticStatus.OK, f"{counters.frame_rate:.1f} frames/s"
-        if self._grabber.streaming and counters.frame_rate == 0:
+        if self._grabber.lost:
+            level, message = DiagnosticStatus.ERROR, f"the camera is lost: {self._grabber.lost}"
+        elif self._grabber.streaming and counters.frame_rate == 0:
             level, message = DiagnosticStatus.ERROR, "no frames"
         elif newly:
             level, message = DiagnosticStatus.WARN, f"{message}, {newly} lost in the last second"

@@ -18,11 +18,12 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
+from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
 from grabbergui.net.yarp.image import MONO, PIXELS
@@ -198,9 +199,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 else:
                     self._look()
             except OtherCameraError as error:
-                self._report_other(error)
-            except _GONE as error:
                 self._lose(str(error))
+            except _GONE as error:
+                self._lose_server(str(error))
             except GrabberError as error:
                 log.warning("%s: %s", self._name, error)
 
@@ -221,6 +222,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 changed = frozenset(description.name for description in features.tree.descriptions())
             elif len(self.features_changed):
                 changed = features.changes()
+            elif isinstance(features, TreeFeatures):
+                features.look()
             else:
                 link.check()
             self._forget_seen(changed)
@@ -231,6 +234,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._looks += 1
         if changed and late:  # a server may answer before it has its camera
             self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} has its camera")
+        self._report_camera(features)
         if changed:
             self.features_changed.emit(changed)
 
@@ -239,22 +243,23 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         assert self._names
         with self._lock:
             self._connect(self._names)
-            self._compare_with_seen()
+            if not (camera_lost := self._ask_for_loss()):
+                self._compare_with_seen()
             if self._stream is not None:
                 # Even if it seems connected: a machine that lost its power closes no connection.
                 self._stream.reconnect()
-        text = return_text(self.unlike_before)
-        log.info("%s is back, %s", self._name, text)
-        self.connection_changed.emit(ConnectionState.OPEN, text)
+        if camera_lost:
+            self._lose(camera_lost)
+        else:
+            self._be_back()
         self.features_changed.emit(frozenset(d.name for d in self.feature_tree().descriptions()))
 
-    def _lose(self, reason: str) -> None:
+    def _lose_server(self, reason: str) -> None:
         with self._lock:
             present = self._link is not None
             self._disconnect()
         if present:
-            log.info("%s was lost: %s", self._name, reason)
-            self.connection_changed.emit(ConnectionState.LOST, reason)
+            self._lose(reason)
 
 
 _RPC = "/rpc"

@@ -24,6 +24,7 @@ from grabbergui.calibration.camera_info import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from lost_camera import away  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
 
@@ -169,6 +170,20 @@ def test_diagnostics_say_what_is_being_lost_and_when_it_is_over(domain, probe):
         silent = until(lambda: says("no frames"))
 
     assert (lossy.level, silent.level) == (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+
+
+def test_diagnostics_say_that_the_camera_is_lost(camera, serve, probe):
+    serve("/cam")
+    arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
+    with away(camera, "the cable is out"):
+        status = until(
+            lambda: (status := arrays.get(timeout=PATIENCE).status[0]).level != DiagnosticStatus.OK and status
+        )
+        assert (status.level, status.message) == (
+            DiagnosticStatus.ERROR,
+            "the camera is lost: the cable is out",
+        )
+    until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
 
 
 def test_diagnostics_go_on_when_the_camera_is_closed_first(camera, serve, probe, caplog):
