@@ -42,12 +42,10 @@ from grabbergui.driver.u3v.bootstrap import (
     read_description,
 )
 from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera, find_cameras
-from grabbergui.driver.u3v.register_access import RegisterAccess
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
-from grabbergui.driver.u3v.stream_receiver import StreamReceiver
+from grabbergui.driver.u3v.threads import DeviceClock, StreamReceiver, Watcher
 from grabbergui.driver.u3v.transfer_queues import TransferQueue, open_queue
-from grabbergui.driver.u3v.usb import UsbHandle
-from grabbergui.driver.u3v.watcher import DeviceClock, Watcher
+from grabbergui.driver.u3v.usb import RegisterAccess, UsbHandle
 
 log = logging.getLogger(__name__)
 

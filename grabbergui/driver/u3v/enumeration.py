@@ -20,7 +20,7 @@ from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnav
 from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
-from grabbergui.driver.u3v.usb import translated
+from grabbergui.driver.u3v.usb import BulkInterface, translated
 
 log = logging.getLogger(__name__)
 
@@ -80,18 +80,6 @@ STRING_TIMEOUT_MS = 300
 
 _DIRECTION_IN = 0x80
 _BULK = 0x02
-
-
-@dataclass(frozen=True)
-class BulkInterface:
-    """One of a camera's interfaces and its endpoints, found by direction: numbers differ between makers."""
-
-    number: int
-    endpoint_in: int
-    endpoint_out: int
-    "0 if there is none."
-    packet_size: int
-    "Bytes of the largest packet: 1024 at SuperSpeed, 512 at High-Speed."
 
 
 @dataclass(frozen=True)

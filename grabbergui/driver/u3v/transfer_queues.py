@@ -1,25 +1,40 @@
 """Requests on the stream endpoint, completed in order.
 
-`SynchronousQueue` works through any pyusb backend, one transfer at a time; `libusb_queue.LibusbQueue` keeps
-several in flight. `open_queue` chooses.
+`SynchronousQueue` works through any pyusb backend, one transfer at a time; `LibusbQueue` keeps several in
+flight by python-libusb1, straight into the frame's buffer. `open_queue` chooses.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import logging
+import time
 from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import numpy as np
 import usb.backend.libusb1
+from numpy.typing import NDArray
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
 from grabbergui.driver.u3v.block_assembler import Request
-from grabbergui.driver.u3v.enumeration import BulkInterface, UsbCamera
-from grabbergui.driver.u3v.usb import EndpointHaltedError, UsbHandle, UsbTimeoutError
+from grabbergui.driver.u3v.enumeration import UsbCamera
+from grabbergui.driver.u3v.usb import (
+    BulkInterface,
+    EndpointHaltedError,
+    UsbHandle,
+    UsbTimeoutError,
+    permission_denied,
+)
+
+try:
+    import usb1
+except ImportError:
+    usb1 = None
 
 log = logging.getLogger(__name__)
 
@@ -147,6 +162,194 @@ class SynchronousQueue(TransferQueue):
         self._handle.release(self._stream.number)
 
 
+CANCEL_TIME = 2.0
+"Seconds that cancelled transfers may take to come back."
+
+MOST_PREPARED = 1024
+"""Transfers kept for memory that may be used again: of all a stream's buffers, with leaders and trailers."""
+
+
+class LibusbQueue(TransferQueue):
+    """Asynchronous transfers on a handle of its own, which holds the stream interface."""
+
+    def __init__(self, library: str, camera: UsbCamera, stream: BulkInterface, depth: int) -> None:
+        """Open the camera a second time, with the libusb that pyusb uses, and claim its stream interface.
+
+        Raises AccessDeniedError, DeviceLostError, TransportError.
+        """
+        super().__init__()
+        self.depth = depth
+        self._name = camera.info.title
+        self._stream = stream
+        self._prepared: dict[tuple[int, int], Any] = {}
+        "Idle transfers by the address and length of their memory."
+        self._in_flight: deque[tuple[Any, Request]] = deque()
+        self._over: set[Any] = set()
+        usb1.loadLibrary(ctypes.CDLL(library))
+        self._context: Any = usb1.USBContext().open()
+        try:
+            self._handle: Any = self._open(camera)
+            self._handle.setAutoDetachKernelDriver(True)
+            self._handle.claimInterface(stream.number)
+        except usb1.USBError as error:
+            self._context.close()
+            raise self._ours(error) from error
+        except DeviceLostError:
+            self._context.close()
+            raise
+
+    def submit(self, request: Request) -> bool:
+        """Queue a request; False where the kernel's memory for USB is used up."""
+        transfer = self._transfer(request)
+        try:
+            transfer.submit()
+        except (usb1.USBErrorNoMem, usb1.USBErrorIO) as error:
+            self._keep(transfer, request)
+            if self._in_flight:
+                return False
+            raise TransportError(
+                f"{self._name}: the system has no memory for a USB transfer of {len(request.view)} bytes; "
+                "raise /sys/module/usbcore/parameters/usbfs_memory_mb, to 1000 say"
+            ) from error
+        except usb1.USBError as error:
+            self._keep(transfer, request)
+            raise self._ours(error) from error
+        self._in_flight.append((transfer, request))
+        self._count(request, 1)
+        return True
+
+    def wait(self, timeout: float) -> Completion | None:
+        """Return the oldest request, completed."""
+        if not self._in_flight:
+            return None
+        transfer, request = self._in_flight[0]
+        if transfer not in self._over:
+            self._handle_events(timeout)
+            if transfer not in self._over:
+                return None
+        status, length = self._collect()
+        if status == usb1.TRANSFER_NO_DEVICE:
+            raise DeviceLostError(f"{self._name} was unplugged")
+        if status == usb1.TRANSFER_COMPLETED:
+            return Completion(request, length)
+        return Completion(
+            request, length, Outcome.HALTED if status == usb1.TRANSFER_STALL else Outcome.FAILED
+        )
+
+    def cancel(self) -> None:
+        """Cancel all and wait for each to come back."""
+        # The youngest first: else the kernel would go on with the next while the oldest is cancelled.
+        for transfer, _ in reversed(self._in_flight):
+            with contextlib.suppress(usb1.USBError):
+                transfer.cancel()
+        deadline = time.monotonic() + CANCEL_TIME
+        while self._in_flight and time.monotonic() < deadline:
+            if self._in_flight[0][0] in self._over:
+                self._collect()
+            else:
+                with contextlib.suppress(TransportError):
+                    self._handle_events(0.1)
+        if self._in_flight:
+            log.error("%s: %d USB transfers did not come back", self._name, len(self._in_flight))
+
+    def reset_endpoint(self) -> None:
+        """Halt and clear."""
+        try:
+            with contextlib.suppress(usb1.USBErrorPipe):  # a device may refuse to be halted
+                self._handle.controlWrite(
+                    0x02, usb1.REQUEST_SET_FEATURE, 0, self._stream.endpoint_in, b"", 500
+                )
+            self._handle.clearHalt(self._stream.endpoint_in)
+        except usb1.USBError as error:
+            raise self._ours(error) from error
+
+    def wake(self) -> None:
+        """Interrupt libusb's wait."""
+        with contextlib.suppress(usb1.USBError, AttributeError):
+            self._context.interruptEventHandler()
+
+    def close(self) -> None:
+        """Cancel, release, close the handle and its context."""
+        if self._context is None:
+            return
+        self.cancel()
+        for transfer in self._prepared.values():
+            transfer.close()
+        self._prepared.clear()
+        with contextlib.suppress(usb1.USBError):
+            self._handle.releaseInterface(self._stream.number)
+        self._handle.close()
+        self._context.close()
+        self._context = None
+
+    def _transfer(self, request: Request) -> Any:
+        """Return a transfer into the request's memory. It is prepared if a frame's buffer is used again.
+
+        python-libusb1 takes half of a transfer's time to set it up.
+        """
+        transfer = self._prepared.pop(_place(request.view), None)
+        if transfer is None:
+            transfer = self._handle.getTransfer()
+            transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._over.add)
+        return transfer
+
+    def _keep(self, transfer: Any, request: Request) -> None:
+        """Keep an idle transfer for the next request into the same memory; of too many, drop the oldest."""
+        place = _place(request.view)
+        if place in self._prepared:  # two requests had the same memory, where frames without a buffer go
+            transfer.close()
+            return
+        self._prepared[place] = transfer
+        if len(self._prepared) > MOST_PREPARED:
+            self._prepared.pop(next(iter(self._prepared))).close()
+
+    def _open(self, camera: UsbCamera) -> Any:
+        for device in self._context.getDeviceIterator(skip_on_error=True):
+            if (device.getBusNumber(), device.getDeviceAddress()) == (camera.bus, camera.address):
+                return device.open()
+        raise DeviceLostError(f"{self._name} was unplugged")
+
+    def _handle_events(self, timeout: float) -> None:
+        try:
+            self._context.handleEventsTimeout(timeout)
+        except usb1.USBErrorInterrupted:
+            pass
+        except usb1.USBError as error:
+            raise self._ours(error) from error
+
+    def _collect(self) -> tuple[int, int]:
+        """Take the oldest, which is over; gives its libusb status and length."""
+        transfer, request = self._in_flight.popleft()
+        self._over.discard(transfer)
+        self._count(request, -1)
+        result = transfer.getStatus(), transfer.getActualLength()
+        self._keep(transfer, request)
+        return result
+
+    def _ours(self, error: usb1.USBError) -> AccessDeniedError | TransportError:
+        if isinstance(error, usb1.USBErrorNoDevice):
+            return DeviceLostError(f"{self._name} was unplugged")
+        if isinstance(error, usb1.USBErrorAccess):
+            return permission_denied(self._name)
+        if isinstance(error, usb1.USBErrorBusy):
+            return AccessDeniedError(f"{self._name}: another application holds its stream; close it there")
+        return TransportError(f"{self._name}: USB error: {error}")
+
+
+def _place(view: NDArray[np.uint8]) -> tuple[int, int]:
+    """Return address and length of an array's memory."""
+    return view.__array_interface__["data"][0], len(view)
+
+
+def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
+    """Return the array's memory, without a hold on it; the request in flight has that.
+
+    python-libusb1 leaves a reference cycle at each transfer. With the array in it, a frame's buffer would
+    come back to its pool only when Python next looks for such cycles.
+    """
+    return (ctypes.c_char * len(view)).from_address(view.ctypes.data)
+
+
 def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueue:
     """Return the best queue there is: asynchronous over libusb, synchronous where that cannot be had.
 
@@ -156,13 +359,11 @@ def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueu
     if stream is None:
         raise TransportError(f"{handle.name} has no stream interface")
     library = _libusb_of(camera.backend)
-    if library is not None and depth > 1:
+    if library is not None and depth > 1 and usb1 is None:
+        log.info("python-libusb1 is missing; streaming takes one transfer at a time")
+    elif library is not None and depth > 1:
         try:
-            from grabbergui.driver.u3v.libusb_queue import LibusbQueue
-
             return LibusbQueue(library, camera, stream, depth)
-        except ImportError:
-            log.info("python-libusb1 is missing; streaming takes one transfer at a time")
         except (AccessDeniedError, DeviceLostError):
             raise
         except TransportError as error:

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import TransportError
-from grabbergui.driver.u3v import watcher as watching
-from grabbergui.driver.u3v.enumeration import BulkInterface
+from grabbergui.driver.u3v import threads
 from grabbergui.driver.u3v.gencp import Event
-from grabbergui.driver.u3v.usb import UsbTimeoutError
-from grabbergui.driver.u3v.watcher import ERRORS_IN_A_ROW, Watcher
+from grabbergui.driver.u3v.threads import ERRORS_IN_A_ROW, Watcher
+from grabbergui.driver.u3v.usb import BulkInterface, UsbTimeoutError
 from patience import until
 
 EVENTS = BulkInterface(1, 0x82, 0, 1024)
@@ -47,7 +46,7 @@ Watch = Callable[[Handle], tuple[list[int], list[str]]]
 
 @pytest.fixture
 def watch(monkeypatch) -> Iterator[Watch]:
-    monkeypatch.setattr(watching, "WAIT_TIME", 0.001)
+    monkeypatch.setattr(threads, "EVENT_WAIT", 0.001)
     watchers: list[Watcher] = []
 
     def begin(handle: Handle) -> tuple[list[int], list[str]]:
