@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import Grey
-from grabbergui.driver.sim.rendered import world
+from grabbergui.driver.sim import rendered_world as world
 
 POSES = tuple(itertools.product((-40, -25, -10, 10, 25, 40), (-25, -12, 0, 12, 25)))
 "Yaw and pitch of the heads, degrees."

@@ -18,7 +18,7 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.core.priority import run_first, single_threaded
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo import closed_loop

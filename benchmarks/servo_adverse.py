@@ -21,7 +21,7 @@ from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_pict
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.priority import single_threaded
-from grabbergui.driver.sim.rendered.scene import Things, board_pose, swaying
+from grabbergui.driver.sim.rendered_scene import Things, board_pose, swaying
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
 from grabbergui.servo.control import AHEAD_S, ArmController, off_centre

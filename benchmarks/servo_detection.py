@@ -24,7 +24,7 @@ from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.priority import single_threaded
-from grabbergui.driver.sim.rendered import world
+from grabbergui.driver.sim import rendered_world as world
 from grabbergui.servo.detection import CascadeFaceDetector, FaceDetector, YuNetFaceDetector, installed_model
 
 SIZES = (("640×480", 640, 480), ("1080p", 1920, 1080), ("8.8 MP", 4096, 2160))

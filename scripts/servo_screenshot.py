@@ -18,7 +18,7 @@ from PyQt5.QtTest import QTest
 
 from grabbergui.calibration.hand_eye_file import Placement
 from grabbergui.core.frame import Frame
-from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate

@@ -13,7 +13,7 @@ from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.rendered.scene import board_pose
+from grabbergui.driver.sim.rendered_scene import board_pose
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.hand_eye_run import HandEyeRun, arrangement

@@ -215,8 +215,8 @@ def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) ->
 
 def _simulated(model: KinematicModel, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
     from grabbergui.calibration import geometry
-    from grabbergui.driver.sim.rendered import scene as rendered_scene
-    from grabbergui.driver.sim.rendered.scene import Things
+    from grabbergui.driver.sim import rendered_scene
+    from grabbergui.driver.sim.rendered_scene import Things
     from grabbergui.servo import closed_loop
     from grabbergui.servo.control import ArmController
     from grabbergui.servo.hand_eye_stand import SimulatedCameras

@@ -21,10 +21,10 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim import rendered_scene
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.rendered import scene as rendered_scene
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig

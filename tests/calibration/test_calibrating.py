@@ -13,8 +13,8 @@ from grabbergui.calibration.boards import CharucoBoard, Chessboard
 from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
 from grabbergui.cli import CommandParser, calibrate
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.driver.sim.rendered.world import Panel, draw
+from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.driver.sim.rendered_world import Panel, draw
 
 WIDTH, HEIGHT = 640, 480
 CAMERA = np.array([[560.0, 0, 331], [0, 552.0, 228], [0, 0, 1]])

@@ -6,7 +6,7 @@ from grabbergui.calibration import geometry
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, pinhole
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, pinhole
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 

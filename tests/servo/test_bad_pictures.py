@@ -7,7 +7,7 @@ import pytest
 from grabbergui.calibration import geometry, markers
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, board_pose
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, at, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.state_machine import State
 

@@ -13,7 +13,7 @@ from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo

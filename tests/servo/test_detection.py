@@ -8,7 +8,7 @@ import servo_scene
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.detection import CascadeFaceDetector, Detector, Sighting
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])

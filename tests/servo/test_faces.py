@@ -9,7 +9,7 @@ import pytest
 from benchmarks import _heads
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered import world
+from grabbergui.driver.sim import rendered_world as world
 from grabbergui.servo import detection
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import (

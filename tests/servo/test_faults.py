@@ -9,7 +9,7 @@ import pytest
 from robots_for_tests import RecordingRobot, marker, seeing
 
 from grabbergui.core.errors import TransportError
-from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting

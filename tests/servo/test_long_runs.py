@@ -262,7 +262,7 @@ def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monke
 
 
 def test_a_camera_on_the_head_is_where_the_head_is_though_its_clock_is_set():
-    from grabbergui.driver.sim.rendered.scene import Things
+    from grabbergui.driver.sim.rendered_scene import Things
     from grabbergui.servo import closed_loop
 
     robot = SimRobot(teo.MODEL)

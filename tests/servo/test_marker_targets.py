@@ -18,7 +18,7 @@ from grabbergui.calibration.markers import (
     pose_covariance,
 )
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, at
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot, seeing
 
-from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config, SafetyConfig
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ServoLoop

@@ -8,7 +8,7 @@ import pytest
 from robots_for_tests import marker
 
 from grabbergui.calibration import geometry
-from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate

@@ -8,7 +8,7 @@ import pytest
 from robots_for_tests import RecordingRobot
 
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
 from grabbergui.servo.control import ArmController

@@ -11,7 +11,7 @@ import pytest
 
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.net.ros2 import runtime
 from grabbergui.servo import closed_loop
 from grabbergui.servo.robots import teo

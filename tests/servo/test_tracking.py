@@ -8,7 +8,7 @@ import servo_scene
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import ArucoDetector, MarkerDetection
-from grabbergui.driver.sim.rendered.scene import board_pose
+from grabbergui.driver.sim.rendered_scene import board_pose
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.robots import teo

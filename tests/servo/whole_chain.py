@@ -3,7 +3,7 @@
 import math
 
 from grabbergui.calibration import geometry
-from grabbergui.driver.sim.rendered.scene import board_pose
+from grabbergui.driver.sim.rendered_scene import board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State

@@ -17,7 +17,7 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, holds, pinhole
+from grabbergui.driver.sim.rendered_scene import MOVE_S, REST_S, BoardScene, holds, pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import BoardPreview, camera_name

@@ -37,11 +37,10 @@ from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import CHUNK_FEATURE, FILE_NAME, pieces
-from grabbergui.driver.sim.description import camera_xml
-from grabbergui.driver.sim.memory import Refusal, Register, RegisterRefusedError, RegisterValue
+from grabbergui.driver.sim.memory import Refusal, Register, RegisterRefusedError, RegisterValue, camera_xml
 from grabbergui.driver.sim.model import CameraModel, FramePlan
 from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
-from grabbergui.driver.sim.rendered.scene import BoardScene, RenderedScene
+from grabbergui.driver.sim.rendered_scene import BoardScene, RenderedScene
 from grabbergui.driver.sim.scene import Scene
 
 log = logging.getLogger(__name__)

@@ -3,7 +3,7 @@
 Most files are written in place, so a power cut leaves them incomplete. Firmware is collected in RAM and
 replaces the old one only when it is closed and its checksum is correct: a power cut loses the upload, never
 the firmware. FileState reports the result, and the file DeviceLog gets a line about it. The look-up table is
-the file LUTLuminance and, at the same time, LUTValueAll, LUTIndex and LUTValue.
+the file LUTLuminance and, at the same time, LUTValueAll, LUTIndex and LUTValue. The user sets are files, too.
 """
 
 from __future__ import annotations
@@ -20,7 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import RegisterMemory, RegisterValue
+from grabbergui.driver.sim.memory import (
+    Kind,
+    Refusal,
+    Register,
+    RegisterMemory,
+    RegisterRefusedError,
+    RegisterValue,
+)
 from grabbergui.driver.sim.registers import File, FileOpenMode, FileOperation, FileOperationStatus, FileState
 
 LUT_ENTRIES = 4096
@@ -313,3 +320,84 @@ def _by_value(depth: int, table: bytes) -> NDArray[Any]:
         places |= (1 << INPUT_BITS - depth) - 1  # the brightest value is the last entry
     found = np.frombuffer(table, ">u2")[places].astype(np.uint16) >> 16 - depth
     return found.astype(np.uint8 if depth == 8 else np.uint16)
+
+
+class UserSets:
+    """The user sets stored by UserSetSave: files of the camera, which survive resets and power cuts.
+
+    A file has a line `register = value` for each setting; omitted settings have the factory's values.
+    """
+
+    def __init__(self, memory: RegisterMemory, store: FileStore) -> None:
+        self._memory = memory
+        self._store = store
+        self._factory = self._present()
+        for file in _FILE_OF_SET.values():
+            if store.state(file) is reg.FileState.EMPTY:
+                store.replace(file, _encode(self._factory))
+
+    def save(self) -> None:
+        """Keep the present settings in the selected set. Raises RegisterRefusedError for the factory's."""
+        selected = reg.UserSet(self._memory.integer(reg.USER_SET_SELECTOR))
+        if selected is reg.UserSet.DEFAULT:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the factory's user set cannot be overwritten")
+        self._store.replace(_FILE_OF_SET[selected], _encode(self._present()))
+
+    def apply(self, which: Register) -> None:
+        """Take over the set that a register names.
+
+        Raises RegisterRefusedError, and changes nothing, if its file is incomplete or makes no sense.
+        """
+        selected = reg.UserSet(self._memory.integer(which))
+        settings = dict(self._factory)
+        if selected in _FILE_OF_SET:
+            file = _FILE_OF_SET[selected]
+            if self._store.state(file) is not reg.FileState.INTACT:
+                raise RegisterRefusedError(
+                    Refusal.ACCESS_DENIED, f"the file of {selected.name} is incomplete"
+                )
+            settings |= _decode(self._store.content(file))
+        for register, value in settings.items():
+            self._memory.set(register, value)
+
+    def apply_or_factory(self, which: Register) -> None:
+        """Take over the set that a register names; the factory's if that one is damaged."""
+        try:
+            self.apply(which)
+        except RegisterRefusedError as error:
+            self._store.note(f"the factory's settings are used: {error}")
+            for register, value in self._factory.items():
+                self._memory.set(register, value)
+
+    def _present(self) -> dict[Register, RegisterValue]:
+        return {register: self._memory.stored(register) for register in reg.ALL if register.saved}
+
+
+_FILE_OF_SET = {reg.UserSet.USER_SET1: reg.File.USER_SET1, reg.UserSet.USER_SET2: reg.File.USER_SET2}
+_SAVED = {register.name: register for register in reg.ALL if register.saved}
+
+
+def _encode(settings: dict[Register, RegisterValue]) -> bytes:
+    return "".join(f"{register.name} = {value}\n" for register, value in settings.items()).encode()
+
+
+def _decode(content: bytes) -> dict[Register, RegisterValue]:
+    """Raises RegisterRefusedError."""
+    settings: dict[Register, RegisterValue] = {}
+    for line in content.decode("utf-8", "replace").splitlines():
+        name, _, text = line.partition(" = ")
+        register = _SAVED.get(name)
+        if register is None:
+            raise RegisterRefusedError(
+                Refusal.INVALID_PARAMETER, f"the user set has no setting {name[:40]!r}"
+            )
+        value: RegisterValue = text
+        try:
+            if register.kind is not Kind.STRING:
+                value = float(text) if register.kind is Kind.FLOAT64 else int(text)
+        except ValueError as error:
+            message = f"the user set's {name} is no number: {text[:40]!r}"
+            raise RegisterRefusedError(Refusal.INVALID_PARAMETER, message) from error
+        register.check(value)
+        settings[register] = value
+    return settings

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.auto import regulate
 from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece
-from grabbergui.driver.sim.files import FileControl, FileStore, LookUpTable, firmware_version
+from grabbergui.driver.sim.files import FileControl, FileStore, LookUpTable, UserSets, firmware_version
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -29,9 +28,9 @@ from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import (
     DECIDING,
     FrameSettings,
-    UserSets,
     active_chunks,
     fastest_rate,
+    regulate,
     settings_of,
     update_geometry,
 )

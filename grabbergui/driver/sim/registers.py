@@ -12,8 +12,7 @@ import zlib
 from enum import IntEnum
 
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.description import DescribedRegisters, PowerOn
-from grabbergui.driver.sim.memory import Register
+from grabbergui.driver.sim.memory import DescribedRegisters, PowerOn, Register
 
 SENSOR_WIDTH, SENSOR_HEIGHT = 4096, 2160
 FIRST_WIDTH, FIRST_HEIGHT = 1224, 1024

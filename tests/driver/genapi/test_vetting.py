@@ -8,7 +8,7 @@ from fakes import XmlDevice
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.vetting import MOST_ENTRIES, MOST_NODES, vetted
-from grabbergui.driver.sim.description import camera_xml
+from grabbergui.driver.sim.memory import camera_xml
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="V" VendorName="V"

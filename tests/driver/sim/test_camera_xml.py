@@ -10,8 +10,7 @@ from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.description import camera_xml, with_transport
-from grabbergui.driver.sim.memory import Kind, Register
+from grabbergui.driver.sim.memory import Kind, Register, camera_xml, with_transport
 
 NAMESPACE = "{http://www.genicam.org/GenApi/Version_1_1}"
 ROOT = ElementTree.fromstring(camera_xml())

@@ -6,9 +6,9 @@ import pytest
 
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
+from grabbergui.driver.sim import rendered_scene as board
 from grabbergui.driver.sim.device import create
-from grabbergui.driver.sim.rendered import scene as board
-from grabbergui.driver.sim.rendered.scene import pinhole
+from grabbergui.driver.sim.rendered_scene import pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from patience import PATIENCE
 

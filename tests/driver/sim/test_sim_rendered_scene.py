@@ -5,10 +5,10 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim import rendered_world as world
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
-from grabbergui.driver.sim.rendered import world
-from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, pinhole
-from grabbergui.driver.sim.rendered.world import Panel, draw, marker_board
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, at, pinhole
+from grabbergui.driver.sim.rendered_world import Panel, draw, marker_board
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from patience import PATIENCE

@@ -5,7 +5,7 @@ import threading
 import pytest
 from whole_chain import detecting_runner
 
-from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots.simulated import SimRobot

@@ -18,7 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from whole_chain import detecting_runner, reach_marker  # noqa: E402
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError  # noqa: E402
-from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
+from grabbergui.driver.sim.rendered_scene import Things, board_pose  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402

@@ -14,8 +14,7 @@ from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import Capability, GvcpConfiguration, StreamChannel
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.description import with_transport
-from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory
+from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport
 from grabbergui.driver.sim.model import CameraModel
 
 XML_ADDRESS = 0x200000

@@ -19,9 +19,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.driver.sim import rendered_world as world
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
-from grabbergui.driver.sim.rendered import world
-from grabbergui.driver.sim.rendered.world import Matrix, Panel, Texture, draw
+from grabbergui.driver.sim.rendered_world import Matrix, Panel, Texture, draw
 from grabbergui.driver.sim.scene import Scene, SceneView
 from grabbergui.driver.sim.settings import FrameSettings
 

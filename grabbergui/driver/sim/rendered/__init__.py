@@ -1,1 +1,0 @@
-"""A rendered room for the simulated camera, with a marker that moves."""
