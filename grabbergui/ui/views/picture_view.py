@@ -15,12 +15,12 @@ from grabbergui.models.picture.points import BACKGROUND
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
-from grabbergui.ui.widgets.component_pane import MARGIN, ScaleBar, place_scale
 from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.messages import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
 from grabbergui.ui.widgets.picture_items import as_qimage
+from grabbergui.ui.widgets.plots import MARGIN, ScaleBar, place_scale
 from grabbergui.ui.windows import load_form
 
 NOTE_WIDTH = 560

@@ -1,4 +1,4 @@
-"""Items of the canvas: the image, and over it the values of single pixels, crosshair, grid and regions."""
+"""Items of pictures: the image; over it values of single pixels, crosshair, grid and regions, and the cursor."""
 
 from __future__ import annotations
 
@@ -283,3 +283,30 @@ class PictureMarks(PictureOverlay):
         width, height = self._bounds.width(), self._bounds.height()
         middle = self._bounds.center()
         return [QLineF(middle.x(), 0, middle.x(), height), QLineF(0, middle.y(), width, middle.y())]
+
+
+_CROSS = 7
+"Half the size of the mark of the cursor, screen pixels."
+
+
+class CursorMark(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
+    """A small cross at the cursor's place in another picture of the same frame; hidden at first."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFlag(self.ItemIgnoresTransformations)
+        self.setZValue(6)
+        self.hide()
+
+    def boundingRect(self) -> QRectF:
+        """The cross in screen pixels."""
+        return QRectF(-_CROSS - 2, -_CROSS - 2, 2 * _CROSS + 4, 2 * _CROSS + 4)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Draw it bright over dark, to be seen on any picture."""
+        for colour, width in ((QColor(0, 0, 0, 160), 3), (QColor(255, 255, 255), 1)):
+            painter.setPen(QPen(colour, width))
+            painter.drawLine(-_CROSS, 0, _CROSS, 0)
+            painter.drawLine(0, -_CROSS, 0, _CROSS)
