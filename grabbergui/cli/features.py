@@ -14,7 +14,7 @@ from grabbergui.core.errors import FeatureAccessError, GrabberError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.features.text import typed_value
+from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import SETTLED, LoadReport, load_onto, roll_back

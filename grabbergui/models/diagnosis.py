@@ -15,7 +15,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.models.features.text import quantity_text
+from grabbergui.models.features.numbers import quantity_text
 from grabbergui.models.language import counted, localized, translate
 
 WINDOW = 5.0

@@ -23,7 +23,8 @@ from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.models.features.text import number_text, value_text
+from grabbergui.models.features.numbers import number_text
+from grabbergui.models.features.shown import value_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import localized, translate
 from grabbergui.models.tuning import (

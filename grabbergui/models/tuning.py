@@ -28,7 +28,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, automatic_mode_of, switched_off
 from grabbergui.models.change_journal import Direction, Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, write_values
-from grabbergui.models.features.scale import nearest_allowed
+from grabbergui.models.features.numbers import nearest_allowed
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.measuring import measurable, planes

@@ -20,7 +20,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models.features.text import typed_value
+from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
 from grabbergui.recording import snapshot

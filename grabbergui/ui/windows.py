@@ -1,20 +1,25 @@
-"""Windows: built from Qt Designer's forms, fitted to the screen, and asking for a file or a folder.
+"""Windows: built from forms, fitted to the screen, asking for files; who gets their keys and the wheel.
 
-Forms are edited in Designer only; no Python copy of them exists.
+Forms are edited in Qt Designer only; no Python copy of them exists.
+
+Tab follows the order of reading, also through controls that were made long after others: Qt's own order is
+that of making, and its means to change it leave compound widgets behind.
 """
 
 from __future__ import annotations
 
 import io
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.machinery import SourceFileLoader
+from itertools import groupby
 from pathlib import Path
 from types import CodeType
 from typing import Any
 
-from PyQt5.QtCore import QSize
-from PyQt5.QtGui import QGuiApplication
-from PyQt5.QtWidgets import QFileDialog, QWidget
+from PyQt5.QtCore import QEvent, QObject, QPoint, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
+from PyQt5.QtWidgets import QFileDialog, QScrollArea, QWidget
 
 from grabbergui.ui.theme import apply_icons
 
@@ -107,3 +112,151 @@ class FileDialogs:
         """Ask for a folder; `before` is the one used so far."""
         chosen = QFileDialog.getExistingDirectory(self._window, title, str(before))
         return Path(chosen) if chosen else None
+
+
+LINE = 12
+"Pixels of height within which controls stand on one line."
+
+
+def reading_order(regions: Sequence[QWidget]) -> list[QWidget]:
+    """Return the controls that take the Tab key: region by region, in each line by line from the left."""
+    return [widget for region in regions if region.isVisible() for widget in _lines(region)]
+
+
+def give_focus(regions: Sequence[QWidget], at: QWidget | None, *, forward: bool) -> bool:
+    """Give the focus to the control after `at`, or before it. Return False if there is none."""
+    order = reading_order(regions)
+    if not order:
+        return False
+    known = at
+    while known is not None and known not in order:
+        known = known.parentWidget()
+    step = 1 if forward else -1
+    index = (order.index(known) + step) % len(order) if known is not None else 0
+    reason = Qt.FocusReason.TabFocusReason if forward else Qt.FocusReason.BacktabFocusReason
+    order[index].setFocus(reason)
+    _bring_into_view(order[index])
+    return True
+
+
+def _lines(region: QWidget) -> list[QWidget]:
+    places = []
+    for widget in region.findChildren(QWidget):
+        if _takes_tab(widget):
+            middle = widget.mapTo(region, QPoint(0, widget.height() // 2))
+            places.append((middle.y(), middle.x(), widget))
+    places.sort(key=lambda place: place[:2])
+    line, last = 0, None
+    numbered = []
+    for y, x, widget in places:
+        if last is not None and y - last >= LINE:
+            line += 1
+        if last is None or y - last >= LINE:
+            last = y
+        numbered.append((line, x, widget))
+    ordered: list[QWidget] = []
+    for _, on_line in groupby(numbered, key=lambda place: place[0]):
+        ordered += [widget for _, _, widget in sorted(on_line, key=lambda place: place[1])]
+    return ordered
+
+
+def _takes_tab(widget: QWidget) -> bool:
+    takes = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
+    # A scroll area itself is of no use to the keyboard where its content takes the focus.
+    return bool(takes) and widget.isVisible() and widget.isEnabled() and not isinstance(widget, QScrollArea)
+
+
+def _bring_into_view(widget: QWidget) -> None:
+    above = widget.parentWidget()
+    while above is not None:
+        if isinstance(above, QScrollArea):
+            above.ensureWidgetVisible(widget)
+        above = above.parentWidget()
+
+
+class StopKeys(QObject):
+    """Catches its keys in a window and all of its children, before any of these handles them."""
+
+    pressed = pyqtSignal()
+
+    def __init__(self, window: QWidget, keys: Sequence[Qt.Key]) -> None:
+        """Watch the window and its present children."""
+        super().__init__(window)
+        self.keys = tuple(keys)
+        """The keys that stop now; may be changed."""
+        for watched in (window, *window.findChildren(QWidget)):
+            watched.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Emit for a stop key; a key that is held down counts once."""
+        if isinstance(event, QKeyEvent) and event.key() in self.keys:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                event.accept()
+                if not event.isAutoRepeat():
+                    self.pressed.emit()
+                return True
+        return super().eventFilter(watched, event)
+
+
+class WheelGuard(QObject):
+    """Lets the wheel reach its widget only while that has the focus; otherwise the panel scrolls."""
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Ignore a wheel event without focus, so that the parent gets it."""
+        if (
+            event is not None
+            and event.type() == QEvent.Type.Wheel
+            and isinstance(watched, QWidget)
+            and not watched.hasFocus()
+        ):
+            event.ignore()
+            return True
+        return False
+
+
+_UNDO = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
+_EDITING = (
+    QKeySequence.StandardKey.Copy,
+    QKeySequence.StandardKey.Cut,
+    QKeySequence.StandardKey.Paste,
+    QKeySequence.StandardKey.SelectAll,
+)
+_MOVING = (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End, Qt.Key.Key_Up, Qt.Key.Key_Down,
+           Qt.Key.Key_Backspace, Qt.Key.Key_Delete)  # fmt: skip
+
+
+class ShortcutGuard(QObject):
+    """Keeps a line edit or spin box from taking the window's keys with Ctrl for itself.
+
+    On X11 such a field clears itself on Ctrl+U and moves its cursor on Ctrl+E, and it takes Ctrl+Z even where
+    nothing was typed. Here it keeps what belongs to editing text; undo and redo only while `typing`.
+    """
+
+    def __init__(self, field: QWidget, typing: Callable[[], bool]) -> None:
+        super().__init__(field)
+        self._typing = typing
+        field.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Keep the window's keys from the field: the question whether it wants them, and the press itself."""
+        if not isinstance(event, QKeyEvent) or not self._belongs_to_window(event):
+            return False
+        if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
+            return False
+        event.ignore()
+        return True
+
+    def _belongs_to_window(self, event: QKeyEvent) -> bool:
+        if any(event.matches(key) for key in _UNDO):
+            return not self._typing()
+        if not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            return False
+        return event.key() not in _MOVING and not any(event.matches(key) for key in _EDITING)

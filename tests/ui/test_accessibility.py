@@ -32,8 +32,8 @@ from PyQt5.QtWidgets import (
 from screen_reader import Heard, hear
 
 from grabbergui.ui.run.application import speak
-from grabbergui.ui.widgets.keyboard import LINE, reading_order
 from grabbergui.ui.widgets.labels import ElidedLabel
+from grabbergui.ui.windows import LINE, reading_order
 from patience import PROGRAM
 
 CONTROLS = (

@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features import shown
-from grabbergui.models.features.shown import MOST
+from grabbergui.models.features.shown import MOST_PINNED
 from grabbergui.ui.preferences import Preferences, camera_model
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
@@ -29,7 +29,7 @@ def test_names_are_moved_and_removed():
     assert shown.moved(tuple("ABC"), "A", -1) == tuple("ABC")
     assert shown.moved(tuple("ABC"), "X", 1) == tuple("ABC")
     assert shown.without(tuple("ABC"), "B") == tuple("AC")
-    full = tuple(f"F{n}" for n in range(MOST))
+    full = tuple(f"F{n}" for n in range(MOST_PINNED))
     assert shown.placed(full, "X", 0) == full
     assert shown.placed(full, "F3", 0)[0] == "F3"
 
@@ -127,14 +127,14 @@ def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back
 def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
     source = app.program.connection.source
     names = [d.name for d in source.features.root.descriptions() if d.name not in USUAL]
-    for name in names[: MOST - 3]:
+    for name in names[: MOST_PINNED - 3]:
         app.program.favourites.add(name)
-    app.until(lambda: len(pinned(app)) == MOST)
+    app.until(lambda: len(pinned(app)) == MOST_PINNED)
     strip = app.window.favourites
     app.until(lambda: len({card.y() for card in strip._shown}) > 1)
     assert all(card.geometry().right() <= strip.width() for card in strip._shown)
     assert strip.place_at(strip._shown[3].geometry().center() + QPoint(-60, 0)) == 3
-    app.program.favourites.add(names[MOST])
+    app.program.favourites.add(names[MOST_PINNED])
     assert "no more than 12" in app.errors[0]
 
 

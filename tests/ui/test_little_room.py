@@ -22,9 +22,9 @@ from PyQt5.QtWidgets import (
 from grabbergui import sources
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.widgets.keyboard import reading_order
 from grabbergui.ui.widgets.labels import ElidedComboBox
 from grabbergui.ui.widgets.messages import MessageBar
+from grabbergui.ui.windows import reading_order
 
 LEAST_CHOICE = 60
 "Pixels of a choice whose text ends in dots."

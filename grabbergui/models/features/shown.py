@@ -1,11 +1,31 @@
-"""Selection of the features shown: by visibility, by filter, and pinned ones. Pure functions."""
+"""What is shown of features: which of them, and their values, ranges and tooltips in the user's language.
+
+In English, range and reason are those of `Feature.range_text` and `Feature.access_problem`, with units as
+people write them. Pure functions.
+"""
 
 from __future__ import annotations
 
+import html
+import ipaddress
+import re
 from collections.abc import Callable, Collection, Sequence
 
-from grabbergui.core.features import Category, FeatureDescription, Visibility
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+    Representation,
+    Visibility,
+    format_number,
+    format_value,
+)
 from grabbergui.core.sfnc import automatic_mode_of
+from grabbergui.models.features.numbers import CODED, quantity_text, unit_text
+from grabbergui.models.language import counted, driver_text, localized, translate
 
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
 """Commands that beginners have buttons for, which also start and stop receiving."""
@@ -55,16 +75,16 @@ def _collect(
             found[member.name] = None
 
 
-MOST = 12
+MOST_PINNED = 12
 "Most features that can be pinned."
 
 
 def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
     """Return the names with one of them at the place before which it was dropped; it may be there already.
 
-    A place beyond the end is the end. With `MOST` names, one that is not among them is not taken.
+    A place beyond the end is the end. With `MOST_PINNED` names, one that is not among them is not taken.
     """
-    if name not in names and len(names) >= MOST:
+    if name not in names and len(names) >= MOST_PINNED:
         return tuple(names)
     index = min(max(index, 0), len(names))
     before = [other for other in names[:index] if other != name]
@@ -84,3 +104,127 @@ def moved(names: Sequence[str], name: str, steps: int) -> tuple[str, ...]:
     others = without(names, name)
     index = min(max(names.index(name) + steps, 0), len(others))
     return (*others[:index], name, *others[index:])
+
+
+_LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+_ZERO_WIDTH_SPACE = "\u200b"
+
+
+def breakable(title: str) -> str:
+    """Return a title that may be broken into lines between its words, also where it is one CamelCase word."""
+    return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
+
+
+def coded_text(number: int, representation: Representation) -> str:
+    """Return an integer as hexadecimal, IPv4 or MAC address; the first octet is the highest byte."""
+    if representation is Representation.IPV4_ADDRESS and 0 <= number < 1 << 32:
+        return str(ipaddress.IPv4Address(number))
+    if representation is Representation.MAC_ADDRESS and 0 <= number < 1 << 48:
+        return ":".join(f"{byte:02X}" for byte in number.to_bytes(6, "big"))
+    return f"-0x{-number:X}" if number < 0 else f"0x{number:X}"
+
+
+def parse_coded(text: str, representation: Representation) -> int:
+    """Parse a typed integer; also plain or hexadecimal digits. Raises ValueError."""
+    bare = text.strip()
+    if representation is Representation.IPV4_ADDRESS and "." in bare:
+        return int(ipaddress.IPv4Address(bare))
+    if representation is Representation.MAC_ADDRESS and re.fullmatch(
+        r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}", bare
+    ):
+        return int.from_bytes(bytes(int(octet, 16) for octet in re.split("[:-]", bare)), "big")
+    try:
+        return int(bare, 0)
+    except ValueError:
+        if representation is not Representation.HEX_NUMBER:
+            raise
+        return int(bare, 16)
+
+
+def access_text(feature: Feature) -> str:
+    """Return why the feature cannot be written, as the end of a sentence."""
+    if feature.problem:
+        return translate("Features", "is not available: {0}").format(driver_text(feature.problem))
+    if feature.constant:
+        return translate("Features", "is read-only")
+    if feature.access is AccessMode.NOT_IMPLEMENTED:
+        return translate("Features", "is not implemented by this camera")
+    if feature.access is AccessMode.NOT_AVAILABLE:
+        return translate("Features", "is not available at the moment; another feature's value hides it")
+    if feature.access is AccessMode.READ_ONLY:
+        return translate("Features", "is read-only; streaming or another feature may lock it")
+    return translate("Features", "cannot be used at the moment")
+
+
+def range_text(feature: Feature) -> str:
+    """Return the allowed values: `10 … 1000000 µs, step 1`, `one of Off, Once`."""
+    if feature.kind is FeatureKind.ENUMERATION:
+        entries = ", ".join(entry.name for entry in feature.entries if entry.available)
+        return translate("Features", "one of {0}").format(entries)
+    if feature.kind is FeatureKind.BOOLEAN:
+        return translate("Features", "true or false")
+    if feature.kind is FeatureKind.STRING:
+        if feature.maximum_length:
+            return counted(
+                feature.maximum_length,
+                translate("Features", "1 byte of text"),
+                translate("Features", "up to {0} bytes of text"),
+            )
+        return translate("Features", "text")
+    if feature.minimum is None or feature.maximum is None:
+        return translate("Features", "a number")
+    low, high = (localized(format_number(limit)) for limit in (feature.minimum, feature.maximum))
+    text = f"{low} … {high} {unit_text(feature.unit)}"
+    if feature.increment and feature.increment != 1:
+        step = translate("Features", "{0}, step {1}")
+        return step.format(text.rstrip(), localized(format_number(feature.increment)))
+    return text.rstrip()
+
+
+def value_text(feature: Feature) -> str:
+    """Return the value with its unit, as a read-only row shows it; a dash where there is none."""
+    value: FeatureValue | None = feature.value
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return translate("Features", "yes") if value else translate("Features", "no")
+    if isinstance(value, str):
+        return next((e.display_name or e.name for e in feature.entries if e.name == value), value)
+    if feature.representation in CODED and isinstance(value, int):
+        return coded_text(value, feature.representation)
+    return quantity_text(value, feature.unit)
+
+
+def tooltip_html(feature: Feature) -> str:
+    """Return a feature's tooltip: the reason for which it cannot be used, help, range, name."""
+    parts = [f"<b>{html.escape(feature.title)}</b>"]
+    if not feature.access.writable:
+        why = translate("Features", "It {0}.").format(access_text(feature))
+        parts.append(f"<i>{html.escape(why)}</i>")
+    elif feature.pauses_stream:
+        pause = translate("Features", "Changing it pauses the stream for a moment.")
+        parts.append(f"<i>{html.escape(pause)}</i>")
+    parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
+    if feature.kind is not FeatureKind.COMMAND and not feature.problem:
+        if feature.value is not None:
+            parts.append(_line(translate("Features", "Value: {0}"), _exact(feature)))
+        parts.append(_line(translate("Features", "Range: {0}"), range_text(feature)))
+    if feature.selectors:
+        parts.append(_line(translate("Features", "Selected by: {0}"), ", ".join(feature.selectors)))
+    parts.append(f"<code>{html.escape(feature.name)}</code>")
+    return "<br>".join(parts)
+
+
+def _line(text: str, value: str) -> str:
+    return html.escape(text.format(_shortened(value)))
+
+
+def _exact(feature: Feature) -> str:
+    """Return the value with all its digits, which the control may have no room for."""
+    text = format_value(feature.value)
+    number = isinstance(feature.value, int | float)
+    return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
+
+
+def _shortened(text: str, length: int = 300) -> str:
+    return text if len(text) <= length else text[: length - 1] + "…"

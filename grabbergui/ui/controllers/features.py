@@ -206,9 +206,9 @@ class FavouritesController(QObject):
 
     def place(self, name: str, index: int) -> None:
         """Pin a feature before the one at `index`."""
-        if name not in self.names and len(self.names) >= shown.MOST:
+        if name not in self.names and len(self.names) >= shown.MOST_PINNED:
             text = self.tr("no more than {0} controls can be pinned; unpin one first")
-            self._messages.error(text.format(shown.MOST))
+            self._messages.error(text.format(shown.MOST_PINNED))
             return
         self._change(lambda names: shown.placed(names, name, index))
 

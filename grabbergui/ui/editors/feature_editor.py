@@ -23,10 +23,10 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models.features.scale import nearest_allowed
-from grabbergui.models.features.text import access_text, coded_text, parse_coded, value_text
-from grabbergui.ui.widgets.keyboard import ShortcutGuard, WheelGuard
+from grabbergui.models.features.numbers import nearest_allowed
+from grabbergui.models.features.shown import access_text, coded_text, parse_coded, value_text
 from grabbergui.ui.widgets.labels import ElidedComboBox
+from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
 
 class FeatureEditor(QWidget):

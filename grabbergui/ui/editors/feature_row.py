@@ -12,8 +12,8 @@ from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QLabel, QSiz
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
 from grabbergui.core.sfnc import as_editable
-from grabbergui.models.features.scale import SliderScale
-from grabbergui.models.features.text import CODED, breakable, tooltip_html
+from grabbergui.models.features.numbers import CODED, SliderScale
+from grabbergui.models.features.shown import breakable, tooltip_html
 from grabbergui.ui.editors.feature_editor import (
     AutoButton,
     ChoiceEditor,

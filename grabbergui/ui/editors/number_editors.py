@@ -10,19 +10,22 @@ from PyQt5.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QSho
 from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QToolTip, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.scale import Pace, SliderScale, nearest_allowed, stepped
-from grabbergui.models.features.text import (
+from grabbergui.models.features.numbers import (
     DIGITS,
+    Pace,
+    SliderScale,
     can_become_number,
+    nearest_allowed,
     parse_number,
     quantity_text,
     shown_unit,
+    stepped,
     typed_unit,
     without_shown_unit,
 )
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.value_slider import ValueSlider
-from grabbergui.ui.widgets.keyboard import ShortcutGuard, WheelGuard
+from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
 LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown in any width."""

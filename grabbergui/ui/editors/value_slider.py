@@ -18,9 +18,8 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.scale import Pace, SliderScale, stepped
-from grabbergui.models.features.text import quantity_text
-from grabbergui.ui.widgets.keyboard import WheelGuard
+from grabbergui.models.features.numbers import Pace, SliderScale, quantity_text, stepped
+from grabbergui.ui.windows import WheelGuard
 
 SCROLL_MS = 40
 "Between two steps of the range under a handle that is held beyond the end of the track."

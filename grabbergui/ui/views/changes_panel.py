@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
 from grabbergui.core.features import format_value
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
-from grabbergui.models.features.text import number_text
+from grabbergui.models.features.numbers import number_text
 from grabbergui.ui.windows import load_form
 
 _WIDTHS = (76, 180, 90, 90, 80)

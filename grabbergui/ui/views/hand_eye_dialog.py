@@ -33,8 +33,8 @@ from grabbergui.servo.overlay import BAD, GOOD
 from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.widgets.keyboard import StopKeys, WheelGuard
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
+from grabbergui.ui.windows import StopKeys, WheelGuard
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")

@@ -33,9 +33,8 @@ from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
-from grabbergui.ui.widgets.keyboard import give_focus
 from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.windows import TITLE_BAR, load_form
+from grabbergui.ui.windows import TITLE_BAR, give_focus, load_form
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."

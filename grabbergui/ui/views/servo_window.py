@@ -29,11 +29,10 @@ from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
-from grabbergui.ui.widgets.keyboard import StopKeys, WheelGuard
 from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.robot_view import RobotView
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import StopKeys, WheelGuard, load_form
 
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "The states of a run without incidents, in order."

@@ -1,4 +1,4 @@
-"""Items of pictures: the image; over it values of single pixels, crosshair, grid and regions, and the cursor."""
+"""Items of pictures: the image, and over it values of pixels, crosshair, grid, regions, and the cursor."""
 
 from __future__ import annotations
 

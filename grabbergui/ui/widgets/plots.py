@@ -13,7 +13,8 @@ from PyQt5.QtGui import QColor, QImage, QPainter, QPaintEvent, QPalette, QShowEv
 from PyQt5.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
+from grabbergui.models.features.numbers import in_unit, number_text, quantity_text, shown_unit
+from grabbergui.models.features.shown import breakable
 from grabbergui.models.language import localized
 from grabbergui.models.picture.quantities import NO_DATA, ColourScale
 from grabbergui.ui.windows import load_form

@@ -5,7 +5,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
-from grabbergui.models.features.scale import STEPS, Pace, SliderScale, natural_step, nearest_allowed, stepped
+from grabbergui.models.features.numbers import (
+    STEPS,
+    Pace,
+    SliderScale,
+    natural_step,
+    nearest_allowed,
+    stepped,
+)
 
 
 def feature(minimum, maximum, value=None, kind=None, **more):

@@ -5,18 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Representation
-from grabbergui.models.features.text import (
-    breakable,
-    coded_text,
+from grabbergui.models.features.numbers import (
     number_text,
-    parse_coded,
     parse_number,
     quantity_text,
     shown_unit,
-    tooltip_html,
     typed_unit,
-    value_text,
 )
+from grabbergui.models.features.shown import breakable, coded_text, parse_coded, tooltip_html, value_text
 
 HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
 FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)

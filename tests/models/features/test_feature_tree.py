@@ -9,7 +9,7 @@ from grabbergui import sources
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
-from grabbergui.models.features.text import tooltip_html
+from grabbergui.models.features.shown import tooltip_html
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from patience import PATIENCE, until
