@@ -24,8 +24,8 @@ from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.tree import TreeFeatures
-from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
+from grabbergui.net.yarp.grabber_ends import Features, GrabberLink
 from grabbergui.net.yarp.image import MONO, PIXELS
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.name_client import NameClient

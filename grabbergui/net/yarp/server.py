@@ -23,7 +23,7 @@ from grabbergui.core.scan3d import CurrentScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
 from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.grabber_service import GrabberService
+from grabbergui.net.yarp.grabber_ends import GrabberService
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Reply, Request

@@ -25,7 +25,7 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client, client_link, grabber_service, grabber_values
+from grabbergui.net.yarp import client, grabber_ends, grabber_values
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -39,18 +39,18 @@ def remote(
     scene: Stage, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[FrameGrabber]:
     """An open client of a server that is ours, or pretends to be YARP's own of one kind."""
-    monkeypatch.setattr(client_link, "TIMEOUT", PATIENCE)  # others may have the machine's cores
+    monkeypatch.setattr(grabber_ends, "TIMEOUT", PATIENCE)  # others may have the machine's cores
     if request.param != "ours":
-        answer = grabber_service.GrabberService.answer
+        answer = grabber_ends.GrabberService.answer
         foreign = Vocab("nak") if request.param == "3.x" else Vocab("fail")
 
-        def pretend(self: grabber_service.GrabberService, message: Bottle) -> object:
+        def pretend(self: grabber_ends.GrabberService, message: Bottle) -> object:
             thrift = isinstance(message[0], str)
             if grabber_values.is_tree_request(message) or thrift == (request.param == "3.x"):
                 return [Bottle([foreign]).encode()] if thrift else None
             return answer(self, message)
 
-        monkeypatch.setattr(grabber_service.GrabberService, "answer", pretend)
+        monkeypatch.setattr(grabber_ends.GrabberService, "answer", pretend)
     with scene.share():
         grabber = connect(scene)
         grabber.open()
@@ -294,9 +294,9 @@ def test_commands(scene: Stage) -> None:
 
 
 def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = grabber_service.GrabberService.answer
+    answer = grabber_ends.GrabberService.answer
     empty = [Bottle([Vocab("fail")]).encode()]
-    monkeypatch.setattr(grabber_service.GrabberService, "answer", lambda self, message: empty)
+    monkeypatch.setattr(grabber_ends.GrabberService, "answer", lambda self, message: empty)
     with scene.share():
         remote = connect(scene)
         remote.open()
@@ -304,10 +304,10 @@ def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.Monke
         states: list[ConnectionState] = []
         remote.connection_changed.connect(lambda state, reason: states.append(state))
 
-        def attached(self: grabber_service.GrabberService, message: Bottle) -> object:
+        def attached(self: grabber_ends.GrabberService, message: Bottle) -> object:
             return empty if isinstance(message[0], str) else answer(self, message)
 
-        monkeypatch.setattr(grabber_service.GrabberService, "answer", attached)
+        monkeypatch.setattr(grabber_ends.GrabberService, "answer", attached)
         until(lambda: states, "the camera's arrival")
         assert remote.has_feature("Gain")
         remote.close()

@@ -18,8 +18,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net import tree
 from grabbergui.net.yarp import grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
+from grabbergui.net.yarp.grabber_ends import GrabberService
 from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
-from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
 from patience import PATIENCE
