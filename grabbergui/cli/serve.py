@@ -265,7 +265,7 @@ def _on_yarp(
     from grabbergui.net.yarp.image import Capability
     from grabbergui.net.yarp.os.name_client import require_authentication
     from grabbergui.net.yarp.server import YarpGrabberServer
-    from grabbergui.terminal.interpreter import remote_terminal
+    from grabbergui.terminal import remote_terminal
 
     if options.require_authentication:
         require_authentication()
@@ -314,7 +314,7 @@ def _on_ros2(
     grabber: FrameGrabber, options: ServeOptions, calibration: FittedCalibration, ros_args: Sequence[str]
 ) -> Iterator[Ros2GrabberServer]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
-    from grabbergui.terminal.interpreter import remote_terminal
+    from grabbergui.terminal import remote_terminal
 
     allowed = options.allowed
     if not allowed.everybody:

@@ -20,6 +20,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
 from grabbergui.models.open_source import OpenSource
+from grabbergui.recording import DiskFullError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.recorder import (
     Recorder,
     RecordingKind,
@@ -27,7 +28,6 @@ from grabbergui.recording.recorder import (
     RecordingProgress,
     create_recorder,
 )
-from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
 
 
 @dataclass(frozen=True)

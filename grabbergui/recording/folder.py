@@ -16,8 +16,7 @@ from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.recording.recorder import OrderedWork, RecordingWriter
-from grabbergui.recording.recording import (
+from grabbergui.recording import (
     DEFAULT_RATE,
     FrameNote,
     Recording,
@@ -29,6 +28,7 @@ from grabbergui.recording.recording import (
     rising,
     unpacked,
 )
+from grabbergui.recording.recorder import OrderedWork, RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")

@@ -25,7 +25,7 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.recording.recording import (
+from grabbergui.recording import (
     FrameNote,
     Recording,
     RecordingError,

@@ -17,10 +17,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.recording import ros_image
+from grabbergui.recording import ros_image, unpacked
 from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
 from grabbergui.recording.recorder import RecordingWriter
-from grabbergui.recording.recording import unpacked
 from grabbergui.recording.ros_image import RosImage
 
 

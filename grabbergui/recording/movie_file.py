@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.recording.movie_writer import TIME_BASE, notes_beside, plane_of
-from grabbergui.recording.recording import (
+from grabbergui.recording import (
     FrameNote,
     Recording,
     RecordingError,
@@ -26,6 +25,7 @@ from grabbergui.recording.recording import (
     rebuilt,
     rising,
 )
+from grabbergui.recording.movie_writer import TIME_BASE, notes_beside, plane_of
 
 MAX_FRAMES = 10_000_000
 MAX_PIXELS = 1 << 28

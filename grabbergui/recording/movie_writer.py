@@ -32,13 +32,13 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
-from grabbergui.recording.recorder import OrderedWork, RecordingKind, RecordingWriter
-from grabbergui.recording.recording import (
+from grabbergui.recording import (
     RecordingError,
     Rising,
     note_of,
     unpacked,
 )
+from grabbergui.recording.recorder import OrderedWork, RecordingKind, RecordingWriter
 
 TIME_BASE = Fraction(1, 1_000_000)
 "Seconds in a unit of a movie's times."

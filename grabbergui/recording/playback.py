@@ -29,7 +29,7 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
-from grabbergui.recording.recording import Recording, open_recording
+from grabbergui.recording import Recording, open_recording
 
 log = logging.getLogger(__name__)
 

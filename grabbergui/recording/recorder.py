@@ -29,7 +29,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role
-from grabbergui.recording.recording import (
+from grabbergui.recording import (
     DiskFullError,
     RecordingError,
     SourceClosedError,

@@ -1,1 +1,276 @@
-"""A camera by typed commands: the interpreter, and the console that runs it."""
+"""A camera by typed commands: text in, text out, no console in between.
+
+The same commands serve the console, a YARP port and a ROS 2 service. Names of commands follow the reference
+system's terminal (`list_features`, `get_feature`, `set_feature`).
+"""
+
+from __future__ import annotations
+
+import inspect
+import shlex
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grabbergui.core.errors import FeatureNotFoundError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.settings import SettingKey
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.models.features.numbers import typed_value
+from grabbergui.models.settings import feature_set, files
+from grabbergui.models.settings.loading import load_onto
+from grabbergui.recording import snapshot
+
+_FRAME_TIMEOUT = 5.0
+_CANCEL_PERIOD = 0.2
+"""Seconds between checks whether a command was cancelled while it waits for a frame."""
+_WATCH_PERIOD = 0.05
+_WATCH_LONGEST = 5.0
+"""Seconds; a remote terminal waits seven for its answer."""
+_MOST_FRAMES = 100
+_REMOTE_LINE = 2000
+"""Most characters of a remote line: splitting it into words takes 1 µs each."""
+_ON_FILES = {"snapshot", "save", "load", "grab"}
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command of the terminal."""
+
+    arguments: str
+    "The arguments as in the help: `NAME [VALUE]`."
+    meaning: str
+    run: Callable[..., str]
+
+
+class Interpreter:
+    """Runs one line at a time. Any thread, but one line at once.
+
+    A `remote` one has no commands that read or write files: permission to set a gain over the network is no
+    permission to write to this machine's disk.
+    """
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        *,
+        folder: Path | None = None,
+        remote: bool = False,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Setting `cancelled` ends commands that wait for the camera."""
+        self._grabber = grabber
+        self._cancelled = cancelled
+        self._folder = folder or Path.cwd()
+        self.finished = False
+        "Set by `exit`."
+        self.commands: dict[str, Command] = {
+            "list_features": Command(
+                "[TEXT]",
+                "the features (beginner and expert) whose name has TEXT in it, with values",
+                self._list_features,
+            ),
+            "get_feature": Command("NAME", "a feature's value and range", self._get_feature),
+            "set_feature": Command(
+                "NAME VALUE", "write a value; its automatic mode, if any, goes off", self._set_feature
+            ),
+            "run": Command("NAME", "execute a command of the camera", self._run),
+            "auto": Command(
+                "NAME [Continuous|Once|Off]", "hand a feature to the camera, or take it back", self._auto
+            ),
+            "mode": Command("NAME", "whether a feature is set by hand or by the camera", self._mode),
+            "start": Command("", "let the stream run", self._start),
+            "stop": Command("", "stop the stream, for everybody", self._stop),
+            "watch": Command(
+                "NAME [SECONDS]",
+                "a feature's values for a while (2, at most 5 s)",
+                self._watch,
+            ),
+            "grab": Command("N [FOLDER]", "save the next N frames (at most 100)", self._grab),
+            "snapshot": Command(
+                "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
+            ),
+            "save": Command("FILE", "save all settings: .yaml, or GenICam's own format", self._save),
+            "load": Command("FILE", "load settings; what became of each", self._load),
+            "stats": Command("", "frames, losses and rates since the stream was started", self._stats),
+            "help": Command("", "this list", self._help),
+            "exit": Command("", "leave; a server ends", self._exit),
+        }
+        "The commands by name, for completion too."
+        if remote:
+            for name in _ON_FILES & self.commands.keys():
+                del self.commands[name]
+        self._aliases = {"list": "list_features", "get": "get_feature", "set": "set_feature", "quit": "exit"}
+
+    def execute(self, line: str) -> str:
+        """Run a line and return what to print, perhaps nothing. Raises GrabberError for what fails."""
+        try:
+            words = shlex.split(line)
+        except ValueError as error:
+            raise UsageError(f"'{line}': {error}") from error
+        if not words:
+            return ""
+        name = self._aliases.get(words[0], words[0])
+        command = self.commands.get(name)
+        if command is None:
+            raise UsageError(f"there is no command '{words[0]}'; `help` lists them")
+        try:
+            inspect.signature(command.run).bind(*words[1:])
+        except TypeError:
+            raise UsageError(f"write `{name} {command.arguments}`") from None
+        return command.run(*words[1:])
+
+    # -- commands --------------------------------------------------------------------------------
+    def _list_features(self, *text: str) -> str:
+        wanted = " ".join(text).lower()
+        lines = [
+            self._line(self._grabber.feature(description.name))
+            for description in self._grabber.feature_tree().descriptions()
+            if wanted in f"{description.name} {description.title}".lower()
+            and (wanted or description.visibility <= Visibility.EXPERT)
+        ]
+        return "\n".join(lines) or f"no feature's name has '{wanted}' in it"
+
+    def _get_feature(self, name: str) -> str:
+        return self._line(self._grabber.read_setting(SettingKey.parse(name)))
+
+    def _set_feature(self, name: str, *value: str) -> str:
+        # NAME=VALUE is the form of the command line.
+        joined = SettingKey.parse_assignment(name) if not value else None
+        key, text = joined or (SettingKey.parse(name), " ".join(value).removeprefix("=").strip())
+        # An empty text is a value of its own, to be written as "".
+        feature = self._grabber.feature(key.name)
+        is_empty_text = "" in value and feature.kind is FeatureKind.STRING
+        if not text and not is_empty_text:
+            raise UsageError(f"{name}: which value? {self._grabber.read_setting(key).range_text()}")
+        return self._line(self._grabber.write_setting(key, typed_value(text, feature)).feature)
+
+    def _run(self, name: str) -> str:
+        self._grabber.execute_setting(SettingKey.parse(name))
+        return f"{name} is done"
+
+    def _auto(self, name: str, mode: str = AUTO_CONTINUOUS) -> str:
+        automatic = self._grabber.feature(name).auto
+        if automatic is None:
+            raise FeatureNotFoundError(f"{name} has no automatic mode on this camera", name)
+        spelled = {text.lower(): text for text in (AUTO_CONTINUOUS, AUTO_ONCE, AUTO_OFF)}
+        return self._line(self._grabber.write_feature(automatic, spelled.get(mode.lower(), mode)))
+
+    def _mode(self, name: str) -> str:
+        automatic = self._grabber.feature(name).auto
+        if automatic is None:
+            return f"{name} is set by hand; this camera has no automatic mode for it"
+        return self._line(self._grabber.feature(automatic))
+
+    def _start(self) -> str:
+        self._grabber.start()
+        return "streaming"
+
+    def _stop(self) -> str:
+        self._grabber.stop()
+        return "stopped"
+
+    def _snapshot(self, folder: str = "") -> str:
+        queue = self._grabber.open_queue(1)
+        try:
+            frame = self._next_frame(queue)
+        finally:
+            queue.close()
+        path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
+        return f"saved {path}"
+
+    def _grab(self, number: str, folder: str = "") -> str:
+        count = int(number) if number.isascii() and number.isdigit() else 0
+        if not 1 <= count <= _MOST_FRAMES:
+            raise UsageError(f"grab {number}: write a number of frames from 1 to {_MOST_FRAMES}")
+        lines: list[str] = []
+        while len(lines) < count and not self._cancelled():
+            lines.append(self._snapshot(folder))
+        return "\n".join(lines)
+
+    def _next_frame(self, queue: FrameQueue) -> Frame:
+        """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError."""
+        deadline = time.monotonic() + _FRAME_TIMEOUT
+        while True:
+            try:
+                return queue.get(_CANCEL_PERIOD)
+            except FrameTimeoutError:
+                if self._cancelled() or time.monotonic() > deadline:
+                    raise FrameTimeoutError(f"no frame arrived within {_FRAME_TIMEOUT:g} s") from None
+
+    def _watch(self, name: str, seconds: str = "2") -> str:
+        try:
+            span = float(seconds)
+        except ValueError:
+            span = 0.0
+        if not 0 < span <= _WATCH_LONGEST:
+            raise UsageError(f"watch {name} {seconds}: write seconds, up to {_WATCH_LONGEST:g}")
+        start, lines, last = time.monotonic(), [], ""
+        while (passed := time.monotonic() - start) < span and not self._cancelled():
+            text = self._line(self._grabber.feature(name))
+            if text != last:
+                lines.append(f"{passed:5.2f} s  {text}")
+                last = text
+            time.sleep(_WATCH_PERIOD)
+        return "\n".join(lines)
+
+    def _save(self, file: str) -> str:
+        path = self._folder / Path(file).expanduser()
+        features = feature_set.capture(self._grabber)
+        files.save(features, path)
+        left_out = [f"left out {text}" for text in features.left_out]
+        return "\n".join([*left_out, f"saved {len(features)} settings to {path}"])
+
+    def _load(self, file: str) -> str:
+        path = self._folder / Path(file).expanduser()
+        features = files.load(path, self._grabber.selectors.of)
+        return "\n".join(load_onto(self._grabber, features).lines())
+
+    def _stats(self) -> str:
+        counters = self._grabber.statistics().as_dict()
+        width = max(map(len, counters))
+        return "\n".join(f"{name.ljust(width)}  {value:.6g}" for name, value in counters.items())
+
+    def _help(self) -> str:
+        calls = {f"{name} {command.arguments}": command.meaning for name, command in self.commands.items()}
+        width = max(map(len, calls))
+        return "\n".join(f"{call.ljust(width)}  {meaning}" for call, meaning in calls.items())
+
+    def _exit(self) -> str:
+        self.finished = True
+        return ""
+
+    @staticmethod
+    def _line(feature: Feature) -> str:
+        if feature.value is None:
+            what = "a command" if feature.kind is FeatureKind.COMMAND else feature.access_problem()
+            return f"{feature.name}: {what}"
+        unit = f" {feature.unit}" if feature.unit else ""
+        text = f"{feature.name} = {format_value(feature.value)}{unit}"
+        if not feature.access.writable:
+            return f"{text} (read-only)"
+        plain = feature.kind in (FeatureKind.STRING, FeatureKind.BOOLEAN)
+        return text if plain else f"{text} ({feature.range_text()})"
+
+
+def remote_terminal(grabber: FrameGrabber) -> Callable[[str], str]:
+    """A grabber's terminal for remote users: several at once, each line by itself."""
+
+    def run(line: str) -> str:
+        if len(line) > _REMOTE_LINE:
+            raise UsageError(f"a line of {len(line)} characters is too long, {_REMOTE_LINE} are allowed")
+        return Interpreter(grabber, remote=True).execute(line)
+
+    return run
+
+
+def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:
+    """Run a line; return whether it worked, and the text to print. Raises nothing that a user may cause."""
+    try:
+        return True, interpreter.execute(line)
+    except GrabberError as error:
+        return False, str(error)

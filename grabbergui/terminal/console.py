@@ -17,7 +17,7 @@ from prompt_toolkit.patch_stdout import patch_stdout
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.terminal.interpreter import Interpreter, answer
+from grabbergui.terminal import Interpreter, answer
 
 _TAKES_FEATURE = frozenset(
     {"get_feature", "get", "set_feature", "set", "auto", "mode", "run", "watch", "list_features", "list"}

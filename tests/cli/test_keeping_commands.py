@@ -6,7 +6,7 @@ import pytest
 
 from grabbergui.cli import CommandParser, features, frames
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
-from grabbergui.recording.recording import open_recording
+from grabbergui.recording import open_recording
 
 SMALL = "sim:?width=64&height=48&fps=100"
 

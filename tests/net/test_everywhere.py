@@ -17,7 +17,7 @@ from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
-from grabbergui.terminal.interpreter import Interpreter
+from grabbergui.terminal import Interpreter
 from lost_camera import away
 from patience import PATIENCE, attempts, until
 from ros2_domain import own_domain

@@ -5,9 +5,8 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from grabbergui.core.errors import UsageError
-from grabbergui.recording import mcap_file
+from grabbergui.recording import RecordingError, mcap_file
 from grabbergui.recording.mcap_file import McapRecording
-from grabbergui.recording.recording import RecordingError
 from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 
 

@@ -18,8 +18,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import playback
-from grabbergui.recording.recording import RecordingError, open_recording
+from grabbergui.recording import RecordingError, open_recording, playback
 from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000

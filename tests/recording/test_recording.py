@@ -16,7 +16,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import playback
+from grabbergui.recording import RecordingError, in_order_of_receipt, open_recording, playback
 from grabbergui.recording.recorder import (
     MOVIE_KINDS,
     Recorder,
@@ -25,7 +25,6 @@ from grabbergui.recording.recorder import (
     create_writer,
     kind_of,
 )
-from grabbergui.recording.recording import RecordingError, in_order_of_receipt, open_recording
 from patience import PATIENCE, until
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")

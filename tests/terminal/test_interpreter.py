@@ -10,8 +10,8 @@ from prompt_toolkit.document import Document
 
 from grabbergui import sources
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
+from grabbergui.terminal import Interpreter, answer
 from grabbergui.terminal.console import FeatureCompleter
-from grabbergui.terminal.interpreter import Interpreter, answer
 from patience import PROGRAM
 from second_writer import others_stay, ratio
 

@@ -34,7 +34,7 @@ from grabbergui.models.settings.feature_set import (
     user_sets,
 )
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
-from grabbergui.recording.recording import VIDEO_SUFFIXES
+from grabbergui.recording import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog

@@ -14,7 +14,7 @@ from ros2_peers import Probe  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
-from grabbergui.terminal.interpreter import remote_terminal  # noqa: E402
+from grabbergui.terminal import remote_terminal  # noqa: E402
 from second_writer import BALANCE, OTHERS, others_stay, ratio  # noqa: E402
 
 WHITE_BALANCE, GAIN, TRIGGER, FRAME_RATE = 3, 8, 12, 15

@@ -15,7 +15,7 @@ from grabbergui.net.yarp import client
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
-from grabbergui.terminal.interpreter import remote_terminal
+from grabbergui.terminal import remote_terminal
 
 HOST = "127.0.0.1"
 

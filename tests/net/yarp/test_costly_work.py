@@ -11,7 +11,7 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.net.yarp.os.registry import REST, CostlyWork
-from grabbergui.terminal.interpreter import remote_terminal
+from grabbergui.terminal import remote_terminal
 from patience import PATIENCE, until
 
 
