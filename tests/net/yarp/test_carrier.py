@@ -142,32 +142,6 @@ def test_unknown_carriers_are_named():
         wire.by_name("bluetooth+recv.x")
 
 
-def test_real_mjpeg_stream_in_pieces():
-    conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
-    assert conversation.client == wire.STREAM_REQUEST % b"127.0.0.1"
-    assert conversation.server.startswith(wire.STREAM_RESPONSE)
-    whole = image.JpegStreamReader().feed(conversation.server)
-    reader = image.JpegStreamReader()
-    assert [
-        p for n in range(len(conversation.server)) for p in reader.feed(conversation.server[n : n + 1])
-    ] == whole
-    assert len(whole) >= 3
-    for jpeg in whole:
-        header, pixels, envelope = image.decode_jpeg(jpeg)
-        assert image.ImageHeader.decode(header).width == 16 and len(pixels) == 576
-        assert Stamp.decode(envelope)
-        ours = b"".join(image.encode_part(header + bytes(pixels), envelope))
-        (again,) = image.JpegStreamReader().feed(ours)
-        assert image.find_comment(again) == envelope
-        theirs = conversation.server
-        assert ours[: ours.index(b"Length")] in theirs and ours.endswith(b"\r\n--boundarydonotcross\r\n")
-
-
-def test_a_source_that_refuses_is_quoted():
-    with pytest.raises(RemoteProtocolError, match="404 Not Found"):
-        image.JpegStreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")
-
-
 def test_authentication_succeeds_only_with_the_same_key():
     def talk(first, second):
         accepting, dialling = Handshake(first, accepting=True), Handshake(second, accepting=False)
