@@ -147,7 +147,7 @@ def test_it_keeps_to_its_limits_whatever_it_is_commanded(model):
     robot = SimRobot(model, lambda: now)
     for _ in range(300):
         robot.move_hand(random.normal(0, 5, 6))
-        robot.aim_head(random.normal(0, 2, 2), abs(random.normal(0, 0.2)))
+        robot.point_head(random.normal(0, 2, 2), abs(random.normal(0, 5, 2)))
         now += 0.02
     state = robot.state()
     assert robot.limit_violations == 0
@@ -155,17 +155,17 @@ def test_it_keeps_to_its_limits_whatever_it_is_commanded(model):
     assert np.all((model.head.low - 1e-9 <= state.head) & (state.head <= model.head.high + 1e-9))
 
 
-def test_a_head_that_is_aimed_gets_there_in_time_and_stays(model):
+def test_a_head_that_is_pointed_gets_there_at_its_speed_and_stays(model):
     now = 0.0
     robot = SimRobot(model, lambda: now)
-    robot.aim_head(np.array([0.4, -0.2]), 1.0)
+    robot.point_head(np.array([0.4, -0.2]), np.array([0.4, 0.2]))
     now = 0.5
     assert robot.state().head == pytest.approx([0.19, -0.095], abs=0.015)
     now = 1.4
     assert robot.state().head == pytest.approx([0.4, -0.2], abs=2e-3)
     now = 20.0
     assert robot.state().head == pytest.approx([0.4, -0.2], abs=1e-3)
-    robot.aim_head(np.array([np.nan, 0.0]), 1.0)
+    robot.point_head(np.array([np.nan, 0.0]), np.array([0.4, 0.2]))
     now = 22.0
     assert robot.state().head == pytest.approx([0.4, -0.2], abs=1e-3)
 

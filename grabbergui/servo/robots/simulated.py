@@ -107,12 +107,6 @@ class SimRobot(Robot):
                 self._head_target = self.model.head.clamped(target)
                 self._head_velocity = np.asarray(fastest, np.float64)
 
-    def aim_head(self, target: Vector, seconds: float) -> None:
-        """Go to pan and tilt (radians) within some time, and stay there: what trajectories ask for."""
-        with self._lock:
-            self._advance()
-            self.point_head(target, np.abs(target - self._head.angles) / max(seconds, STEP))
-
     def point_arm(self, target: Vector) -> None:
         """Go to joint angles (radians) as fast as the joints may, and stay there: a position controller's."""
         with self._lock:
