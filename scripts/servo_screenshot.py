@@ -16,7 +16,7 @@ import numpy as np
 from psygnal import Signal
 from PyQt5.QtTest import QTest
 
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration.hand_eye import Placement
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop

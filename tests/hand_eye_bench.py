@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration.hand_eye import Placement
 from grabbergui.calibration.hand_eye_model import Guess, camera_from_target
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration

@@ -20,8 +20,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
     from grabbergui.calibration.collector import Collector
-    from grabbergui.calibration.hand_eye import HandEyeResult
-    from grabbergui.calibration.hand_eye_file import Placement
+    from grabbergui.calibration.hand_eye import HandEyeResult, Placement
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.hand_eye_run import HandEyeRun, Progress
@@ -219,7 +218,7 @@ def _add_hand_eye(commands: Any) -> None:
 
 
 def _hand_eye(options: argparse.Namespace) -> int:
-    from grabbergui.calibration import hand_eye_file
+    from grabbergui.calibration import hand_eye
     from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.hand_eye_run import HandEyeRun, watched
     from grabbergui.servo.hand_eye_stand import TargetWatch
@@ -246,7 +245,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         result = run.run(options.views)
         placement = servo_robots.placement(options)
         _print_hand_eye(result, placement)  # first: saving may fail, on a full disk for instance
-        hand_eye_file.save(result, options.out, placement)
+        hand_eye.save(result, options.out, placement)
         print(f"saved as {options.out}", flush=True)
         if options.publish_ros2:
             _publish(result, placement, stop)
@@ -292,7 +291,7 @@ class _Report:
 
 
 def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
-    from grabbergui.calibration import hand_eye_file
+    from grabbergui.calibration import hand_eye
 
     used = sum(not math.isnan(error) for error in result.errors)
     metres, radians = result.uncertainty
@@ -304,7 +303,7 @@ def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
         if offsets.any():
             degrees = " ".join(f"{math.degrees(offset):+.2f}" for offset in offsets)
             print(f"offsets of the joints that carry the {name}: {degrees}°")
-    print(hand_eye_file.static_transform_command(result, placement), flush=True)
+    print(hand_eye.static_transform_command(result, placement), flush=True)
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:

@@ -19,7 +19,7 @@ from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.camera_info import CalibrationFor
-    from grabbergui.calibration.hand_eye_file import Placement
+    from grabbergui.calibration.hand_eye import Placement
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
@@ -132,10 +132,10 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
 
 def place_camera(robot: Robot, file: Path) -> None:
     """Use the camera's pose from a hand–eye calibration. Raises UsageError, OSError."""
-    from grabbergui.calibration import hand_eye_file
+    from grabbergui.calibration import hand_eye
     from grabbergui.servo.robots.robot import CameraPlace
 
-    result, placement = hand_eye_file.load(file), hand_eye_file.placement(file)
+    result, placement = hand_eye.load(file), hand_eye.placement(file)
     if placement is not None and placement.eye != "head":
         raise UsageError(
             f"{file} is of a camera that {'is on the hand' if placement.eye == 'hand' else 'stands'}; "
@@ -148,7 +148,7 @@ def place_camera(robot: Robot, file: Path) -> None:
 
 def placement(options: argparse.Namespace) -> Placement:
     """Return the mount of the camera, with tf's names as far as they are known."""
-    from grabbergui.calibration import hand_eye_file
+    from grabbergui.calibration import hand_eye
     from grabbergui.calibration.geometry import pose
 
     eye, turned = options.eye, pose()
@@ -159,9 +159,7 @@ def placement(options: argparse.Namespace) -> Placement:
         mount = {"head": tiago.HEAD, "hand": options.hand_frame or tiago.HAND, "fixed": tiago.BASE}[eye]
         if eye == "hand":
             turned = pose(tiago.HAND_AXES)
-    return hand_eye_file.Placement(
-        eye, options.mount_frame or mount, options.camera_frame or "camera", turned
-    )
+    return hand_eye.Placement(eye, options.mount_frame or mount, options.camera_frame or "camera", turned)
 
 
 def hand_eye_stand(

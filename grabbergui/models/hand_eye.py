@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.calibration import geometry, hand_eye_file
-from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration import geometry, hand_eye
+from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
@@ -216,7 +215,7 @@ class HandEyeModel:
             if solution is None:
                 return
             try:
-                hand_eye_file.save(solution.result, path, placement)
+                hand_eye.save(solution.result, path, placement)
             except OSError as error:
                 text = translate("HandEye", "the result could not be saved as {0}: {1}")
                 self.failed.emit(text.format(path, error.strerror or error))

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
 from grabbergui.models.language import driver_text, localized, translate
 from grabbergui.servo.hand_eye_run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.hand_eye_stand import Plan

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from grabbergui.calibration import hand_eye_file
+from grabbergui.calibration import hand_eye
 from grabbergui.calibration.camera_info import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.hand_eye import HandEyeResult
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration.hand_eye import HandEyeResult, Placement
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
@@ -213,7 +212,7 @@ class HandEyeStand:
             return "robot", self.robot.placed.camera
         if self.file is not None and self.file.is_file():
             try:
-                result, placed = hand_eye_file.load(self.file), hand_eye_file.placement(self.file)
+                result, placed = hand_eye.load(self.file), hand_eye.placement(self.file)
             except (UsageError, OSError):
                 result, placed = None, None
             if result is not None and placed is not None and placed.eye == eye:

@@ -8,7 +8,7 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.calibration import hand_eye_file
+from grabbergui.calibration import hand_eye
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.hand_eye import Happened, Setup, TargetPreview
 from grabbergui.servo import closed_loop
@@ -191,7 +191,7 @@ def test_a_robot_is_calibrated_by_clicks_and_its_file_is_saved(wizard, tmp_path)
     one.until(lambda: dialog.messages.messages)
     assert one.files.asked == [str(Path.home() / "simulated-teo.hand-eye.yaml")]
     assert "Saved as" in dialog.messages.messages[0]
-    assert hand_eye_file.placement(tmp_path / "robot.yaml").mount == "neck"
+    assert hand_eye.placement(tmp_path / "robot.yaml").mount == "neck"
     dialog.frameEdit.clear()
     one.click(dialog.publishButton)
     assert "name both frames" in dialog.messages.messages[0]

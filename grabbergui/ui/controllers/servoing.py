@@ -12,7 +12,7 @@ from psygnal import Signal
 from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
-from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.calibration.hand_eye import Placement
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
