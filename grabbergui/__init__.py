@@ -45,20 +45,20 @@ if TYPE_CHECKING:
     from grabbergui.core.frame_queue import StreamStatistics
     from grabbergui.core.grabber import DeviceEvent
     from grabbergui.core.identity import DeviceInfo
+    from grabbergui.library import CameraGroup, discover, open, open_all  # noqa: A004
     from grabbergui.library.camera import Camera
     from grabbergui.library.live_view import live_view
-    from grabbergui.library.opening import CameraGroup, discover, open, open_all  # noqa: A004
     from grabbergui.library.streaming import AsyncFrames, Frames, Recording
 
 __version__ = "0.2.0"
 
 _HOMES = {
-    "open": "library.opening",
-    "open_all": "library.opening",
-    "discover": "library.opening",
+    "open": "library",
+    "open_all": "library",
+    "discover": "library",
     "live_view": "library.live_view",
     "Camera": "library.camera",
-    "CameraGroup": "library.opening",
+    "CameraGroup": "library",
     "Frames": "library.streaming",
     "AsyncFrames": "library.streaming",
     "Recording": "library.streaming",
