@@ -33,12 +33,12 @@ from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
     CONTROL_LOST_CALLBACK,
     PACKET_SOCKET_DISABLED,
+    AravisStream,
     Failure,
     FoundCamera,
     find_cameras,
     load,
 )
-from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot

@@ -8,6 +8,7 @@ there. CAMERA is a GenTL id, a serial number or a user-defined name.
 from __future__ import annotations
 
 import logging
+import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -40,17 +41,18 @@ from grabbergui.driver.bootstrap_reading import fetch_description, with_identity
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 from grabbergui.driver.gentl.producer import (
-    SEARCH_PATH,
     FoundCamera,
+    GentlStream,
     Producer,
     answering,
-    installed_producers,
     opening,
     text_of,
 )
-from grabbergui.driver.gentl.stream import GentlStream
 
 log = logging.getLogger(__name__)
+
+SEARCH_PATH = "GENICAM_GENTL64_PATH"
+"""Environment variable with the folders (or files) of producers, as the GenTL standard names it."""
 
 _ACCESS = {
     Access.CONTROL: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_CONTROL,
@@ -257,6 +259,20 @@ def discover(timeout: float) -> list[DeviceInfo]:
         except GrabberError as error:
             log.warning("%s", error)
     return found
+
+
+def installed_producers() -> list[Path]:
+    """The `.cti` files that the environment variable names; folders that are gone are passed over."""
+    found: list[Path] = []
+    for entry in os.environ.get(SEARCH_PATH, "").split(os.pathsep):
+        path = Path(entry)
+        if not entry:
+            continue
+        # A folder may not be readable, or the entry may be no path at all.
+        with suppress(OSError, ValueError):
+            candidates = sorted(path.glob("*.cti")) if path.is_dir() else [path]
+            found += [file for file in candidates if file.suffix == ".cti" and file.is_file()]
+    return list(dict.fromkeys(found))
 
 
 def _producer_file(file: str) -> Path:

@@ -24,8 +24,8 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.driver.gentl import device, producer, stream
-from grabbergui.driver.gentl.stream import BUFFERS
+from grabbergui.driver.gentl import device, producer
+from grabbergui.driver.gentl.producer import BUFFERS
 from patience import PATIENCE, TRIES, until
 
 VIKY = Path(genicam.__file__).parent / "viky.cti"
@@ -48,13 +48,13 @@ def test_grab_counts_frames(capsys):
 
 
 def test_without_the_environment_variable_no_producer_is_loaded(monkeypatch):
-    monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
+    monkeypatch.delenv(device.SEARCH_PATH, raising=False)
     assert device.discover(0.1) == []
     assert not producer.Producer._open
 
 
 def test_discovery_lists_each_camera_under_a_uri_that_opens_it(monkeypatch):
-    monkeypatch.setenv(producer.SEARCH_PATH, str(VIKY.parent))
+    monkeypatch.setenv(device.SEARCH_PATH, str(VIKY.parent))
     found = device.discover(0.2)
     assert [info.address for info in found] == [f"VikyTL_DEV_{name}" for name in ("red", "green", "blue")]
     camera = sources.create(found[1].uri)
@@ -69,7 +69,7 @@ def test_discovery_lists_each_camera_under_a_uri_that_opens_it(monkeypatch):
 def test_a_producer_that_cannot_be_loaded_hinders_no_other(monkeypatch, tmp_path, caplog):
     broken = tmp_path / "broken.cti"
     broken.write_bytes(b"no library")
-    monkeypatch.setenv(producer.SEARCH_PATH, f"{tmp_path}:/nowhere:{VIKY}")
+    monkeypatch.setenv(device.SEARCH_PATH, f"{tmp_path}:/nowhere:{VIKY}")
     assert len(device.discover(0.2)) == 3
     assert "broken.cti" in caplog.text
     with pytest.raises(SourceUnavailableError, match=r"broken\.cti"):
@@ -78,7 +78,7 @@ def test_a_producer_that_cannot_be_loaded_hinders_no_other(monkeypatch, tmp_path
 
 @pytest.mark.parametrize("name", ["VikyTL_DEV_blue", "2"])
 def test_a_camera_is_named_by_its_id_or_serial_number(monkeypatch, name):
-    monkeypatch.setenv(producer.SEARCH_PATH, str(VIKY.parent))
+    monkeypatch.setenv(device.SEARCH_PATH, str(VIKY.parent))
     camera = sources.create(f"gentl:viky.cti#{name}")
     camera.open()
     try:
@@ -119,7 +119,7 @@ def test_another_camera_listed_under_the_name_of_the_one_met_is_refused(monkeypa
 
 
 def test_wrong_names_say_what_there_is(monkeypatch):
-    monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
+    monkeypatch.delenv(device.SEARCH_PATH, raising=False)
     with pytest.raises(MissingFileError, match=r"nix\.cti.*GENICAM_GENTL64_PATH"):
         sources.create("gentl:nix.cti")
     with pytest.raises(UsageError, match="no options"):
@@ -205,15 +205,15 @@ def test_a_missing_function_is_reported_in_the_producers_words():
 
 @pytest.mark.parametrize("entry", ["x" * 5000, "no\N{NULL}path", "/proc/1/root/none"])
 def test_entries_of_the_search_path_that_are_no_paths_hinder_no_other(monkeypatch, entry):
-    monkeypatch.setattr(producer.os, "environ", {producer.SEARCH_PATH: f"{entry}:{VIKY}"})
-    assert producer.installed_producers() == [VIKY]
+    monkeypatch.setattr(device.os, "environ", {device.SEARCH_PATH: f"{entry}:{VIKY}"})
+    assert device.installed_producers() == [VIKY]
 
 
 def test_a_producer_need_not_say_whether_frames_are_complete(grabber, monkeypatch):
     def not_reported(buffer):
-        raise stream.gentl.GenericException("not available (ID: -1014)")
+        raise producer.gentl.GenericException("not available (ID: -1014)")
 
-    monkeypatch.setattr(stream.gentl.Buffer, "is_complete", not_reported)
+    monkeypatch.setattr(producer.gentl.Buffer, "is_complete", not_reported)
     queue = grabber.open_queue(1)
     grabber.start()
     for _ in range(2 * BUFFERS):
@@ -222,7 +222,7 @@ def test_a_producer_need_not_say_whether_frames_are_complete(grabber, monkeypatc
 
 def test_a_camera_lost_while_streaming_is_reported_once(grabber, monkeypatch, caplog):
     def gone(manager, timeout):
-        raise stream.gentl.IoException("Message from the source: unplugged) (ID: -1010)")
+        raise producer.gentl.IoException("Message from the source: unplugged) (ID: -1010)")
 
     states = []
     grabber.connection_changed.connect(lambda state, reason: states.append((state, reason)))
@@ -230,7 +230,7 @@ def test_a_camera_lost_while_streaming_is_reported_once(grabber, monkeypatch, ca
     queue = grabber.open_queue(1)
     grabber.start()
     queue.get(PATIENCE)
-    monkeypatch.setattr(stream.gentl.EventManagerNewBuffer, "update_event_data", gone)
+    monkeypatch.setattr(producer.gentl.EventManagerNewBuffer, "update_event_data", gone)
     until(lambda: states)
     monkeypatch.undo()
     assert states[0][0] is ConnectionState.LOST
@@ -240,22 +240,22 @@ def test_a_camera_lost_while_streaming_is_reported_once(grabber, monkeypatch, ca
 
 def test_a_camera_for_which_the_producer_only_times_out_is_lost(grabber, monkeypatch):
     def silent(*arguments):
-        raise stream.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
+        raise producer.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
 
     def slow(*arguments):
         writes.append(arguments)
-        raise stream.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
+        raise producer.gentl.TimeoutException("Message from the source: no answer) (ID: -1011)")
 
     states, writes = [], []
     grabber.connection_changed.connect(lambda state, reason: states.append(state))
     with monkeypatch.context() as answers_reads:
-        answers_reads.setattr(stream.gentl.Port, "write", slow)
+        answers_reads.setattr(producer.gentl.Port, "write", slow)
         with pytest.raises(AckTimeoutError):
             grabber.device.write(0, bytes(4))
         assert writes and not states
     with monkeypatch.context() as answers_nothing:
-        answers_nothing.setattr(stream.gentl.Port, "write", silent)
-        answers_nothing.setattr(stream.gentl.Port, "read", silent)
+        answers_nothing.setattr(producer.gentl.Port, "write", silent)
+        answers_nothing.setattr(producer.gentl.Port, "read", silent)
         with pytest.raises(DeviceLostError, match="no answer"):
             grabber.device.write(0, bytes(4))
         assert states == [ConnectionState.LOST]
@@ -263,16 +263,16 @@ def test_a_camera_for_which_the_producer_only_times_out_is_lost(grabber, monkeyp
 
 
 def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
-    made = stream.GentlStream._frame
+    made = producer.GentlStream._frame
     failures = iter(range(2 * BUFFERS))
 
     def failing(self, buffer, index):
         if next(failures, None) is not None:
-            raise stream.gentl.GenericException("failed (ID: -1001)")
+            raise producer.gentl.GenericException("failed (ID: -1001)")
         return made(self, buffer, index)
 
-    monkeypatch.setattr(stream, "ERRORS_IN_A_ROW", 10_000)
-    monkeypatch.setattr(stream.GentlStream, "_frame", failing)
+    monkeypatch.setattr(producer, "ERRORS_IN_A_ROW", 10_000)
+    monkeypatch.setattr(producer.GentlStream, "_frame", failing)
     queue = grabber.open_queue(1)
     grabber.start()
     assert queue.get(PATIENCE).complete
