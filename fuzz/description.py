@@ -20,8 +20,7 @@ from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config import parse_ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
-from grabbergui.driver.bootstrap_reading import fetch_description, parse_url
-from grabbergui.driver.device import DataLayout, Device, unpack
+from grabbergui.driver.device import DataLayout, Device, fetch_description, parse_url, unpack
 from grabbergui.driver.genapi import node_features, vetting
 from grabbergui.driver.genapi import port as genapi_port
 from grabbergui.driver.genapi.formulas import without_traps

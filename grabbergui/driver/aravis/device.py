@@ -39,10 +39,11 @@ from grabbergui.driver.aravis.library import (
     find_cameras,
     load,
 )
-from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot, with_texts
 from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
 
 class AravisDevice(Device):
@@ -114,7 +115,7 @@ class AravisDevice(Device):
         info = found.info() if found else replace(self.info, address=self._name)
         opened = info
         with suppress(DeviceStatusError, RemoteProtocolError):
-            opened = with_identity(info, self.chunk_layout, self.read)
+            opened = with_texts(info, (gige_texts if gige else u3v_texts)(self.read))
         if found is not None and differs(info, opened):
             require_same(info, opened)
         opened = replace(opened, uri=self.info.uri if self._name else opened.uri)

@@ -37,9 +37,8 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
-from grabbergui.driver.bootstrap_reading import fetch_description, with_identity
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
+from grabbergui.driver.device import Device, StreamRequest, StreamSlot, fetch_description, with_texts
 from grabbergui.driver.gentl.producer import (
     FoundCamera,
     GentlStream,
@@ -48,6 +47,8 @@ from grabbergui.driver.gentl.producer import (
     opening,
     text_of,
 )
+from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
 log = logging.getLogger(__name__)
 
@@ -59,8 +60,8 @@ _ACCESS = {
     Access.MONITOR: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_READONLY,
 }
 
-_LAYOUTS = {"GEV": DataLayout.GIGE_VISION, "U3V": DataLayout.USB3_VISION}
-"By the transport layer's type, as GenTL names it."
+_TEXTS = {"GEV": gige_texts, "U3V": u3v_texts}
+"What reads a camera's identity, by the transport layer's type as GenTL names it."
 
 
 class GentlDevice(Device):
@@ -118,11 +119,11 @@ class GentlDevice(Device):
             address=text_of(device, "id_") or listed.address,
             serial=text_of(device, "serial_number") or listed.serial,
         )
-        layout = _LAYOUTS.get(text_of(found.info, "tl_type"))
-        if layout is not None:
+        texts = _TEXTS.get(text_of(found.info, "tl_type"))
+        if texts is not None:
             # A producer may keep these registers to itself.
             with suppress(DeviceStatusError, RemoteProtocolError):
-                opened = with_identity(opened, layout, self.read)
+                opened = with_texts(opened, texts(self.read))
         if opened.address != listed.address or differs(opened, listed):
             raise OtherCameraError(
                 f"{self._path.name} opened {describe(opened)} at {opened.address} instead of"

@@ -29,9 +29,8 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
-from grabbergui.driver.bootstrap_reading import fetch_description
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
 from grabbergui.driver.gige import bootstrap, discovery
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse

@@ -21,7 +21,7 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
-from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity, encode_discovery
+from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, NO_MAC, Identity, encode_discovery
 
 log = logging.getLogger(__name__)
 
@@ -93,7 +93,6 @@ def _all_interfaces() -> list[Interface]:
 
 
 LIMITED_BROADCAST = "255.255.255.255"
-NO_MAC = "00:00:00:00:00:00"
 NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""
 MAX_DEVICES = 1024

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import socket
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,6 +20,7 @@ from grabbergui.driver.gige.gvcp import (
     encode_command,
 )
 
+NO_MAC = "00:00:00:00:00:00"
 NO_CHANNEL = 0xFFFF
 "Stream channel of an event that belongs to none."
 
@@ -196,6 +198,22 @@ class Identity:
             supported_ip_configuration=supported,
             current_ip_configuration=current,
         )
+
+
+def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
+    """Return what the registers of an open camera say of it, as fields of `DeviceInfo`.
+
+    `read` takes an address and a length in bytes. Raises what it raises, RemoteProtocolError.
+    """
+    identity = Identity.decode(read(0, IDENTITY_BYTES))
+    return {
+        "vendor": identity.vendor,
+        "model": identity.model,
+        "version": identity.version,
+        "serial": identity.serial,
+        "user_name": identity.user_name,
+        "hardware_id": identity.mac if identity.mac != NO_MAC else "",
+    }
 
 
 def text_of(raw: bytes) -> str:

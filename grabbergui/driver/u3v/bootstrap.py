@@ -209,6 +209,23 @@ def string(data: bytes) -> str:
     return data.split(b"\0", 1)[0].decode("utf-8", "replace").strip()
 
 
+_TEXTS = {
+    "vendor": Abrm.MANUFACTURER_NAME,
+    "model": Abrm.MODEL_NAME,
+    "version": Abrm.DEVICE_VERSION,
+    "serial": Abrm.SERIAL_NUMBER,
+    "user_name": Abrm.USER_DEFINED_NAME,
+}
+
+
+def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
+    """Return what the registers of an open camera say of it, as fields of `DeviceInfo`.
+
+    `read` takes an address and a length in bytes. Raises what it raises.
+    """
+    return {name: string(read(address, STRING_SIZE)) for name, address in _TEXTS.items()}
+
+
 @dataclass(frozen=True)
 class StreamRequirements:
     """The device's requirements for stream transfers (SIRM 0x00 to 0x17)."""

@@ -30,9 +30,9 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.uri import SourceUri, U3vOptions, read_options
-from grabbergui.driver.bootstrap_reading import with_identity
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
+from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import (
     Abrm,
     Eirm,
@@ -116,7 +116,7 @@ class U3vDevice(Device):
             uri = self.info.uri if self._name else camera.info.uri
             info = replace(camera.info, uri=uri)
             with contextlib.suppress(DeviceStatusError):
-                info = with_identity(info, DataLayout.USB3_VISION, registers.read)
+                info = with_texts(info, bootstrap.identity_texts(registers.read))
             if self._met:
                 require_same(self.info, info)
             self.info, self._met = info, True

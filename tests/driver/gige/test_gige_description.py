@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
-from grabbergui.driver import bootstrap_reading, device
-from grabbergui.driver.bootstrap_reading import (
+from grabbergui.driver import device
+from grabbergui.driver.device import (
     FOLDER_VARIABLE,
     LocalFile,
     fetch_description,
     parse_url,
+    unpack,
 )
-from grabbergui.driver.device import unpack
 from grabbergui.driver.gige.gvcp import Ack
 
 XML = b'<?xml version="1.0"?><RegisterDescription/>'
@@ -107,7 +107,7 @@ def test_a_camera_reads_only_regular_files_below_that_folder(
     (allowed / "link.xml").symlink_to(private)
     os.mkfifo(allowed / "fifo.xml")
     (allowed / "large.xml").write_bytes(bytes(101))
-    monkeypatch.setattr(bootstrap_reading, "MAX_STORED_BYTES", 100)
+    monkeypatch.setattr(device, "MAX_STORED_BYTES", 100)
     monkeypatch.setenv(FOLDER_VARIABLE, str(allowed))
 
     for path in (private, allowed / ".." / "private.xml", allowed / "link.xml", Path("/dev/zero")):
