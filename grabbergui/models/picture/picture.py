@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 from psygnal import Signal
@@ -14,12 +14,11 @@ from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pixels import DisplayImage, Region
+from grabbergui.core.pixels import Region
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
-from grabbergui.models.picture.components import StreamChannels, beside, chosen, own_label
+from grabbergui.models.picture.components import Picture, StreamChannels, beside, chosen, own_label
 from grabbergui.models.picture.components import labels as component_labels
-from grabbergui.models.picture.quantities import Quantity
 from grabbergui.models.picture.rendering import DisplaySettings, render, scaled_region
 
 log = logging.getLogger(__name__)
@@ -31,26 +30,6 @@ COMPONENT_WAIT = 0.5
 that come and go cannot be read."""
 PAINT_WAIT = 0.5
 "Seconds to wait for the window to paint; it may be hidden, then nobody takes the pictures."
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """A frame and what of it can be painted."""
-
-    frame: Frame
-    "The component that is shown, as a frame of its own."
-    image: DisplayImage
-    width: int
-    height: int
-    "Of the whole frame as it is seen: exchanged where it is turned on its side."
-    labels: tuple[str, ...] = ()
-    "The components to choose from; empty where there is only one."
-    label: str = ""
-    "The component that is shown, one of `labels`."
-    quantity: Quantity | None = None
-    "Meaning of the colours if they represent another quantity than light."
-    others: tuple[Picture, ...] = ()
-    "The components beside it, the same part of each; empty unless all are shown side by side."
 
 
 class PictureModel:

@@ -14,11 +14,18 @@ from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.components import CameraWatch, is_polarised
-from grabbergui.models.picture.picture import Picture, PictureModel
+from grabbergui.models.picture.components import (
+    CameraWatch,
+    Picture,
+    beside_text,
+    cursor_text,
+    is_polarised,
+    value_at_text,
+    value_texts,
+)
+from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.picture.points import PointCloudModel
 from grabbergui.models.picture.quantities import Levels, PolarisedView
-from grabbergui.models.picture.readout import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.picture.rendering import Orientation, with_levels
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter

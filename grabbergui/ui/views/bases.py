@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import QAction
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
-from grabbergui.models.picture.picture import Picture
+from grabbergui.models.picture.components import Picture
 from grabbergui.models.picture.quantities import ColourScale, PolarisedView
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose

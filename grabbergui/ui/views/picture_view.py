@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QTabBar, QVBoxLayout, QW
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
-from grabbergui.models.picture.picture import Picture
+from grabbergui.models.picture.components import Picture
 from grabbergui.models.picture.points import BACKGROUND
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.views.bases import NOTHING_BESIDE

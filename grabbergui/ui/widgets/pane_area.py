@@ -10,7 +10,7 @@ from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResiz
 from PyQt5.QtWidgets import QApplication, QGridLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.picture.picture import Picture
+from grabbergui.models.picture.components import Picture
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_items import DIMMED, CursorMark, PictureItem

@@ -3,8 +3,7 @@ import numpy as np
 from frames import frame_of
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
-from grabbergui.models.picture.picture import Picture
-from grabbergui.models.picture.readout import cursor_text, value_texts
+from grabbergui.models.picture.components import Picture, cursor_text, value_texts
 from grabbergui.models.picture.rendering import DisplaySettings, Orientation, render
 
 
