@@ -38,8 +38,7 @@ from grabbergui.ui.controllers.picture import (
 )
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
-from grabbergui.ui.controllers.sources import GalleryController, SourcesController
-from grabbergui.ui.controllers.status import StatusController
+from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
