@@ -19,9 +19,9 @@ import numpy as np
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Stamp
 

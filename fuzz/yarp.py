@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fuzz._input import DATA, Input, erring, joined, refusing
 from grabbergui.net.yarp import grabber_rpc, image
-from grabbergui.net.yarp.os import carrier, names
+from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.framing import BottleScanner, Reassembler, Receiver, split_datagrams
 from grabbergui.net.yarp.os.values import Dialect, Nesting, Stamp
@@ -147,6 +147,6 @@ def _requests(source: Input) -> None:
     if isinstance(call, grabber_rpc.Call):
         grabber_rpc.encode_request(call)
     text = data.decode("utf-8", "replace")
-    names.Contact.decode(text)
-    erring(names.Target.parse, text)
+    name_client.Contact.decode(text)
+    erring(carrier.Target.parse, text)
     Stamp.decode(text)

@@ -122,7 +122,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
         parse_address(options.metrics)
     if options.yarp:
-        from grabbergui.net.yarp.os.names import check_port_name
+        from grabbergui.net.yarp.os.carrier import check_port_name
 
         check_port_name(options.yarp)
     with stop_on_signals() as stop, ExitStack() as stack:

@@ -115,8 +115,8 @@ def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> S
 def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> None:
     """Publish what the loop sees and does, and take stops from the networks, until `stack` closes."""
     if options.publish:
+        from grabbergui.net.yarp.os.carrier import check_port_name
         from grabbergui.net.yarp.os.name_client import NameClient
-        from grabbergui.net.yarp.os.names import check_port_name
         from grabbergui.servo.publishers import YarpPublisher
 
         ports = YarpPublisher(runner, NameClient.find(options.nameserver), check_port_name(options.publish))

@@ -168,7 +168,7 @@ def _add_teo(commands: Any) -> None:
 
 def _simulate_teo(options: argparse.Namespace) -> int:
     from grabbergui.core.priority import single_threaded
-    from grabbergui.net.yarp.os.names import check_port_name
+    from grabbergui.net.yarp.os.carrier import check_port_name
     from grabbergui.net.yarp.os.values import Dialect
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import closed_loop

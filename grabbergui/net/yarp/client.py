@@ -28,8 +28,8 @@ from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
 from grabbergui.net.yarp.grabber_ends import Features, GrabberLink
 from grabbergui.net.yarp.image import MONO, PIXELS
 from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os.carrier import check_port_name
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.names import check_port_name
 
 log = logging.getLogger(__name__)
 

@@ -3,7 +3,8 @@ from yarp_transcripts import read
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
 from grabbergui.net.yarp.os import name_client
-from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.carrier import Target, check_port_name
+from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import (
     ASKER_LIMIT,
     PORTS_LIMIT,
@@ -11,7 +12,6 @@ from grabbergui.net.yarp.os.name_server import (
     NameDatabase,
     NameServer,
 )
-from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 
 
 def test_our_books_answer_as_yarps_do():

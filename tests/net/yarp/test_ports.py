@@ -13,9 +13,8 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import name_client, ports
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.link import RpcClient, administer, ping
-from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.names import Contact
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
 from patience import PATIENCE, until
@@ -161,7 +160,7 @@ def test_a_slow_reader_slows_nobody():
         accepted = []
         thread = threading.Thread(target=lambda: accepted.append(never_read()))
         thread.start()
-        from grabbergui.net.yarp.os.names import Target
+        from grabbergui.net.yarp.os.carrier import Target
 
         output.add(Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/"))
         thread.join()
@@ -176,7 +175,7 @@ def test_a_slow_reader_slows_nobody():
 
 def test_only_the_newest_is_kept_for_a_slow_owner():
     with OutputPort("/out") as output, InputPort("/in") as reader:
-        from grabbergui.net.yarp.os.names import Target
+        from grabbergui.net.yarp.os.carrier import Target
 
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):

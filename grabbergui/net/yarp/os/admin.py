@@ -13,8 +13,7 @@ from typing import Final, Protocol
 
 from grabbergui.core.errors import GrabberError, LocalProtocolError, RemoteProtocolError, SourceNotFoundError
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import STREAM_PATH
-from grabbergui.net.yarp.os.names import Target
+from grabbergui.net.yarp.os.carrier import STREAM_PATH, Target
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 
 log = logging.getLogger(__name__)

@@ -15,7 +15,6 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
-from grabbergui.net.yarp.os.names import finished
 from grabbergui.net.yarp.os.values import Dialect
 
 REPLY_LIMIT: Final = 1 << 28
@@ -330,7 +329,8 @@ class NameCodec(TextCodec):
         """Read lines up to the one that ends an answer."""
         while (line := self._reply_lines.take(data.data)) is not None:
             self._reply.append(line)
-            if finished(self._reply):
+            first, last = self._reply[0], self._reply[-1]
+            if last.startswith(("*", "[")) or first.startswith(("port (", "ports")):
                 lines, self._reply = self._reply, []
                 return Reply(text="\r\n".join(lines))
         if len(data.data) + sum(map(len, self._reply)) > NAMES_LIMIT:

@@ -15,9 +15,17 @@ from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, Transpo
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Ack, Closed, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.carrier import (
+    Ack,
+    Closed,
+    Event,
+    Header,
+    HeaderReply,
+    Message,
+    Reply,
+    literal_address,
+)
 from grabbergui.net.yarp.os.connection import NEED_DATA, Connection, Wait
-from grabbergui.net.yarp.os.names import literal_contact
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 
 if TYPE_CHECKING:
@@ -235,12 +243,15 @@ class RpcClient:
         return reply
 
     def _connect(self, timeout: float) -> Link:
-        contact = self._names.query(self.target) if self._names else literal_contact(self.target)
-        if contact is None:
+        if self._names:
+            address = self._names.query(self.target).address
+        elif literal := literal_address(self.target):
+            address = literal[1:]
+        else:
             raise TransportError(
                 f"{self.target} cannot be looked up without a name server; write tcp://HOST:PORT/"
             )
-        sock = sockets.connect(contact.address, timeout, self._key)
+        sock = sockets.connect(address, timeout, self._key)
         try:
             return greet(sock, Header(wire.TCP, self._sender))[0]
         except RemoteProtocolError as error:

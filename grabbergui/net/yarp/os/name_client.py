@@ -1,4 +1,4 @@
-"""Client of the name server: its address, requests, and a thread that keeps a port's name registered."""
+"""Client of the name server: contacts of ports, its address, requests, and a thread that keeps a name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import os
 import re
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -22,16 +23,53 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import names, sockets
-from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply
+from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply, check_port_name, literal_address
 from grabbergui.net.yarp.os.connection import Connection
 from grabbergui.net.yarp.os.link import Link
-from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, Contact, check_port_name, literal_contact
 
 log = logging.getLogger(__name__)
 
+END = "*** end of message"
+"""The line that ends every answer but those to `bot` and `announce`."""
 
+PREFIX = "NAME_SERVER "
+DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 10000
 DEFAULT_NAMESPACE = "/root"
+
+_LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d+) type (\S+)")
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Address of a port."""
+
+    name: str
+    host: str
+    port: int
+    carrier: str = "tcp"
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port in the form that sockets take."""
+        return self.host, self.port
+
+    def encode(self) -> str:
+        """Return the registration line."""
+        return f"registration name {self.name} ip {self.host} port {self.port} type {self.carrier}"
+
+    @classmethod
+    def decode(cls, line: str) -> Contact | None:
+        """Read a registration line; None for any other."""
+        match = _LINE.match(line)
+        if not match or not 0 < int(match[3]) < 65536:
+            return None
+        return cls(match[1], match[2], int(match[3]), match[4])
+
+
+def contacts(lines: Iterable[str]) -> list[Contact]:
+    """Return the registrations among the lines of an answer."""
+    return [contact for contact in map(Contact.decode, lines) if contact]
 
 
 def namespace() -> str:
@@ -143,10 +181,10 @@ class NameClient:
 
     def query(self, name: str) -> Contact:
         """Return where a port is; `tcp://HOST:PORT/` needs no server. Raises SourceNotFoundError."""
-        literal = literal_contact(name)
-        if literal:
-            return literal
-        found = names.contacts(self.ask(f"query {check_port_name(name)}"))
+        if literal := literal_address(name):
+            carrier, host, port = literal
+            return Contact(name, host, port, carrier)
+        found = contacts(self.ask(f"query {check_port_name(name)}"))
         if not found:
             raise SourceNotFoundError(f"the name server at {self._where} knows no port {name}")
         return found[0]
@@ -157,7 +195,7 @@ class NameClient:
 
     def list(self, prefix: str = "") -> Contacts:
         """Return all ports, or those below a prefix, in alphabetic order."""
-        return names.contacts(self.ask(f"list {prefix}".strip()))
+        return contacts(self.ask(f"list {prefix}".strip()))
 
     def set_property(self, name: str, key: str, *values: str) -> None:
         """Note something about a port, `accepts` for instance; users and tools read it."""
@@ -182,7 +220,7 @@ class NameClient:
         link = Link(sock, Connection(opener=True))
         try:
             link.send(Header(NAME_SER, ""))
-            link.send(Message("d", text=f"{names.PREFIX}{command}"))
+            link.send(Message("d", text=f"{PREFIX}{command}"))
             answer = link.expect(Reply, time.monotonic() + TIMEOUT)
         except (TransportError, RemoteProtocolError) as error:
             raise SourceUnavailableError(
@@ -190,10 +228,10 @@ class NameClient:
             ) from error
         finally:
             sock.close()
-        return [line for line in answer.text.split("\r\n") if line != names.END]
+        return [line for line in answer.text.split("\r\n") if line != END]
 
     def _one(self, command: str) -> Contact:
-        found = names.contacts(self.ask(command))
+        found = contacts(self.ask(command))
         if not found:
             raise SourceUnavailableError(f"the name server at {self._where} refused '{command}'")
         return found[0]

@@ -14,15 +14,16 @@ from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands, encode_page
+from grabbergui.net.yarp.os.carrier import PORT_NAME_LIMIT
 from grabbergui.net.yarp.os.inputs import Reply, Request
-from grabbergui.net.yarp.os.name_client import DEFAULT_NAMESPACE, authentication_key
-from grabbergui.net.yarp.os.names import (
+from grabbergui.net.yarp.os.name_client import (
     DEFAULT_HOST,
+    DEFAULT_NAMESPACE,
     DEFAULT_PORT,
     END,
-    NAME_LIMIT,
     PREFIX,
     Contact,
+    authentication_key,
     contacts,
 )
 from grabbergui.net.yarp.os.port import Port
@@ -118,7 +119,7 @@ class NameDatabase:
             return self._contacts[name]
         if not arguments or (name != "..." and not name.startswith("/")):
             return None
-        if len(name) > NAME_LIMIT or len(carrier) > _WORD_LIMIT or len(host) > _WORD_LIMIT:
+        if len(name) > PORT_NAME_LIMIT or len(carrier) > _WORD_LIMIT or len(host) > _WORD_LIMIT:
             return None
         if name not in self._contacts and self._full(asker):
             return None

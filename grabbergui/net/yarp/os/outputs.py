@@ -12,10 +12,9 @@ from grabbergui.net.yarp.image import encode_part
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Carrier, Header, Message
+from grabbergui.net.yarp.os.carrier import Carrier, Header, Message, modifiers_of
 from grabbergui.net.yarp.os.framing import LINE_LIMIT, split_datagrams
 from grabbergui.net.yarp.os.link import Link, greet
-from grabbergui.net.yarp.os.names import modifiers_of
 
 log = logging.getLogger(__name__)
 

@@ -28,11 +28,10 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.carrier import Carrier
+from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import Link
-from grabbergui.net.yarp.os.name_client import NameClient, Registration
-from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
+from grabbergui.net.yarp.os.name_client import Contact, NameClient, Registration
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.registry import Readers, Registry, StrangerLog
 from grabbergui.net.yarp.os.values import Item

@@ -16,11 +16,10 @@ from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Header
+from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.values import Vocab
 

@@ -17,9 +17,8 @@ from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.carrier import Carrier
+from grabbergui.net.yarp.os.carrier import Carrier, Target
 from grabbergui.net.yarp.os.link import Link, report_end
-from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
 
 if TYPE_CHECKING:
