@@ -32,7 +32,7 @@ settings.register_profile("exploring", settings.get_profile("patient"), max_exam
 settings.load_profile("steady")
 
 COMPILING = "compile loops"
-"The name of the thread of `core.compiled`."
+"The name of the thread of `core.pixel_loops`."
 
 pytest_plugins = ["peers"]
 

@@ -21,7 +21,7 @@ HOMES = {
         "driver/h264.py",
         "driver/sim/contents.py",
     ),
-    "numba": ("core/compiled.py",),
+    "numba": ("core/pixel_loops.py",),
     "psutil": ("driver/gige/discovery.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),

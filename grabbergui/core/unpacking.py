@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.packed_samples import (
+from grabbergui.core.pfnc import Layout, PixelFormat
+from grabbergui.core.pixel_loops import (
     bytes_per_group,
     packed_bits,
     samples_per_group,
     unpack,
     unpack_high,
 )
-from grabbergui.core.pfnc import Layout, PixelFormat
 
 
 class SensorPicture(Protocol):

@@ -15,7 +15,7 @@ from pictures import (
     random_values,
 )
 
-from grabbergui.core import compiled, packed_samples, pfnc, pixels, unpacking
+from grabbergui.core import pfnc, pixel_loops, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import CONVERTIBLE, Family, Layout
@@ -36,10 +36,10 @@ def loops(request):
     """Everything holds with numba's loops and without them."""
     if request.param == "compiled":
         pytest.importorskip("numba", reason="the extra `fast` is not installed")
-        assert compiled.wait()
-    compiled.disable(request.param == "numpy")
+        assert pixel_loops.wait()
+    pixel_loops.disable(request.param == "numpy")
     yield
-    compiled.disable(False)
+    pixel_loops.disable(False)
 
 
 @each_format(CONVERTIBLE)
@@ -83,7 +83,7 @@ def test_padding_at_the_end_of_lines_is_no_image(pixel_format, padding):
 
 @each_format(PACKED)
 def test_images_larger_than_a_block_of_words(pixel_format, monkeypatch):
-    monkeypatch.setattr(packed_samples, "_BLOCK", 3)
+    monkeypatch.setattr(pixel_loops, "_BLOCK", 3)
     values = random_values(pixel_format, 13, 7)
     assert np.array_equal(frame_of(values, pixel_format).raw(), values)
 

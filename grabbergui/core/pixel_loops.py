@@ -1,20 +1,25 @@
-"""Inner loops compiled by numba, where the extra `fast` is installed; without it nothing is lost but speed.
+"""Inner loops over pixels: packed samples to whole bytes (PFNC, pixel packing), and YUV 4:2:2 to R G B.
 
-Importing numba and compiling takes seconds the first time on a machine (its results are kept on disk) and
-about half a second later, so one thread does it when the first loop is asked for. Until then `unpacker` and
-`yuv422` return None and callers take their slower way, which gives the same values.
+Where the extra `fast` is installed, numba compiles them. Importing numba and compiling takes seconds the
+first time on a machine (its results are kept on disk) and about half a second later, so one thread does it
+when the first loop is asked for. Until then, and without numba, there is a slower way that gives the same
+values: samples are unpacked four at a time in 64-bit words. Each step keeps some bits with a mask, shifts
+them, and joins the parts, so that every step is one pass of numpy over a block that fits the cache.
 
-The loops are written byte by byte, as LLVM turns that into vector instructions; joining the bytes to words
-first is several times slower.
+The compiled loops are written byte by byte, as LLVM turns that into vector instructions; joining the bytes to
+words first is several times slower.
 """
 
 from __future__ import annotations
 
 import logging
+import sys
 import threading
 from collections.abc import Callable
+from functools import cache
 from typing import Any, cast
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +33,147 @@ YuvConverter = Callable[..., None]
 """Pairs of pixels, 4 bytes each, into 6 bytes R G B R G B, both contiguous and flat; then six numbers of the
 matrix times 2¹⁴: luma, the constant with the half that rounds, V to red, U and V to green, U to blue."""
 
+_Part = tuple[int, int]
+"Mask of the bits to keep, and how far they move to the left."
 
+_STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
+    (Layout.PACKED_LSB, 10): (
+        ((0x00_000F_FFFF, 0), (0xFF_FFF0_0000, 12)),
+        ((0x0000_03FF_0000_03FF, 0), (0x000F_FC00_000F_FC00, 6)),
+    ),
+    (Layout.PACKED_LSB, 12): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x0000_0FFF_0000_0FFF, 0), (0x00FF_F000_00FF_F000, 4)),
+    ),
+    (Layout.PACKED_LSB, 14): (
+        ((0x0000_0FFF_FFFF, 0), (0xFF_FFFF_F000_0000, 4)),
+        ((0x0000_3FFF_0000_3FFF, 0), (0x0FFF_C000_0FFF_C000, 2)),
+    ),
+    (Layout.PACKED_GIGE, 10): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x00FF_00FF_00FF_00FF, 2), (0x0000_0300_0000_0300, -8), (0x0000_3000_0000_3000, 4)),
+    ),
+    (Layout.PACKED_GIGE, 12): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x00FF_F0FF_00FF_F0FF, 4), (0x0000_0F00_0000_0F00, -8)),
+    ),
+}
+"""How four packed samples become four of 16 bits: two into each half of the word, one into each quarter."""
+
+_SAMPLES_PER_WORD = 4
+_BLOCK = 16384
+"""Words handled at once: 128 KiB, so that the steps between them stay in the processor's cache."""
+
+
+def packed_bits(layout: Layout, depth: int) -> int:
+    """Return the bits that one sample takes in the payload, on average."""
+    return 12 if layout is Layout.PACKED_GIGE else depth
+
+
+def samples_per_group(layout: Layout, depth: int) -> int:
+    """Return how many samples begin and end on bytes together."""
+    return _SAMPLES_PER_WORD if depth > 8 else 8 // depth
+
+
+def bytes_per_group(layout: Layout, depth: int) -> int:
+    """Return the bytes of so many samples."""
+    return samples_per_group(layout, depth) * packed_bits(layout, depth) // 8
+
+
+def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[Any]:
+    """Return the first `count` samples of contiguous bytes: uint8 up to 8 bits, else native uint16."""
+    if depth < 8:
+        groups = -(-count // (8 // depth))
+        words = cv2.LUT(np.ascontiguousarray(data[:groups]), _table(depth))
+        return words.view(np.uint8).reshape(-1)[:count]
+    samples = np.empty(count, np.uint16)
+    done = _compiled(data, layout, depth, samples)
+    if done < count:
+        samples[done:] = _unpack_words(_from(data, layout, depth, done), layout, depth, count - done)
+    return samples
+
+
+def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint8]:
+    """Return the eight highest bits of the first `count` samples of 10 to 14 bits: what a display needs."""
+    samples = np.empty(count, np.uint8)
+    done = _compiled(data, layout, depth, samples)
+    if done < count:
+        rest = _unpack_words(_from(data, layout, depth, done), layout, depth, count - done)
+        samples[done:] = rest >> (depth - 8)
+    return samples
+
+
+def _compiled(data: NDArray[np.uint8], layout: Layout, depth: int, samples: NDArray[Any]) -> int:
+    """Unpack whole groups with a compiled loop if there is one; return how many samples are done."""
+    kernel = _unpacker(layout, depth, samples.dtype.itemsize)
+    if kernel is None:
+        return 0
+    groups = min(samples.size // _SAMPLES_PER_WORD, data.size // bytes_per_group(layout, depth))
+    kernel(data, samples[: groups * _SAMPLES_PER_WORD])
+    return groups * _SAMPLES_PER_WORD
+
+
+def _from(data: NDArray[np.uint8], layout: Layout, depth: int, first: int) -> NDArray[np.uint8]:
+    return data[first // _SAMPLES_PER_WORD * bytes_per_group(layout, depth) :]
+
+
+@cache
+def _table(depth: int) -> NDArray[Any]:
+    """The samples in each byte, the lowest bits first, joined to one word: what OpenCV's look-up copies."""
+    shifts = np.arange(0, 8, depth, dtype=np.uint8)
+    values: NDArray[np.uint8] = (np.arange(256, dtype=np.uint8)[:, None] >> shifts) & np.uint8(
+        (1 << depth) - 1
+    )
+    return values.view({1: np.float64, 2: np.int32, 4: np.uint16}[depth]).reshape(-1)
+
+
+def _unpack_words(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint16]:
+    steps = _STEPS[layout, depth]
+    words = _words(data, bytes_per_group(layout, depth), -(-count // _SAMPLES_PER_WORD))
+    joined, moved = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")
+    for start in range(0, words.size, _BLOCK):
+        block = words[start : start + _BLOCK]
+        for parts in steps:
+            _rearrange(block, parts, joined[: block.size], moved[: block.size])
+    samples: NDArray[np.uint16] = words.view("<u2")[:count]
+    return samples if sys.byteorder == "little" else samples.astype(np.uint16)
+
+
+def _rearrange(
+    block: NDArray[np.uint64],
+    parts: tuple[_Part, ...],
+    joined: NDArray[np.uint64],
+    moved: NDArray[np.uint64],
+) -> None:
+    """Replace each word by its parts, moved; `joined` and `moved` are scratch of the block's size."""
+    _extract(block, parts[0], joined)
+    for part in parts[1:-1]:
+        _extract(block, part, moved)
+        np.bitwise_or(joined, moved, out=joined)
+    _extract(block, parts[-1], moved)
+    np.bitwise_or(joined, moved, out=block)
+
+
+def _extract(block: NDArray[np.uint64], part: _Part, out: NDArray[np.uint64]) -> None:
+    mask, left = part
+    np.bitwise_and(block, np.uint64(mask), out=out)
+    if left:
+        shift = np.left_shift if left > 0 else np.right_shift
+        shift(out, np.uint64(abs(left)), out=out)
+
+
+def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]:
+    """`count` little-endian words, one from every `step` bytes, each with bytes of the next in its top."""
+    words = np.zeros(count, "<u8")
+    whole = max(0, min(count, (data.size - 8) // step + 1))
+    if whole:
+        words[:whole] = np.ndarray((whole,), "<u8", data, 0, (step,))
+    for index in range(whole, count):
+        words[index] = int.from_bytes(data[index * step : (index + 1) * step].tobytes(), "little")
+    return words
+
+
+# -- compiled by numba ------------------------------------------------------------------------------
 class _Kernels:
     """The loops, once they are compiled. Any thread."""
 
@@ -59,7 +204,7 @@ class _Kernels:
 _kernels = _Kernels()
 
 
-def unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
+def _unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
     """Return the loop for a packing, into uint16 values or (1 byte) their eight highest bits."""
     if _kernels.disabled:
         return None
