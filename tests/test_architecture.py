@@ -18,7 +18,7 @@ HOMES = {
     "av": (
         "recording/movie_file.py",
         "recording/movie_writer.py",
-        "driver/h264.py",
+        "driver/payload_contents.py",
         "driver/sim/contents.py",
     ),
     "numba": ("core/pixel_loops.py",),

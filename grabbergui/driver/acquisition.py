@@ -24,7 +24,6 @@ from grabbergui.driver.genapi.port import ChunkReader
 
 log = logging.getLogger(__name__)
 
-
 TRANSPORT_LOCK = "TLParamsLocked"
 "1 while the stream runs (SFNC, Transport Layer Control); only the driver writes it."
 MODE, TRIGGER = "AcquisitionMode", "TriggerMode"

@@ -39,7 +39,6 @@ from grabbergui.driver.device import StreamRequest
 
 log = logging.getLogger(__name__)
 
-
 NAME = "aravis-0.8"
 PACKAGE = "aravis"
 "The importable name of aravis-python."

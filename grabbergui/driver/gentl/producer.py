@@ -42,7 +42,6 @@ from grabbergui.driver.device import StreamRequest
 
 log = logging.getLogger(__name__)
 
-
 GONE = (gentl.IoException, gentl.InvalidHandleException, gentl.ClosedException, gentl.NotInitializedException)
 """Exceptions that producers raise for a handle whose camera is gone."""
 

@@ -52,7 +52,6 @@ from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
 
-
 SWITCHOVER_KEY = 0x4742
 """Control is handed over to programs that request it with this key: our own, when their user wants it. Others
 are refused, so that no program loses control by accident."""

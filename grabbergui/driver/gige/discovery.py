@@ -25,7 +25,6 @@ from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, NO_MAC, Ident
 
 log = logging.getLogger(__name__)
 
-
 DEFAULT_MTU = 1500
 "Of an interface whose MTU the system does not report."
 

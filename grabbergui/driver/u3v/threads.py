@@ -29,7 +29,6 @@ from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbHan
 
 log = logging.getLogger(__name__)
 
-
 BRACKETS = 3
 "Readings of which the quickest counts."
 

@@ -45,7 +45,6 @@ from grabbergui.driver.u3v.stream_protocol import round_up
 
 log = logging.getLogger(__name__)
 
-
 _ENDPOINT_RECIPIENT = 0x02
 _DEVICE_TO_HOST = 0x80
 _GET_STATUS = 0

@@ -179,7 +179,6 @@ _REGISTERS = (
     ACTION_GROUP_MASK,
 )
 
-
 _FEATURES = (
     "GevStreamChannelCount",
     "GevStreamChannelSelector",
