@@ -255,7 +255,8 @@ def _apply(
         if not options.json:
             print("\n".join(report.lines()))
         if options.all_or_nothing and not report.settled and not options.dry_run:
-            rolled_back = roll_back(grabber, report).summary()
+            after = roll_back(grabber, report)
+            rolled_back = "; ".join(part for part in (after.problem, after.summary()) if part)
             if not options.json:
                 print(f"rolled back: {rolled_back}")
     return report, rolled_back

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
-from grabbergui.core.errors import FeatureError, UsageError
+from grabbergui.core.errors import FeatureError, TransportError, UsageError
 from grabbergui.core.features import (
     Category,
     Feature,
@@ -221,6 +221,8 @@ class Settled(Enum):
     REFUSED = "refused"
     DIFFERENT = "different"
     "It was written, but has another value: the camera rounded it, or another setting moved it."
+    UNANSWERED = "unanswered"
+    "The connection was lost while it was written."
 
 
 Report = Callable[[SettingKey, Settled, FeatureValue | None, FeatureError | None, Feature | None], None]
@@ -302,6 +304,10 @@ class _Settling:
                 feature = self.grabber.read_setting(key)
                 if feature.value is None or not same_value(feature.value, self.wanted[key]):
                     feature = self.grabber.write_setting(key, self.wanted[key]).feature
+            except TransportError:
+                if feature is not None:  # it was read, so that the loss came with the write
+                    self.report(key, Settled.UNANSWERED, None, None, feature)
+                raise
             except FeatureError as error:
                 refused.append(key)
                 self.problems[key] = str(error)

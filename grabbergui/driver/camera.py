@@ -255,6 +255,7 @@ class Camera(FrameGrabber):
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
+        """A camera that is lost meanwhile streams when it is back."""
         self._start({acquisition.TRIGGER} if keep_trigger else ())
 
     def _start(self, kept: Container[str]) -> None:
@@ -262,11 +263,15 @@ class Camera(FrameGrabber):
             if self.streaming:
                 return
             self._opened()
-            if self._access is Access.CONTROL:
-                acquisition.run_free(self, kept)
-                if self._event_left_on():
-                    self._hear_events()
-            self._acquisition.start()
+            try:
+                if self._access is Access.CONTROL:
+                    acquisition.run_free(self, kept)
+                    if self._event_left_on():
+                        self._hear_events()
+                self._acquisition.start()
+            except DeviceLostError:
+                self._acquisition.wanted = True  # once it is back
+                raise
 
     @override
     def stop(self) -> None:

@@ -344,6 +344,7 @@ class Camera(FeatureAccess):
         """Set the camera as a file says and report what became of each setting; see `LoadReport.lines`.
 
         With `dry_run` nothing is written. Settings that the camera refuses are reported, the others written.
+        If the camera is lost meanwhile, the report is `interrupted` and says what was written until then.
         """
         features = settings_files.load(Path(path), self._grabber.selectors.of)
         report = load_onto(self._grabber, features, dry_run=dry_run)

@@ -228,7 +228,11 @@ class Interpreter:
     def _load(self, file: str) -> str:
         path = self._folder / Path(file).expanduser()
         features = files.load(path, self._grabber.selectors.of)
-        return "\n".join(load_onto(self._grabber, features).lines())
+        report = load_onto(self._grabber, features)
+        if not (report.interrupted and report.written):
+            return "\n".join(report.lines())
+        again = "what was written is set again when the camera is back, the rest is not"
+        return "\n".join([*report.lines(), again])
 
     def _stats(self) -> str:
         counters = self._grabber.statistics().as_dict()

@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="109"/>
         <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="166"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="172"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="324"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="324"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="142"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="330"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -510,17 +510,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="108"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="138"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="138"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -533,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="80"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="85"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -541,52 +541,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="48"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="91"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -594,27 +594,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="242"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="242"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="120"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="275"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="274"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="127"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="282"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -677,17 +677,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -700,7 +700,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="78"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="90"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -708,57 +708,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="65"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="66"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="67"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="75"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="76"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="77"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="38"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="41"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -781,32 +781,32 @@ It {1}.</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="229"/>
+        <location filename="../../grabbergui/models/messages.py" line="230"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="237"/>
+        <location filename="../../grabbergui/models/messages.py" line="240"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="252"/>
+        <location filename="../../grabbergui/models/messages.py" line="255"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="255"/>
+        <location filename="../../grabbergui/models/messages.py" line="258"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="260"/>
+        <location filename="../../grabbergui/models/messages.py" line="263"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="254"/>
+        <location filename="../../grabbergui/models/messages.py" line="257"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -847,7 +847,7 @@ It {1}.</source>
         <translation>Quitar esta curva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="198"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="200"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1487,102 +1487,102 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="231"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="147"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="235"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="151"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="237"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="153"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="239"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="155"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="240"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="247"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="163"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="249"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="165"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="252"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="257"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="173"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="259"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="175"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="263"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="179"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="274"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="190"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="274"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="190"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="286"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="202"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="294"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="210"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="295"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="211"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="297"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="289"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="233"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="149"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="252"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
         <source>1 byte of text</source>
         <translation>texto de 1 byte</translation>
     </message>
@@ -1661,27 +1661,27 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="222"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="220"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="329"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="327"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="362"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="360"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="374"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="372"/>
         <source>no images come from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="385"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="383"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
@@ -1859,22 +1859,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="152"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="160"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="162"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="180"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="167"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="185"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2122,12 +2122,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2137,7 +2137,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="153"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2147,102 +2147,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="153"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="201"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="200"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="219"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="244"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="243"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="250"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="249"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="260"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="259"/>
         <source>Use this result for servoing instead of the previous one</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="328"/>
         <source>Bring the board into the middle of the picture; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2409,112 +2409,112 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="313"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="44"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="315"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="47"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="318"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="320"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="321"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="58"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="60"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="331"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="62"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="333"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="63"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="334"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="64"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="68"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="69"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="341"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="366"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="367"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="367"/>
         <source>as the camera has it</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="323"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="323"/>
         <source>edited</source>
         <translation>editada</translation>
     </message>
@@ -3117,7 +3117,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="258"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3312,22 +3312,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="281"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="280"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="281"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="284"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3393,12 +3393,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="122"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="152"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -3434,7 +3434,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="105"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="107"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -3442,7 +3442,7 @@ It {1}.</source>
 <context>
     <name>Messages</name>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="209"/>
+        <location filename="../../grabbergui/models/messages.py" line="210"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
@@ -3450,7 +3450,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="201"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="208"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -3483,7 +3483,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="319"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="318"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3491,7 +3491,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="174"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -3499,12 +3499,12 @@ It {1}.</source>
 <context>
     <name>Picture</name>
     <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="277"/>
+        <location filename="../../grabbergui/models/picture/picture.py" line="256"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/readout.py" line="86"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="172"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -3517,27 +3517,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="267"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="269"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="268"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="270"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="269"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="271"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="270"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="272"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="271"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="273"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -3585,37 +3585,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
         <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
         <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
         <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="224"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="223"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
         <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
         <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="136"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -3663,7 +3663,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="260"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3723,7 +3723,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="260"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -3731,7 +3731,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="315"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3739,12 +3739,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="252"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="251"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="253"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="252"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -3795,17 +3795,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="283"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="279"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -3813,62 +3813,62 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="187"/>
+        <location filename="../../grabbergui/models/recording.py" line="197"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="179"/>
+        <location filename="../../grabbergui/models/recording.py" line="189"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="175"/>
+        <location filename="../../grabbergui/models/recording.py" line="185"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="189"/>
+        <location filename="../../grabbergui/models/recording.py" line="199"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="189"/>
+        <location filename="../../grabbergui/models/recording.py" line="199"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="194"/>
+        <location filename="../../grabbergui/models/recording.py" line="204"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="181"/>
+        <location filename="../../grabbergui/models/recording.py" line="191"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="147"/>
+        <location filename="../../grabbergui/models/recording.py" line="157"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="150"/>
+        <location filename="../../grabbergui/models/recording.py" line="160"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="153"/>
+        <location filename="../../grabbergui/models/recording.py" line="163"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="153"/>
+        <location filename="../../grabbergui/models/recording.py" line="163"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="156"/>
+        <location filename="../../grabbergui/models/recording.py" line="166"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -3876,7 +3876,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="122"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -3951,7 +3951,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="186"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="185"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3966,82 +3966,82 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="164"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="122"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="134"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="160"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="134"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
     </message>
@@ -4049,32 +4049,32 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="85"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
         <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="86"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4113,12 +4113,12 @@ It {1}.</source>
 <context>
     <name>ScaleBar</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/component_pane.py" line="49"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="284"/>
         <source>Scale of the colours: {0}</source>
         <translation>Escala de los colores: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/component_pane.py" line="96"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="331"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4126,27 +4126,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="344"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="344"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="216"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="378"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="260"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="167"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="329"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4274,22 +4274,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="232"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="233"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -4370,39 +4370,44 @@ It {1}.</source>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="130"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="147"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="209"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="243"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="249"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="283"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="253"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="287"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="259"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="193"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="220"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="136"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="160"/>
         <source>interrupted: {0}</source>
         <translation>interrumpido: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="215"/>
+        <source>the camera was lost during this write: it has either value</source>
+        <translation>la cámara se perdió durante esta escritura: tiene uno de los dos valores</translation>
     </message>
 </context>
 <context>
@@ -4418,7 +4423,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="166"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4428,27 +4433,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="168"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="188"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4456,84 +4461,89 @@ It {1}.</source>
 <context>
     <name>SettingsFilesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="52"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="62"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="83"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="93"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="103"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="159"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="215"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="228"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="181"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="194"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="108"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="108"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="217"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="230"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="161"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="195"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="129"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="129"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="120"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="130"/>
         <source>Saved {0} to {1}</source>
         <translation>Guardado: {0} en {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="190"/>
+        <source>Not rolled back: {0}</source>
+        <translation>No revertido: {0}</translation>
     </message>
 </context>
 <context>
@@ -4579,32 +4589,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="104"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -4619,29 +4629,39 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="69"/>
+        <source>What was written is set again when the camera is back, the rest is not</source>
+        <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
+        <source>not written</source>
+        <translation>no escrito</translation>
     </message>
 </context>
 <context>
@@ -4841,7 +4861,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="137"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="141"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -4849,7 +4869,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="96"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -4935,47 +4955,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="300"/>
         <source>The camera does not answer; what was set last is shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="344"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="344"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="147"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="350"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="352"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="354"/>
         <source>The picture goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="385"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="387"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="185"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="388"/>
         <source>frames come when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5023,7 +5043,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="77"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="349"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
@@ -5107,97 +5127,97 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="157"/>
+        <location filename="../../grabbergui/models/tuning.py" line="344"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="143"/>
+        <location filename="../../grabbergui/models/one_push.py" line="147"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="145"/>
+        <location filename="../../grabbergui/models/one_push.py" line="149"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="175"/>
+        <location filename="../../grabbergui/models/one_push.py" line="179"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="178"/>
+        <location filename="../../grabbergui/models/one_push.py" line="182"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="108"/>
+        <location filename="../../grabbergui/models/one_push.py" line="112"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="115"/>
+        <location filename="../../grabbergui/models/one_push.py" line="119"/>
         <source>{0}: {1}; not everything could be restored: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="269"/>
+        <location filename="../../grabbergui/models/one_push.py" line="273"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="273"/>
+        <location filename="../../grabbergui/models/one_push.py" line="277"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="275"/>
+        <location filename="../../grabbergui/models/one_push.py" line="279"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="278"/>
+        <location filename="../../grabbergui/models/one_push.py" line="282"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="306"/>
+        <location filename="../../grabbergui/models/one_push.py" line="310"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="312"/>
+        <location filename="../../grabbergui/models/one_push.py" line="316"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="317"/>
+        <location filename="../../grabbergui/models/one_push.py" line="321"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="343"/>
+        <location filename="../../grabbergui/models/one_push.py" line="347"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="173"/>
+        <location filename="../../grabbergui/models/tuning.py" line="360"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="177"/>
+        <location filename="../../grabbergui/models/tuning.py" line="364"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="148"/>
+        <location filename="../../grabbergui/models/one_push.py" line="152"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="151"/>
+        <location filename="../../grabbergui/models/one_push.py" line="155"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
@@ -5228,47 +5248,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="249"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="262"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="278"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="282"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="295"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="283"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="296"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="299"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="287"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
         <source>Writing to the camera</source>
         <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="274"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="287"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
@@ -5326,22 +5346,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="228"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="238"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="241"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="251"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="242"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="252"/>
         <source>Its old contents are lost; this cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="243"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="253"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
@@ -5349,7 +5369,7 @@ It {1}.</source>
 <context>
     <name>ValueSlider</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/value_slider.py" line="178"/>
+        <location filename="../../grabbergui/ui/editors/value_slider.py" line="177"/>
         <source>{0} … {1}; hold the handle beyond an end to go on.</source>
         <translation>{0} … {1}; mantenga el control más allá de un extremo para seguir.</translation>
     </message>
@@ -5357,22 +5377,22 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="215"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="216"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="232"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="233"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="281"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="282"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="280"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="281"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>

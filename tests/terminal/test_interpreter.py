@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+from contextlib import ExitStack
 
 import pytest
 from prompt_toolkit.completion import CompleteEvent
@@ -12,6 +13,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.terminal import Interpreter, answer
 from grabbergui.terminal.console import FeatureCompleter
+from lost_camera import away
 from patience import PROGRAM
 from second_writer import others_stay, ratio
 
@@ -148,6 +150,25 @@ def test_lines_from_a_pipe():
     assert result.returncode == 1
     assert result.stdout.startswith("Gain = 3 dB") and result.stdout.count("\n") == 1
     assert "no feature Nonsense" in result.stderr
+
+
+def test_loading_that_a_loss_breaks_off_lists_everything_and_what_is_set_again(
+    grabber, terminal, tmp_path, monkeypatch
+):
+    (tmp_path / "settings.yaml").write_text("features:\n  Gamma: 2\n  BlackLevel: 5\n")
+    write = grabber.write_setting
+    with ExitStack() as loss:
+
+        def written_last(key, value):
+            result = write(key, value)
+            loss.enter_context(away(grabber, "the cable is out"))
+            return result
+
+        monkeypatch.setattr(grabber, "write_setting", written_last)
+        lines = terminal.execute(f"load {tmp_path / 'settings.yaml'}").splitlines()
+    assert lines[0] == "written     Gamma: 1 → 2" and lines[1].startswith("not written BlackLevel: ")
+    assert lines[2].startswith("interrupted: ") and lines[3] == "1 written, 1 not written"
+    assert lines[4] == "what was written is set again when the camera is back, the rest is not"
 
 
 def test_over_a_network_no_file_is_touched(grabber):

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from contextlib import ExitStack
 
 import cv2
 import pytest
@@ -15,6 +16,7 @@ from grabbergui.models.open_source import LinkState
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
 from grabbergui.recording.recorder import RecordingKind
+from lost_camera import away
 from patience import PATIENCE
 
 
@@ -247,6 +249,28 @@ def test_loading_is_one_step_to_undo(app, tmp_path):
     app.until(lambda: app.window.actionUndo.text() == "&Undo Loaded settings.yaml")
     app.window.actionUndo.trigger()
     app.until(lambda: app.grabber.feature("Gain").value == 0 and app.grabber.feature("Gamma").value == 1)
+
+
+def test_loading_that_a_loss_breaks_off_lists_what_was_written_and_what_was_not(app, tmp_path, monkeypatch):
+    keeping, path, camera = app.program.settings_files, tmp_path / "settings.yaml", app.grabber
+    files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
+    write = camera.write_setting
+    with ExitStack() as loss:
+
+        def written_last(key, value):
+            result = write(key, value)
+            loss.enter_context(away(camera, "the cable is out"))
+            return result
+
+        monkeypatch.setattr(camera, "write_setting", written_last)
+        keeping.load(path)
+        app.until(lambda: keeping.report)
+        assert rows(keeping.report) == {"Gain": "written", "Gamma": "not written"}
+        headline = keeping.report.headline.text()
+        assert "1 written, 1 not written. interrupted: " in headline
+        assert "is set again when the camera is back" in headline
+    app.until(lambda: not camera.lost)
+    assert camera.feature("Gain").value == 3.0 and camera.streaming
 
 
 def test_loading_shows_how_far_it_is_and_can_be_cancelled(app, tmp_path, monkeypatch):

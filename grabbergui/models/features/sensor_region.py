@@ -21,13 +21,14 @@ def stream_paused(
     """Stop a running stream for the block, and start it again with triggers as they are then.
 
     Does nothing where it does not run, or is not `needed`. Raises what stopping and starting raises; with
-    `stays`, that is called instead when the stream does not start again.
+    `stays`, that is called instead when the stream does not start again. A camera that is lost within the
+    block streams again when it is back.
     """
     if not needed or not grabber.streaming:
         yield
         return
-    grabber.stop()
     try:
+        grabber.stop()
         yield
     finally:
         try:

@@ -7,7 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError, TransportError
+from grabbergui.core.errors import (
+    DeviceLostError,
+    FeatureError,
+    FeatureNotFoundError,
+    GrabberError,
+    TransportError,
+)
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, Settled, is_number, same_value, settle
@@ -36,6 +42,8 @@ class Outcome(Enum):
     UNKNOWN = "unknown"
     "The camera has no such feature."
     CANCELLED = "cancelled"
+    NOT_WRITTEN = "not written"
+    "The camera was lost first; or while it was written, as the reason says then."
 
 
 PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
@@ -77,6 +85,8 @@ class LoadReport:
     "The camera as it was; loading this rolls back."
     problem: str = ""
     "Reason for an interruption, or for a stream that could not be restarted."
+    interrupted: bool = False
+    "Whether the camera was lost meanwhile. What was written is set again when it is back, the rest is not."
     lost_lines: tuple[str, ...] = ()
     "Lines of the file that make no sense, a sentence each."
 
@@ -85,14 +95,25 @@ class LoadReport:
         return sum(report.outcome in outcomes for report in self.settings)
 
     @property
+    def written(self) -> int:
+        """The number of settings that were written, also with another result than wanted."""
+        return self.count(Outcome.WRITTEN, Outcome.DIFFERENT)
+
+    @property
     def settled(self) -> bool:
         """Whether the camera has all values of the set."""
         whole = not self.problem and not self.lost_lines
         return whole and all(report.outcome in SETTLED for report in self.settings)
 
     def lines(self) -> list[str]:
-        """Return a line for each setting that was not equal, and the summary."""
-        lines = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
+        """Return a line for each setting that was not equal, and the summary.
+
+        If the camera was lost before anything was written, one line says it for all.
+        """
+        omitted = {Outcome.EQUAL}
+        if not self.written:
+            omitted.add(Outcome.NOT_WRITTEN)
+        lines = [str(report) for report in self.settings if report.outcome not in omitted]
         return [*self.lost_lines, *lines, *([self.problem] if self.problem else []), self.summary()]
 
     def summary(self) -> str:
@@ -114,27 +135,31 @@ def load_onto(
     Equal values are not written; selectors are restored. A running stream is stopped while anything is
     written and started again with the set's trigger modes. With `dry_run` only selectors are moved. With
     `cancelled` set, the remaining settings are reported as cancelled; rolling back restores the others. If
-    the camera is lost meanwhile, the report contains everything written until then. Raises TransportError
-    before anything is written, AccessDeniedError without control.
+    the camera is lost meanwhile, the report contains what was written until then, and what was not. Raises
+    AccessDeniedError without control, and TransportError from a dry run.
     """
     cancelled = cancelled or threading.Event()
-    before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
     work = _Loading(grabber, features, cancelled)
-    work.compare(_part(progress, 0.5, 0.7))
-    if dry_run:
-        return LoadReport(tuple(work.reports(dry_run=True)), before, lost_lines=features.lost_lines)
-    problems: list[str] = []
+    before, problems, interrupted = FeatureSet({}), [], False
 
     def stays(error: GrabberError) -> None:
-        problems.append(translate("Settings", "the stream does not start again: {0}").format(error))
+        if not isinstance(error, DeviceLostError):  # otherwise it starts when the camera is back
+            problems.append(translate("Settings", "the stream does not start again: {0}").format(error))
 
-    with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays):
-        try:
+    try:
+        before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
+        work.compare(_part(progress, 0.5, 0.7))
+        if dry_run:
+            return LoadReport(tuple(work.reports(dry_run=True)), before, lost_lines=features.lost_lines)
+        with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays):
             work.write(_part(progress, 0.7, 1.0))
-        except TransportError as error:
-            problems.append(translate("Settings", "interrupted: {0}").format(error_text(error)))
-            cancelled.set()
-    return LoadReport(tuple(work.reports()), before, "; ".join(problems), features.lost_lines)
+    except TransportError as error:
+        if dry_run:
+            raise
+        interrupted = True
+        problems.insert(0, translate("Settings", "interrupted: {0}").format(error_text(error)))
+        work.give_up(error_text(error))
+    return LoadReport(tuple(work.reports()), before, "; ".join(problems), interrupted, features.lost_lines)
 
 
 def roll_back(
@@ -186,7 +211,10 @@ class _Loading:
         ) -> None:
             if key in left_alone:
                 return
-            if error is not None:
+            if settled is Settled.UNANSWERED:
+                reason = translate("Settings", "the camera was lost during this write: it has either value")
+                self._note(key, Outcome.NOT_WRITTEN, reason)
+            elif error is not None:
                 self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
             elif settled is Settled.DIFFERENT:
                 reported = translate("Settings", "the camera reports {0}").format(format_value(value))
@@ -200,6 +228,13 @@ class _Loading:
         wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, Outcome.EQUAL)}
         wanted |= {key: self._reports[key].wanted for key in left_alone}
         settle(self.grabber, wanted, report=note, reluctantly=left_alone, cancelled=self.cancelled.is_set)
+
+    def give_up(self, reason: str) -> None:
+        """Report all settings that are not decided as not written, for this reason."""
+        for key, wanted in self.features.settings.items():
+            report = self._reports.get(key) or SettingReport(key, wanted, Outcome.DEPENDS)
+            if report.outcome in PENDING:
+                self._reports[key] = _replaced(report, Outcome.NOT_WRITTEN, report.after, reason)
 
     def reports(self, *, dry_run: bool = False) -> Iterator[SettingReport]:
         """Give what became of each setting, in the set's order."""

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing_extensions import override
 
 from grabbergui.core.errors import (
+    DeviceLostError,
     GrabberError,
     OtherCameraError,
     SourceNotFoundError,
@@ -84,6 +85,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self._watcher: threading.Thread | None = None
         self._looks = 0
         "Since the stream was started."
+        self._starts_on_return = False
+        "Whether the stream was to start while the server was away."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -142,16 +145,17 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
 
     def _connected(self) -> Features:
         if self._link is None:
-            raise TransportError(f"{self._name} is gone at the moment; it is used again when it comes back")
+            raise DeviceLostError(f"{self._name} is gone at the moment; it is used again when it comes back")
         return self._known()
 
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """Receive frames. Does not start the remote camera: its server decides that."""
+        """Receive frames, once the server is back if it is away; whether the camera runs, it decides."""
         with self._lock:
             if self._stream is not None:
                 return
+            self._starts_on_return = self._link is None
             self._connected()
             assert self._names and self._link
             components, carrier = None, self._carrier
@@ -173,6 +177,11 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             stream.open()
             self._stream = stream
             self._looks = 0
+
+    @override
+    def stop(self) -> None:
+        self._starts_on_return = False
+        super().stop()
 
     # -- coming and going ------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> None:
@@ -248,6 +257,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             if self._stream is not None:
                 # Even if it seems connected: a machine that lost its power closes no connection.
                 self._stream.reconnect()
+            elif self._starts_on_return:
+                self.start()
         if camera_lost:
             self._lose(camera_lost)
         else:

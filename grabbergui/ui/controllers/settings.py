@@ -186,7 +186,10 @@ class SettingsFilesController(QObject):
             return roll_back(grabber, report, progress=progress, cancelled=cancelled)
 
         def done(after: LoadReport) -> None:
-            self._messages.notice(self.tr("Rolled back: {0}").format(after.summary()))
+            if after.problem:
+                self._messages.error(self.tr("Not rolled back: {0}").format(after.problem))
+            else:
+                self._messages.notice(self.tr("Rolled back: {0}").format(after.summary()))
 
         name = self.tr("Rolled back: {0}").format(title)
         self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title, source=source)

@@ -66,10 +66,13 @@ class SettingsReport(QDialog):
     def setReport(self, title: str, report: LoadReport) -> None:
         """Show a report; of a dry run, the values that would be written, with a button to do so."""
         self.setWindowTitle(title)
-        self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
+        again = self.tr("What was written is set again when the camera is back, the rest is not")
+        restored = again if report.interrupted and report.written else ""
+        parts = (self._summary(report), report.problem, restored)
+        self.headline.setText(". ".join(part for part in parts if part))
         self.headline.setToolTip(report.problem)
         self.applyButton.setVisible(report.count(*PENDING) > 0)
-        self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
+        self.rollBackButton.setVisible(report.written > 0)
         self.table.clear()
         for setting in report.settings:
             texts = (format_value(setting.before), format_value(setting.wanted))
@@ -107,6 +110,7 @@ class SettingsReport(QDialog):
             Outcome.LEFT_ALONE: self.tr("left alone"),
             Outcome.UNKNOWN: self.tr("unknown"),
             Outcome.CANCELLED: self.tr("cancelled"),
+            Outcome.NOT_WRITTEN: self.tr("not written"),
         }.get(outcome, outcome.value)
 
     def _show_equal(self, shown: bool) -> None:

@@ -3,6 +3,7 @@
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import pytest
 from hypothesis import given
@@ -17,7 +18,8 @@ from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.files import BAG_GUID, parse
 from grabbergui.models.settings.loading import Outcome, load_onto, roll_back
-from patience import PATIENCE
+from lost_camera import away
+from patience import PATIENCE, until
 
 COLOUR = "sim:?width=64&height=48&pixel_format=BayerRG8"
 
@@ -404,8 +406,34 @@ def test_loading_that_is_interrupted_says_what_was_written(camera, monkeypatch):
     settings = {SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0, SettingKey("BlackLevel"): 5.0}
     report = load_onto(camera, FeatureSet(settings))
     found = outcomes(report)
-    assert found == {"Gain": Outcome.WRITTEN, "Gamma": Outcome.CANCELLED, "BlackLevel": Outcome.CANCELLED}
-    assert report.problem == "interrupted: the cable is out" and not report.settled
+    assert found == {"Gain": Outcome.WRITTEN, "Gamma": Outcome.NOT_WRITTEN, "BlackLevel": Outcome.NOT_WRITTEN}
+    assert report.problem == "interrupted: the cable is out" and report.interrupted and not report.settled
+    reasons = {setting.key.name: setting.reason for setting in report.settings}
+    assert "during this write" in reasons["Gamma"] and reasons["BlackLevel"] == "the cable is out"
+
+
+@pytest.mark.parametrize(("share", "written"), [(0.1, 0), (0.6, 0), (0.7, 0), (0.8, 1)])
+def test_loading_that_a_loss_breaks_off_lists_everything_and_the_stream_goes_on(camera, share, written):
+    """At whatever moment: while the camera is read, compared, or written to."""
+    wanted = {"Gain": 3.0, "Gamma": 2.0, "BlackLevel": 5.0, "Width": camera.feature("Width").value}
+    features = FeatureSet({SettingKey(name): value for name, value in wanted.items()})
+    camera.start()
+    with ExitStack() as loss:
+
+        def progress(done, of):
+            if done / of >= share and not camera.lost:
+                loss.enter_context(away(camera, "the cable is out"))
+
+        report = load_onto(camera, features, progress=progress)
+        assert [setting.key.name for setting in report.settings] == list(wanted)
+        assert report.interrupted and report.written == written
+        assert report.problem.startswith("interrupted: ")
+        left = [each for each in report.settings if each.outcome is Outcome.NOT_WRITTEN]
+        assert len(left) >= 2 and all(each.reason for each in left)
+        assert len(report.lines()) == (len(left) + written + 2 if written else 2)
+    until(lambda: not camera.lost, "its return")
+    assert camera.streaming
+    assert camera.feature("Gain").value == (3.0 if written else 0.0)
 
 
 def test_format_and_region_are_set_while_it_streams(camera):

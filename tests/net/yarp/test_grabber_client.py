@@ -12,6 +12,7 @@ import pytest
 from grabber_stage import Stage, connect
 
 from grabbergui.core.errors import (
+    DeviceLostError,
     FeatureAccessError,
     FeatureError,
     FeatureNotFoundError,
@@ -136,6 +137,23 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     assert states == [
         *(ConnectionState.OPEN, ConnectionState.LOST, ConnectionState.OPEN, ConnectionState.CLOSED),
     ]
+
+
+def test_a_stream_that_is_started_while_the_server_is_away_starts_when_it_is_back(scene: Stage) -> None:
+    """As after a file of settings whose loading the loss broke off, with the stream paused for it."""
+    states: list[ConnectionState] = []
+    remote = connect(scene)
+    with scene.share():
+        remote.connection_changed.connect(lambda state, reason: states.append(state))
+        remote.open()
+    until(lambda: ConnectionState.LOST in states, "the loss")
+    with pytest.raises(DeviceLostError):
+        remote.start()
+    with scene.share():
+        queue = remote.open_queue(1)
+        until(lambda: states[-1] is ConnectionState.OPEN, "the return")
+        assert remote.streaming and queue.get(PATIENCE).complete
+        remote.close()
 
 
 def test_a_server_that_is_back_with_other_values_reports_it(
