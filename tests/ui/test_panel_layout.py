@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import (
     QApplication,
     QDockWidget,
 )
 
 from grabbergui.models.status import Tone
+from grabbergui.ui.run.application import speak
 from grabbergui.ui.views.panel_layout import SETTLING_MS
 
 
@@ -19,6 +20,27 @@ def test_every_panel_can_be_open_on_800_pixels(app):
     for dock in window.findChildren(QDockWidget):
         dock.show()
     app.until(lambda: window.minimumSizeHint().width() > 700)  # they are laid out
+    assert window.minimumSizeHint().width() <= 800 and window.width() == 800
+
+
+@pytest.mark.parametrize("language", ["en", "es"])
+def test_no_text_below_the_picture_widens_the_window(qapp, request, language):
+    speak(qapp, language)
+    request.addfinalizer(lambda: speak(qapp, "en"))
+    app = request.getfixturevalue("app")
+    window = app.window
+    app.connect()
+    window.resize(800, 600)
+    app.until(lambda: window.width() == 800)
+    window.actionClipping.trigger()
+    app.until(window.picture.clippingLabel.text)
+    window.actionRegion.trigger()
+    app.until(window.picture.hintLabel.text)
+    canvas = window.picture.canvas
+    for place in (QPoint(1, 1), canvas.rect().center()):  # where it is already, a mouse does not move
+        app.qtbot.mouseMove(canvas, place)
+    app.until(window.picture.cursorLabel.text)
+    QApplication.processEvents()
     assert window.minimumSizeHint().width() <= 800 and window.width() == 800
 
 

@@ -3,13 +3,16 @@
 import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QApplication, QWidget
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording.recorder import RecordingKind, create_writer
+from grabbergui.ui.views.recording_bars import RecordingBar
 
 FRAMES, STEP_NS = 21, 50_000_000
+DIRECT = Qt.FindDirectChildrenOnly
 START = 1_700_000_000_000_000_000
 
 
@@ -154,3 +157,21 @@ def test_free_space_and_length_are_shown_while_recording(app):
     assert "frame" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)
+
+
+@pytest.mark.parametrize("limit", range(4))
+@pytest.mark.parametrize("playable", [False, True])
+def test_no_part_of_the_bar_is_cut_at_any_width(qtbot, limit, playable):
+    window = QWidget()
+    qtbot.addWidget(window)
+    bar = RecordingBar(window)
+    bar.limitBox.setCurrentIndex(limit)
+    if playable:
+        bar.setPlayable("scene.mcap")
+    window.show()
+    for width in range(bar.minimumSizeHint().width(), 800, 20):
+        bar.resize(width, bar.sizeHint().height())
+        QApplication.processEvents()  # showing and hiding parts takes another layout
+        shown = [part for part in bar.findChildren(QWidget, options=DIRECT) if part.isVisible()]
+        last = max(shown, key=lambda part: part.geometry().right())
+        assert last.geometry().right() < width, f"{last.objectName()} at {width} pixels"

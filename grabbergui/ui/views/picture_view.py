@@ -15,7 +15,7 @@ from grabbergui.models.picture.points import BACKGROUND
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
-from grabbergui.ui.widgets.labels import TaskStack
+from grabbergui.ui.widgets.labels import ShrinkingLabel, TaskStack
 from grabbergui.ui.widgets.messages import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
@@ -49,9 +49,9 @@ class PictureView(QWidget):
     paneArea: PaneArea
     pauseBar: PauseBar
     playbackBar: PlaybackBar
-    cursorLabel: QLabel
-    hintLabel: QLabel
-    clippingLabel: QLabel
+    cursorLabel: ShrinkingLabel
+    hintLabel: ShrinkingLabel
+    clippingLabel: ShrinkingLabel
     zoomLabel: QLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -82,7 +82,7 @@ class PictureView(QWidget):
         self.paneArea.paneChosen.connect(self._on_pane_chosen)
         self.drawing = DrawingTool(self.canvas)
         """Draws regions and lines with the mouse."""
-        self.drawing.ended.connect(self.hintLabel.clear)
+        self.drawing.ended.connect(self._show_hint)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.canvas.cursorMoved.connect(self.cursorMoved)
         self.canvas.cursorLeft.connect(self.cursorLeft)
@@ -158,8 +158,14 @@ class PictureView(QWidget):
 
     def draw(self, purpose: Purpose) -> None:
         """Use the next drag of the mouse for this purpose, and show a hint."""
-        self.hintLabel.setText(self._hint(purpose))
+        self._show_hint(self._hint(purpose))
         self.drawing.begin(purpose)
+
+    def _show_hint(self, text: str = "") -> None:
+        """Show a hint in place of what does not matter meanwhile, or with no text that again."""
+        self.hintLabel.setText(text)
+        for label in (self.clippingLabel, self.zoomLabel):
+            label.setHidden(bool(text))
 
     def _hint(self, purpose: Purpose) -> str:
         return {

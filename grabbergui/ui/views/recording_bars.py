@@ -58,10 +58,10 @@ _LIMITS = (
     _Limit("size", "MB", 1000, scale=1e6),
 )
 """In the order of the form's `limitBox`."""
-NARROW, VERY_NARROW = 480, 340
+NARROW = 480
 "Width below which *Play* is an icon, the folder is only in the menu, and the progress is hidden."
 _LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
-"Width of the box for the end of a recording, in a narrow and in a wide bar."
+"Width of the box for the end of a recording: at least, and where there is room."
 _ICON_ROOM = 20
 "Pixels beside the icon of a button without text."
 
@@ -174,11 +174,9 @@ class RecordingBar(QWidget):
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
         self.folderButton.setVisible(not narrow and not recording)
-        squeezed = self.width() < VERY_NARROW or not (
-            self.playButton.isHidden() and self.amountBox.isHidden()
-        )
-        least = _LEAST_CHOICE if squeezed else self.limitBox.minimumSizeHint().width()
-        self.limitBox.setMinimumWidth(least if narrow else _WHOLE_CHOICE)
+        room = self.width() - self.minimumSizeHint().width()
+        fits = not narrow or room >= _WHOLE_CHOICE - _LEAST_CHOICE
+        self.limitBox.setMinimumWidth(_WHOLE_CHOICE if fits else _LEAST_CHOICE)
         # Beside the length of the next recording there is no room for the figures of the last one.
         self.progressLabel.setVisible(recording or (not narrow and self.amountBox.isHidden()))
         self.playButton.setMaximumWidth(self._play_width() if narrow else QWIDGETSIZE_MAX)

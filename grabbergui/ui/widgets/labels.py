@@ -133,6 +133,18 @@ class ElidedLabel(QLabel):
             )
 
 
+class ShrinkingLabel(ElidedLabel):
+    """A line as wide as its text, elided only where the window is too narrow. The tooltip is the form's."""
+
+    def setText(self, text: str | None) -> None:
+        """Show a text."""
+        QLabel.setText(self, text)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the whole text."""
+        return QLabel.sizeHint(self)
+
+
 class ElidedComboBox(QComboBox):
     """A combo box whose current text is elided if it does not fit; the tooltip then has the whole text."""
 
