@@ -66,15 +66,18 @@ def serve(
     camera.on_unplug = stop.set
     camera.start()
     try:
-        _RUNNERS[way](camera, stop, ready, host, port, udc)
+        if way is Via.VHCI:
+            _serve_vhci(camera, stop, ready)
+        elif way is Via.TCP:
+            _serve_tcp(camera, stop, ready, host, port)
+        else:
+            _serve_gadget(camera, stop, ready, udc)
     finally:
         camera.on_unplug = None
         camera.stop()
 
 
-def _serve_vhci(
-    camera: SimulatedU3vDevice, stop: threading.Event, ready: Callable[[str], None], *_: object
-) -> None:
+def _serve_vhci(camera: SimulatedU3vDevice, stop: threading.Event, ready: Callable[[str], None]) -> None:
     connection = attach_to_kernel(camera)
     thread = threading.Thread(target=connection.run, name="usbip", daemon=True)
     thread.start()
@@ -85,12 +88,7 @@ def _serve_vhci(
 
 
 def _serve_tcp(
-    camera: SimulatedU3vDevice,
-    stop: threading.Event,
-    ready: Callable[[str], None],
-    host: str,
-    port: int,
-    _: str,
+    camera: SimulatedU3vDevice, stop: threading.Event, ready: Callable[[str], None], host: str, port: int
 ) -> None:
     server = UsbIpServer(camera, host, port)
     thread = threading.Thread(target=server.run, name="usbip-server", daemon=True)
@@ -103,24 +101,10 @@ def _serve_tcp(
 
 
 def _serve_gadget(
-    camera: SimulatedU3vDevice,
-    stop: threading.Event,
-    ready: Callable[[str], None],
-    _host: str,
-    _port: int,
-    udc: str,
+    camera: SimulatedU3vDevice, stop: threading.Event, ready: Callable[[str], None], udc: str
 ) -> None:
     from grabbergui.driver.sim.u3v.gadget import Gadget
 
     with Gadget(camera, udc) as gadget:
         ready(f"USB3 Vision camera {camera.identity.serial} is on the device controller {gadget.udc}")
         stop.wait()
-
-
-_RUNNERS: dict[
-    Via, Callable[[SimulatedU3vDevice, threading.Event, Callable[[str], None], str, int, str], None]
-] = {
-    Via.VHCI: _serve_vhci,
-    Via.TCP: _serve_tcp,
-    Via.GADGET: _serve_gadget,
-}
