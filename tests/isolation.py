@@ -21,8 +21,8 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-WORKERS = 4
-"""Tests wait more than they compute: more workers than the two cores of a small machine."""
+WORKERS = 6
+"""Tests wait more than they compute: four of them leave a fifth of two cores idle."""
 WORKER_BYTES = 3 << 30
 """Memory that a worker may need at most."""
 
