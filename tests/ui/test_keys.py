@@ -51,7 +51,9 @@ def test_letters_typed_beside_the_filter_do_nothing(app):
 
 @pytest.mark.parametrize("key", [Qt.Key_Return, Qt.Key_Enter, Qt.Key_Escape])
 def test_enter_and_escape_in_a_field_give_the_focus_to_the_image(app, key):
-    field = app.window.favourites.rows.rows("Gain")[0].editor.field
+    rows = app.window.favourites.rows
+    app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    field = rows.rows("Gain")[0].editor.field
     give_focus(app, field)
     app.qtbot.keyClicks(field, "3")
     app.qtbot.keyClick(field, key)

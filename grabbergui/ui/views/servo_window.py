@@ -119,9 +119,8 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
     """Curves over time, with gaps where a value is not finite. The mouse neither zooms nor moves them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent, background=None)
+        super().__init__(parent, background=None, enableMenu=False)
         self.setMouseEnabled(False, False)
-        self.setMenuEnabled(False)
         self.hideButtons()
         self.setMinimumHeight(72)
         self.showGrid(x=False, y=True, alpha=0.15)
