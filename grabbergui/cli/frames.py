@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import queue
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from queue import Empty, Queue
 from typing import Any
 
 from grabbergui.cli import count, counted, positive
@@ -34,6 +34,16 @@ from grabbergui.recording.recorder import RecordingKind, RecordingLimits, create
 
 _LOOK = 0.5
 "Seconds between checks whether the source is still there."
+_POLL = 0.1
+"Seconds between checks whether the user wants to end, or the recording has ended."
+_QUEUE_DEPTH = 16
+_CODECS = {
+    kind.value: kind
+    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
+}
+_SELECTOR, _SWITCH = "EventSelector", "EventNotification"
+_MOST_WAITING = 1000
+"Most events that wait for a slow reader; further ones are dropped."
 
 
 def add_commands(commands: Any) -> None:
@@ -43,7 +53,7 @@ def add_commands(commands: Any) -> None:
     _add_events(commands)
 
 
-def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
+def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
     """Add SOURCE and the options of taking its frames; `awaited` is what `--timeout` waits for."""
     add_source(parser)
     parser.add_argument(
@@ -62,7 +72,7 @@ def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
     add_monitor(parser)
 
 
-class FrameSource:
+class _AwaitedSource:
     """An open grabber; while it is lost, its return is awaited."""
 
     def __init__(self, grabber: FrameGrabber, lost_timeout: float | None = None) -> None:
@@ -100,11 +110,11 @@ class FrameSource:
 
 
 @contextmanager
-def frame_source(options: argparse.Namespace) -> Iterator[FrameSource]:
-    """Yield the source of `add_options`, set and not started; close it after the block."""
+def _awaited_source(options: argparse.Namespace) -> Iterator[_AwaitedSource]:
+    """Yield the source of `_add_options`, set and not started; close it after the block."""
     assignments = [assignment(text) for text in options.assignments]
     with opened(options.source, monitor=options.monitor) as grabber:
-        source = FrameSource(grabber, options.lost_timeout)
+        source = _AwaitedSource(grabber, options.lost_timeout)
         for key, text in assignments:
             write(grabber, key, text)
         try:
@@ -113,14 +123,11 @@ def frame_source(options: argparse.Namespace) -> Iterator[FrameSource]:
             source.outage.close()
 
 
-_QUEUE_DEPTH = 16
-
-
 def _add_grab(commands: Any) -> None:
     parser = commands.add_parser(
         "grab", help="grab frames; count them, save them", example="grabbergui grab gige: -n 100 --out frames"
     )
-    add_options(parser, awaited="a frame")
+    _add_options(parser, awaited="a frame")
     parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many frames (1)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame in this folder")
     parser.add_argument("--ply", action="store_true", help="save point clouds of range images beside them")
@@ -129,7 +136,7 @@ def _add_grab(commands: Any) -> None:
 
 
 def _grab(options: argparse.Namespace) -> int:
-    with frame_source(options) as source:
+    with _awaited_source(options) as source:
         queue = source.grabber.open_queue(_QUEUE_DEPTH)
         source.grabber.start(keep_trigger=options.keep_trigger)
         summary = _collect(source, queue, options)
@@ -151,7 +158,7 @@ def _save(frame: Frame, folder: Path, grabber: FrameGrabber, scan: Scan3d | None
         snapshot.save_points(frame, folder, grabber.info, scan)
 
 
-def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
+def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     if options.ply and options.out is None:
         raise UsageError("--ply saves into the folder of --out; name one")
     scan = Scan3d.read(source.grabber) if options.ply else None
@@ -180,21 +187,13 @@ def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace
     }
 
 
-_CODECS = {
-    kind.value: kind
-    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
-}
-_POLL = 0.1
-"Seconds between checks whether the recording should end."
-
-
 def _add_record(commands: Any) -> None:
     parser = commands.add_parser(
         "record",
         help="record frames; play them back with file:PATH",
         example="grabbergui record gige: --out scene.mcap -t 10",
     )
-    add_options(parser, awaited="the first frame")
+    _add_options(parser, awaited="the first frame")
     parser.add_argument(
         "--out",
         type=Path,
@@ -219,7 +218,7 @@ def _add_record(commands: Any) -> None:
 def _record(options: argparse.Namespace) -> int:
     check_folder_of(options.out)
     kind = _kind(options)
-    with frame_source(options) as source, stop_on_signals() as stop:
+    with _awaited_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
         recorder = create_recorder(grabber, options.out, kind, _limits(options))
         recorder.start()
@@ -272,13 +271,6 @@ def _limits(options: argparse.Namespace) -> RecordingLimits:
     return RecordingLimits(options.frames, options.seconds, size)
 
 
-_SELECTOR, _SWITCH = "EventSelector", "EventNotification"
-_LOOK_PERIOD = 0.1
-"""Seconds between checks whether the user wants to end."""
-_MOST_WAITING = 1000
-"""Most events that wait for a slow reader; further ones are dropped."""
-
-
 def _add_events(commands: Any) -> None:
     parser = commands.add_parser(
         "events",
@@ -307,7 +299,7 @@ def _events(options: argparse.Namespace) -> int:
             if name not in known:
                 names = ", ".join(known)
                 raise FeatureValueError(f"{name} is no event of this camera; it has {names}", _SELECTOR)
-        waiting: queue.Queue[DeviceEvent] = queue.Queue(_MOST_WAITING)
+        waiting: Queue[DeviceEvent] = Queue(_MOST_WAITING)
         grabber.event_received.connect(lambda event: _keep(waiting, event))
         with stop_on_signals() as stop, _switched_on(grabber, options.names):
             if options.start:
@@ -316,8 +308,8 @@ def _events(options: argparse.Namespace) -> int:
             printed = 0
             while not stop.is_set() and time.monotonic() < deadline:
                 try:
-                    event = waiting.get(timeout=_LOOK_PERIOD)
-                except queue.Empty:
+                    event = waiting.get(timeout=_POLL)
+                except Empty:
                     continue
                 print(_event_line(event, as_json=options.json), flush=True)
                 printed += 1
@@ -334,7 +326,7 @@ def _known_events(grabber: FrameGrabber) -> list[str]:
     return [entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available]
 
 
-def _keep(waiting: queue.Queue[DeviceEvent], event: DeviceEvent) -> None:
+def _keep(waiting: Queue[DeviceEvent], event: DeviceEvent) -> None:
     if not waiting.full():
         waiting.put_nowait(event)
 
