@@ -94,8 +94,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     from PyQt5.QtCore import QTimer
 
     from grabbergui.driver.gige.stream import sockets
-    from grabbergui.ui.preferences import Preferences
-    from grabbergui.ui.run.application import application
+    from grabbergui.ui.application import Preferences, application
     from grabbergui.ui.run.program import Program
     from grabbergui.ui.views.main_window import MainWindow
 

@@ -12,8 +12,8 @@ from typing import Any
 from PyQt5.QtCore import QSocketNotifier, Qt
 from PyQt5.QtTest import QTest
 
+from grabbergui.ui.application import application
 from grabbergui.ui.run import standalone
-from grabbergui.ui.run.application import application
 from grabbergui.ui.views.servo_window import ServoWindow
 
 

@@ -25,8 +25,8 @@ from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.ui.application import application
 from grabbergui.ui.controllers.servoing import HandEyeController, ServoController
-from grabbergui.ui.run.application import application
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog

@@ -7,7 +7,7 @@ from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.application import Preferences
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
 from patience import PATIENCE

@@ -31,7 +31,7 @@ from PyQt5.QtWidgets import (
 )
 from screen_reader import Heard, hear
 
-from grabbergui.ui.run.application import speak
+from grabbergui.ui.application import speak
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.windows import LINE, reading_order
 from patience import PROGRAM

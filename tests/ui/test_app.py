@@ -159,7 +159,7 @@ def test_offscreen_nothing_is_written_to_stderr(tmp_path):
 def test_what_qt_warns_of_is_logged(tmp_path):
     done = run(
         "import logging; logging.basicConfig(format='%(levelname)s %(name)s %(message)s')\n"
-        "from PyQt5.QtCore import qWarning; from grabbergui.ui.run.application import log_qt_messages\n"
+        "from PyQt5.QtCore import qWarning; from grabbergui.ui.application import log_qt_messages\n"
         "log_qt_messages(); qWarning(b'a real one'); qWarning(b'This plugin does not support raise()')",
         tmp_path,
     )
@@ -202,7 +202,7 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
     done = run(
         "import os; os.environ['QT_QPA_PLATFORM'] = 'offscreen'; "
         "from grabbergui.ui.run.program import Program; "
-        "from grabbergui.ui.preferences import Preferences; "
+        "from grabbergui.ui.application import Preferences; "
         "from grabbergui.ui.views.main_window import MainWindow; "
         "qt = window.application(); program = Program(MainWindow(), Preferences(None)); "
         "print(*sorted(sys.modules), flush=True); program.shut_down(5); os._exit(0)",

@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import MOST_PINNED
-from grabbergui.ui.preferences import Preferences, camera_model
+from grabbergui.ui.application import Preferences, camera_model
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
 

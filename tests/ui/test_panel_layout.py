@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.status import Tone
-from grabbergui.ui.run.application import speak
+from grabbergui.ui.application import speak
 from grabbergui.ui.views.panel_layout import SETTLING_MS
 
 

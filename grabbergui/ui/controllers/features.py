@@ -18,9 +18,9 @@ from grabbergui.models.features.shown import controlled_by
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import PLOTTABLE
 from grabbergui.models.messages import CurrentMessages
+from grabbergui.ui.application import LAYOUT_VERSION, Preferences, camera_model
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
-from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model
 from grabbergui.ui.views.bases import Layout
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel

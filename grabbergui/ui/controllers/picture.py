@@ -29,8 +29,8 @@ from grabbergui.models.picture.quantities import Levels, PolarisedView
 from grabbergui.models.picture.rendering import Orientation, with_levels
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
+from grabbergui.ui.application import Preferences
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import (
     AcquisitionActions,
     ComponentActions,

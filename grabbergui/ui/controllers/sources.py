@@ -17,9 +17,9 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
+from grabbergui.ui.application import Preferences
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import LivePictureView, StatusView
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.views.source_list import SourceListView

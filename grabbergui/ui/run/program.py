@@ -24,6 +24,7 @@ from grabbergui.models.recording import FrameHistory, Recordings
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
+from grabbergui.ui.application import LAYOUT_VERSION, Preferences
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.changes import CameraWork, ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
@@ -41,7 +42,6 @@ from grabbergui.ui.controllers.settings import SettingsFilesController, UserSets
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.windows import FileDialogs

@@ -29,9 +29,9 @@ from grabbergui.core.priority import single_threaded
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, Run, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import Runner
+from grabbergui.ui.application import application, closed_by, look, require_display
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.servoing import ENDING_S, HandEyeController, ServoController
-from grabbergui.ui.run.application import application, closed_by, look, require_display
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog

@@ -17,8 +17,7 @@ from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import MessageModel
-from grabbergui.ui.preferences import Preferences
-from grabbergui.ui.run.application import application, closed_by, speak
+from grabbergui.ui.application import Preferences, application, closed_by, speak
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress
