@@ -29,7 +29,7 @@ NOTICE_SECONDS = 6.0
 "Seconds for which a notice stays."
 ERROR_SECONDS = 30.0
 "Seconds for which the failure of one action stays; the log keeps it."
-MOST = 20
+MOST_MESSAGES = 20
 "Most messages kept; the oldest are dropped."
 
 
@@ -145,7 +145,7 @@ class MessageModel:
             else:
                 log.info("%s", message.text)
                 known = [message, *(m for m in known if m is not before)]
-            self._messages = tuple(known[:MOST])
+            self._messages = tuple(known[:MOST_MESSAGES])
         self.changed.emit()
 
     def end(self, source: OpenSource | None, cause: Cause) -> None:

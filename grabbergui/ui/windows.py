@@ -114,7 +114,7 @@ class FileDialogs:
         return Path(chosen) if chosen else None
 
 
-LINE = 12
+LINE_HEIGHT = 12
 "Pixels of height within which controls stand on one line."
 
 
@@ -149,9 +149,9 @@ def _lines(region: QWidget) -> list[QWidget]:
     line, last = 0, None
     numbered = []
     for y, x, widget in places:
-        if last is not None and y - last >= LINE:
+        if last is not None and y - last >= LINE_HEIGHT:
             line += 1
-        if last is None or y - last >= LINE:
+        if last is None or y - last >= LINE_HEIGHT:
             last = y
         numbered.append((line, x, widget))
     ordered: list[QWidget] = []

@@ -8,7 +8,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import (
     ERROR_SECONDS,
-    MOST,
+    MOST_MESSAGES,
     NOTICE_SECONDS,
     Cause,
     CurrentMessages,
@@ -143,9 +143,9 @@ def test_nothing_is_announced_where_nothing_changed(stage):
 
 
 def test_memory_is_bounded(stage):
-    for number in range(3 * MOST):
+    for number in range(3 * MOST_MESSAGES):
         stage.model.error(f"failure {number}")
-    assert len(stage.model.shown(None)) == MOST
+    assert len(stage.model.shown(None)) == MOST_MESSAGES
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from screen_reader import Heard, hear
 
 from grabbergui.ui.application import speak
 from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.windows import LINE, reading_order
+from grabbergui.ui.windows import LINE_HEIGHT, reading_order
 from patience import PROGRAM
 
 CONTROLS = (
@@ -144,8 +144,8 @@ def test_the_tab_key_goes_as_one_reads(app):
     for order in app.settled(lambda: [places(panel) for panel in panels]):
         assert len(order) >= 3
         for before, after in pairwise(order):
-            lower = after.y() > before.y() - LINE
-            assert lower and (after.x() > before.x() or after.y() >= before.y() + LINE - 1)
+            lower = after.y() > before.y() - LINE_HEIGHT
+            assert lower and (after.x() > before.x() or after.y() >= before.y() + LINE_HEIGHT - 1)
 
 
 def test_back_tab_goes_the_same_way_back(app):

@@ -31,7 +31,7 @@ HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbor
 """Commands that beginners have buttons for, which also start and stop receiving."""
 
 
-def matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
+def _matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
     """Return whether every word, in lower case, occurs in the name, the display name or the tooltip."""
     haystack = f"{description.name}\n{description.display_name}\n{description.tooltip}".lower()
     return all(word in haystack for word in words)
@@ -71,7 +71,7 @@ def _collect(
             continue
         if isinstance(member, Category):
             _collect(member, visibility, words, hidden, found)
-        elif matches(member, words):
+        elif _matches(member, words):
             found[member.name] = None
 
 

@@ -327,7 +327,7 @@ class ValueWatch:
             values[name] = math.nan
             try:
                 feature = grabber.feature(name)
-                values[name], units[name] = as_number(feature), feature.unit
+                values[name], units[name] = _as_number(feature), feature.unit
             except FeatureError:
                 continue
             except GrabberError:
@@ -340,7 +340,7 @@ class ValueWatch:
         self.sampled.emit(self._time_of_day(), values, units)
 
 
-def as_number(feature: Feature) -> float:
+def _as_number(feature: Feature) -> float:
     """Return a feature's value on a plot; NaN where it has none."""
     value = feature.value
     return float(value) if isinstance(value, int | float) else math.nan

@@ -195,7 +195,7 @@ def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
     return _mask(values, 0, 0), _mask(values, top, top)
 
 
-def with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> NDArray[np.uint8]:
+def _with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> NDArray[np.uint8]:
     """Return a picture, (height, width[, 3]) and perhaps reduced, with both masks painted over it, in R G B.
 
     One pixel of the masks is enough to show, however much the picture is reduced.
@@ -353,7 +353,7 @@ def _light(
     if settings.colour_map and pixels.ndim == 2:
         pixels = coloured(pixels, settings.colour_map)
     if settings.show_clipping:
-        pixels = with_clipping(pixels, *clipping_masks(frame, image.region))
+        pixels = _with_clipping(pixels, *clipping_masks(frame, image.region))
     return DisplayImage(pixels, image.region)
 
 

@@ -200,7 +200,7 @@ class CodedNumberEditor(TextEditor):
         return nearest_allowed(feature, parse_coded(text, feature.representation))
 
 
-LONG = 12
+LONG_LIST = 12
 """Lists with more entries can be searched."""
 
 
@@ -221,7 +221,7 @@ class _Combo(ElidedComboBox):
     def showEntries(self, model: QStandardItemModel) -> None:
         """Replace the entries."""
         self.setModel(model)
-        searched = model.rowCount() > LONG
+        searched = model.rowCount() > LONG_LIST
         if searched and not self.isEditable():
             self._become_searchable()
         elif not searched:

@@ -117,7 +117,7 @@ class MessageLine(QFrame):
             self.dismissed.emit(self._messages[0])
 
 
-MOST = 4
+MOST_STACKED = 4
 "Most messages shown at once."
 EXPIRY_MS = 500
 "Milliseconds between two checks for expired messages."
@@ -203,7 +203,7 @@ class MessageStack(MessageList):
     @property
     def messages(self) -> list[str]:
         """The texts shown, the newest first."""
-        return [message.text for message in self._model.shown(None)[:MOST]]
+        return [message.text for message in self._model.shown(None)[:MOST_STACKED]]
 
     def showError(self, text: str) -> None:
         """Show an error message until it is dismissed."""
@@ -228,7 +228,7 @@ class MessageStack(MessageList):
         self._model.dismiss_all()
 
     def _on_model_changed(self) -> None:
-        messages = self._model.shown(None)[:MOST]
+        messages = self._model.shown(None)[:MOST_STACKED]
         self.setMessages(messages)
         self.setVisible(bool(messages))
         if messages and not self._timer.isActive():
@@ -289,7 +289,7 @@ def _way(end: Stage) -> str:
 
 LEAST_TITLE = 60
 "Pixels kept for the title before figures are hidden for it."
-ROOM = 20
+TEXT_ROOM = 20
 "Pixels above and below the text, for the buttons of messages."
 MOST_MESSAGE = 640
 "Most pixels of a message for which figures are hidden; its button shows a longer one in full."
@@ -312,7 +312,7 @@ class StatusStrip(QWidget):
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
         "The most important first."
         # The same with and without a message, so that nothing moves when one comes.
-        self.setFixedHeight(self.fontMetrics().height() + ROOM)
+        self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
         self.setMessages(())
 
     def minimumSizeHint(self) -> QSize:
