@@ -17,7 +17,8 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 
 if TYPE_CHECKING:
-    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.net.yarp.os.name_client import Contact, NameClient
+    from grabbergui.net.yarp.os.name_server import NameServer
 
 _NAME_SERVER = "127.0.0.1:10000"
 """The default address of our name server."""
@@ -287,14 +288,8 @@ def _serve_names(options: argparse.Namespace) -> int:
         namespace=options.namespace,
         allowed=AllowedAddresses.parse(options.allow),
     )
-    with stop_on_signals() as stop:
-        server.open()
-        try:
-            contact = server.contact
-            print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
-            stop.wait()
-        finally:
-            server.close()
+    with stop_on_signals() as stop, _running(server):
+        stop.wait()
     return 0
 
 
@@ -325,11 +320,17 @@ def named_server(address: str, *, ours: bool, allowed: AllowedAddresses = EVERYB
     host, _, port = (address or _NAME_SERVER).rpartition(":")
     if not host or not (port.isascii() and port.isdigit()) or int(port) > 0xFFFF:
         raise UsageError(f"--nameserver {address}: write HOST:PORT")
-    server = NameServer(host, int(port), allowed=allowed)
+    with _running(NameServer(host, int(port), allowed=allowed)) as contact:
+        yield NameClient.find(f"{contact.host}:{contact.port}")
+
+
+@contextmanager
+def _running(server: NameServer) -> Iterator[Contact]:
+    """Run a name server within the block; print and yield where it is."""
     server.open()
     try:
         contact = server.contact
         print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
-        yield NameClient.find(f"{contact.host}:{contact.port}")
+        yield contact
     finally:
         server.close()
