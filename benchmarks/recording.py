@@ -30,13 +30,8 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
-from grabbergui.recording.recorder import (
-    Recorder,
-    RecordingKind,
-    RecordingProgress,
-    RecordingWriter,
-    create_writer,
-)
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import Recorder, RecordingProgress, RecordingWriter, create_writer
 
 METHOD = """Frames of the simulated sensor with its noise, written as fast as each kind of recording takes
 them into a folder {where}. CPU is of the whole process, all threads. Then the simulated camera's stream for

@@ -29,8 +29,8 @@ from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import snapshot
-from grabbergui.recording.recorder import RecordingKind, RecordingLimits, create_recorder, kind_of
+from grabbergui.recording import RecordingKind, kind_of, snapshot
+from grabbergui.recording.recorder import RecordingLimits, create_recorder
 
 _LOOK = 0.5
 "Seconds between checks whether the source is still there."

@@ -13,14 +13,8 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.recording.recorder import (
-    Recorder,
-    RecordingKind,
-    RecordingLimits,
-    RecordingProgress,
-    create_recorder,
-    kind_of,
-)
+from grabbergui.recording import RecordingKind, kind_of
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
 DEPTH = 8
 "Frames that may wait for the loop; older ones are dropped and counted."

@@ -12,6 +12,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
+from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -33,6 +34,56 @@ MAX_LINE = 4096
 "Characters of one note."
 MAX_SIDE = 65536
 "Pixels; more is no image."
+
+
+class RecordingKind(Enum):
+    """The kind of a recording's files."""
+
+    PNG = "png"
+    "A folder of PNG: compressed without loss, on several threads."
+    TIFF = "tiff"
+    "A folder of TIFF: as fast as the disk."
+    H264 = "h264"
+    "A movie that every player opens: 8 bits, with losses."
+    HEVC = "hevc"
+    "A movie (H.265): smaller, and slower to write."
+    AV1 = "av1"
+    "A movie (AV1): the smallest."
+    LOSSLESS = "lossless"
+    "A movie (H.264 without losses): 8 bits exactly, as fast as a camera of 8.8 MP."
+    FFV1 = "ffv1"
+    "A movie (FFV1): Mono of up to 16 bits and 8-bit colour exactly; smaller, and slower to write."
+    MCAP = "mcap"
+    "ROS 2 messages, as they come; opens in Foxglove and `ros2 bag`."
+
+    @property
+    def suffix(self) -> str:
+        """The ending of its files; empty for a folder."""
+        return ".mcap" if self is RecordingKind.MCAP else ".mp4" if self in MOVIE_KINDS else ""
+
+
+MOVIE_KINDS = (
+    RecordingKind.H264,
+    RecordingKind.HEVC,
+    RecordingKind.AV1,
+    RecordingKind.LOSSLESS,
+    RecordingKind.FFV1,
+)
+
+
+def kind_of(path: Path, *, movie: RecordingKind = RecordingKind.H264) -> RecordingKind:
+    """Return the kind that a path's ending asks for: a movie, MCAP, or a folder of PNG.
+
+    Raises UsageError.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".mcap":
+        return RecordingKind.MCAP
+    if suffix == ".mp4":
+        return movie
+    if suffix in (".mkv", ".avi", ".mov", ".bag", ".db3"):
+        raise UsageError(f"{path}: recordings are .mp4, .mcap, or a folder (no ending)")
+    return RecordingKind.PNG
 
 
 class RecordingError(GrabberError):

@@ -34,11 +34,12 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.recording import (
     RecordingError,
+    RecordingKind,
     Rising,
     note_of,
     unpacked,
 )
-from grabbergui.recording.recorder import OrderedWork, RecordingKind, RecordingWriter
+from grabbergui.recording.recorder import OrderedWork, RecordingWriter
 
 TIME_BASE = Fraction(1, 1_000_000)
 "Seconds in a unit of a movie's times."

@@ -1,4 +1,4 @@
-"""Recording a grabber's stream: the kinds of files, what writes each, and the recorder that feeds the writer.
+"""Recording a grabber's stream: what every writer of files is, and the recorder that feeds one.
 
 A recorder runs on a thread of its own, until it is stopped, reaches a limit or fails. Only that thread calls
 its writer. Each writer notes the time of every frame, and can be closed at any moment with what was written
@@ -16,13 +16,12 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from enum import Enum
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from psygnal import Signal
 
-from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -32,6 +31,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.recording import (
     DiskFullError,
     RecordingError,
+    RecordingKind,
     SourceClosedError,
     UnfinishedFileError,
 )
@@ -50,56 +50,6 @@ ON_ITS_WAY = 1.0
 "Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
 NOTICE_PERIOD = 0.2
 "Seconds between signals of progress."
-
-
-class RecordingKind(Enum):
-    """The kind of a recording's files."""
-
-    PNG = "png"
-    "A folder of PNG: compressed without loss, on several threads."
-    TIFF = "tiff"
-    "A folder of TIFF: as fast as the disk."
-    H264 = "h264"
-    "A movie that every player opens: 8 bits, with losses."
-    HEVC = "hevc"
-    "A movie (H.265): smaller, and slower to write."
-    AV1 = "av1"
-    "A movie (AV1): the smallest."
-    LOSSLESS = "lossless"
-    "A movie (H.264 without losses): 8 bits exactly, as fast as a camera of 8.8 MP."
-    FFV1 = "ffv1"
-    "A movie (FFV1): Mono of up to 16 bits and 8-bit colour exactly; smaller, and slower to write."
-    MCAP = "mcap"
-    "ROS 2 messages, as they come; opens in Foxglove and `ros2 bag`."
-
-    @property
-    def suffix(self) -> str:
-        """The ending of its files; empty for a folder."""
-        return ".mcap" if self is RecordingKind.MCAP else ".mp4" if self in MOVIE_KINDS else ""
-
-
-MOVIE_KINDS = (
-    RecordingKind.H264,
-    RecordingKind.HEVC,
-    RecordingKind.AV1,
-    RecordingKind.LOSSLESS,
-    RecordingKind.FFV1,
-)
-
-
-def kind_of(path: Path, *, movie: RecordingKind = RecordingKind.H264) -> RecordingKind:
-    """Return the kind that a path's ending asks for: a movie, MCAP, or a folder of PNG.
-
-    Raises UsageError.
-    """
-    suffix = path.suffix.lower()
-    if suffix == ".mcap":
-        return RecordingKind.MCAP
-    if suffix == ".mp4":
-        return movie
-    if suffix in (".mkv", ".avi", ".mov", ".bag", ".db3"):
-        raise UsageError(f"{path}: recordings are .mp4, .mcap, or a folder (no ending)")
-    return RecordingKind.PNG
 
 
 class RecordingWriter(ABC):

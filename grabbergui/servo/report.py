@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.recording.recorder import RecordingKind
+from grabbergui.recording import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle

@@ -16,8 +16,8 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import RecordingError, open_recording
-from grabbergui.recording.recorder import MOVIE_KINDS, RecordingKind, create_writer
+from grabbergui.recording import MOVIE_KINDS, RecordingError, RecordingKind, open_recording
+from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE
 
 av = pytest.importorskip("av", reason="needs the package av")

@@ -8,8 +8,8 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import open_recording
-from grabbergui.recording.recorder import OrderedWork, RecordingKind, create_writer
+from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.recorder import OrderedWork, create_writer
 from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")

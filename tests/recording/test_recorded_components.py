@@ -15,8 +15,8 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import open_recording
-from grabbergui.recording.recorder import RecordingKind, RecordingLimits, create_recorder, create_writer
+from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
 from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")

@@ -16,15 +16,16 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import RecordingError, in_order_of_receipt, open_recording, playback
-from grabbergui.recording.recorder import (
+from grabbergui.recording import (
     MOVIE_KINDS,
-    Recorder,
+    RecordingError,
     RecordingKind,
-    RecordingLimits,
-    create_writer,
+    in_order_of_receipt,
     kind_of,
+    open_recording,
+    playback,
 )
+from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
 from patience import PATIENCE, until
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from grabbergui import sources
-from grabbergui.recording.recorder import Recorder, RecordingKind, RecordingLimits, create_writer
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
 from patience import PATIENCE
 
 TOPIC = "/grabbergui/image_raw"

@@ -8,7 +8,8 @@ from PyQt5.QtWidgets import QApplication, QWidget
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording.recorder import RecordingKind, create_writer
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import create_writer
 from grabbergui.ui.views.recording_bars import RecordingBar
 
 FRAMES, STEP_NS = 21, 50_000_000

@@ -7,8 +7,8 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.recording import open_recording
-from grabbergui.recording.recorder import RecordingKind, RecordingProgress
+from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.views.recording_bars import RecordingBar
 
 GREY = "sim:?width=64&height=48&fps=60"

@@ -16,7 +16,8 @@ from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.recording import FrameHistory, PlaybackModel, PlaybackState, Recordings, is_recording
-from grabbergui.recording.recorder import RecordingKind, RecordingLimits
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, PauseActions

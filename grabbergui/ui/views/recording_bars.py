@@ -19,7 +19,8 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.language import counted, localized
 from grabbergui.models.recording import PlaybackState
-from grabbergui.recording.recorder import RecordingKind, RecordingLimits, RecordingProgress
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.windows import load_form
