@@ -71,9 +71,20 @@ class ConnectionState(Enum):
     "Gone without being closed; a reconnection may be in progress."
 
 
-def return_text(problems: Sequence[str]) -> str:
-    """Describe how a source came back after it was lost: set as before, or which settings differ and why."""
-    return f"but not as before: {'; '.join(problems)}" if problems else "set as before"
+MOST_CHANGED = 5
+"Most settings that others changed which one line names: a user set that somebody loads changes them all."
+
+
+def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
+    """Describe how a source came back after it was lost: set as before, or which settings differ and why.
+
+    `changed` are settings that had never been set here, and have another value now.
+    """
+    text = f"but not as before: {'; '.join(problems)}" if problems else "set as before"
+    if not changed:
+        return text
+    more = f"; and {len(changed) - MOST_CHANGED} more" if len(changed) > MOST_CHANGED else ""
+    return f"{text}; changed meanwhile, not by us: {'; '.join(changed[:MOST_CHANGED])}{more}"
 
 
 class FrameGrabber(ABC):
@@ -96,6 +107,8 @@ class FrameGrabber(ABC):
     """The camera sent an event: at the end of every exposure, for instance, if that event is switched on."""
     unlike_before: tuple[str, ...] = ()
     """After a loss and return: the settings that differ from before, and why, a sentence each."""
+    changed_meanwhile: tuple[str, ...] = ()
+    """After a loss and return: other settings that changed meanwhile, a sentence each; they are left so."""
     shared = False
     """Whether others may write its features meanwhile: it is remote, or served to a network."""
 

@@ -149,6 +149,15 @@ class Selectors:
                 above.append(selector)
 
 
+def setting_names(selectors: Selectors) -> list[str]:
+    """Return the features that make up a camera's settings: the streamable ones, if it has any."""
+    known = selectors.descriptions
+    streamable = [name for name, d in known.items() if d.streamable and d.kind is not FeatureKind.COMMAND]
+    if streamable:
+        return streamable
+    return [n for n, d in known.items() if d.kind is not FeatureKind.COMMAND and n not in selectors.names]
+
+
 def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
     """Return every combination of the selectors' entries, and the reason if some are omitted.
 

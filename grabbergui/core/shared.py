@@ -186,6 +186,7 @@ class SharedGrabber(FrameGrabber):
 
     def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
         self.info, self.unlike_before = self._grabber.info, self._grabber.unlike_before
+        self.changed_meanwhile = self._grabber.changed_meanwhile
         self.connection_changed.emit(state, reason)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 
@@ -350,13 +350,13 @@ class Camera(FrameGrabber):
 
     def _reconnect(self) -> None:
         """Try until it is back or closed. Another camera in its place is refused, and reported once."""
-        reported = ""
+        reported, known = "", self._known_settings()
         while not self._closed.wait(RECONNECT_PERIOD):
             with self._lock:
                 if self._closed.is_set():
                     return
                 try:
-                    problems = self._restore()
+                    problems, changed = self._restore(known)
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     if isinstance(error, OtherCameraError) and str(error) != reported:
@@ -369,10 +369,10 @@ class Camera(FrameGrabber):
                         continue
                 names = frozenset(description.name for description in self.feature_tree().descriptions())
             # Closing waits for this thread, so what is reported here is reported before "closed".
-            self.unlike_before = tuple(problems)
+            self.unlike_before, self.changed_meanwhile = tuple(problems), tuple(changed)
             self._away = ""
             # As visible as the loss: a server's log has no other sign of its end.
-            how = return_text(problems)
+            how = return_text(problems, changed)
             log.warning("%s: back, %s", self.info.uri, how)
             self.connection_changed.emit(ConnectionState.OPEN, how)
             self.features_changed.emit(names)
@@ -380,12 +380,21 @@ class Camera(FrameGrabber):
                 if not self._lost_meanwhile:
                     self._reconnecting = None
                     return
+            known = self._known_settings()
             # Its loss was perhaps reported before "open".
             self._away = self._lost_meanwhile
             self.connection_changed.emit(ConnectionState.LOST, self._lost_meanwhile)
 
-    def _restore(self) -> list[str]:
-        """Open the device again and set it as it was; return what could not be set, a sentence each."""
+    def _known_settings(self) -> dict[SettingKey, FeatureValue]:
+        """Return what was known of settings that nobody wrote here, before the camera was lost."""
+        with self._lock:
+            return self._writer.known_settings() if self._nodes is not None and self._writer else {}
+
+    def _restore(self, known: Mapping[SettingKey, FeatureValue]) -> tuple[list[str], list[str]]:
+        """Open the device again and set it as it was.
+
+        Returns what could not be set, and which of the `known` settings others changed, a sentence each.
+        """
         streaming = self._acquisition.wanted
         self.device.close_stream()
         self.device.close()
@@ -396,16 +405,17 @@ class Camera(FrameGrabber):
         self._connect(self._access)
         if self._hears_events:
             self.device.open_events()
-        problems = self._set_as_before(streaming) if self._access is Access.CONTROL else []
-        for problem in problems:
-            log.warning("%s, set again: %s", self.info.uri, problem)
+        in_control = self._access is Access.CONTROL
+        problems, changed = self._set_as_before(streaming, known) if in_control else ([], [])
         if streaming:
             # Triggers are as they were; so is a mode that was chosen, perhaps while it streamed.
             remembered = {key.name for key in self._writes().memory.settings}
             self._start({acquisition.TRIGGER, *remembered & {acquisition.MODE}})
-        return problems
+        return problems, changed
 
-    def _set_as_before(self, was_streaming: bool) -> list[str]:
+    def _set_as_before(
+        self, was_streaming: bool, known: Mapping[SettingKey, FeatureValue]
+    ) -> tuple[list[str], list[str]]:
         if was_streaming:
             # One that kept its power may still stream, and locks the layout of its frames.
             with suppress(FeatureError):
@@ -415,7 +425,10 @@ class Camera(FrameGrabber):
         writer = self._writes()
         remembered, writer.memory = writer.memory, SettingsMemory()
         try:
-            return remembered.restore(self)
+            problems = remembered.restore(self)
+            # Starting the stream sets the mode.
+            others = {k: v for k, v in known.items() if not (was_streaming and k.name == acquisition.MODE)}
+            return problems, writer.changed_since(others)
         finally:
             writer.memory = remembered
 

@@ -5,13 +5,22 @@ The memory holds what was set since the camera was opened, so that it can be set
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from grabbergui.core.errors import FeatureError
-from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.settings import SettingKey, ValueChange, WriteResult, instances, settle
+from grabbergui.core.settings import (
+    SettingKey,
+    ValueChange,
+    WriteResult,
+    instances,
+    same_value,
+    setting_names,
+    settle,
+)
 from grabbergui.core.sfnc import (
     AUTO_OFF,
     AUTO_ONCE,
@@ -27,6 +36,8 @@ from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 LOAD_SET = "UserSetLoad"
 "Replaces all settings by those of the set that UserSetSelector selects (SFNC, User Set Control)."
+COMPARE_SECONDS = 2.0
+"Longest comparison of settings that others may have changed; everybody else waits for it."
 
 
 class SettingsMemory:
@@ -169,10 +180,45 @@ class SettingWriter:
         others = tuple(nodes.feature(change.key.name) for change in (*switched, *consequences))
         return WriteResult(written, changes, consequences, others)
 
+    def known_settings(self) -> dict[SettingKey, FeatureValue]:
+        """Return settings that are not in the memory, as far as they are known without asking the camera.
+
+        Without those that an automatic mode moves.
+        """
+        values, selectors = self._nodes.cached_values(), self._grabber.selectors
+        moving = {n for mode, names in self._regulated_by.items() if is_on(values.get(mode)) for n in names}
+        known = {}
+        for name in setting_names(selectors):
+            path = selectors.of(name)
+            if {name, *path} <= values.keys() and name not in moving and values[name] != AUTO_ONCE:
+                selected = tuple((selector, format_value(values[selector])) for selector in path)
+                known[SettingKey(name, selected)] = values[name]
+        return {key: value for key, value in known.items() if key not in self.memory.settings}
+
+    def changed_since(self, known: Mapping[SettingKey, FeatureValue]) -> list[str]:
+        """Return which of these settings have another value now, a sentence each. Reads them all at most."""
+        moving = {name for mode, names in self._regulated_by.items() if self._is_on(mode) for name in names}
+        deadline = time.monotonic() + COMPARE_SECONDS
+        changed = []
+        for key, before in known.items():
+            if key.name in moving or time.monotonic() > deadline:
+                continue
+            try:
+                feature = self._grabber.read_setting(key)
+            except FeatureError:
+                continue
+            value = feature.value
+            if value is not None and feature.access.writable and not same_value(value, before):
+                changed.append(f"{key} is {format_value(value)} instead of {format_value(before)}")
+        return changed
+
+    def _is_on(self, mode: str) -> bool:
+        return is_on(self._nodes.value(mode))
+
     def regulated_now(self) -> Iterator[str]:
         """Give the automatic modes that are on, and the features they regulate: these move by themselves."""
         for mode, names in self._regulated_by.items():
-            if is_on(self._nodes.value(mode)):
+            if self._is_on(mode):
                 yield mode  # Once falls back to Off by itself
                 yield from names
 
@@ -234,7 +280,7 @@ class SettingWriter:
 
     def _is_regulated(self, name: str) -> bool:
         mode = self._target(name).companions.mode
-        return mode is not None and is_on(self._nodes.value(mode))
+        return mode is not None and self._is_on(mode)
 
     def _note_visibility(self, before: Iterable[str], after: Iterable[str], by: ValueChange) -> None:
         self.memory.note_visible(after)

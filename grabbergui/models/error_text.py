@@ -54,14 +54,24 @@ def lost_text(title: str, reason: str) -> str:
     return f"{text}: {driver_text(reason)}" if reason else text
 
 
-def returned_text(problems: Sequence[str]) -> str:
-    """Return the message that a lost source is back; `problems` are the differences, a sentence each."""
-    if not problems:
-        return translate("Errors", "set as before")
-    shown = "; ".join(map(driver_text, problems[:MOST_PROBLEMS]))
-    if len(problems) > MOST_PROBLEMS:
-        shown += translate("Errors", "; and {0} more").format(len(problems) - MOST_PROBLEMS)
-    return translate("Errors", "but not as before: {0}").format(shown)
+def returned_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
+    """Return the message that a lost source is back; `problems` are the differences, a sentence each.
+
+    `changed` are settings that others changed meanwhile.
+    """
+    text = translate("Errors", "set as before")
+    if problems:
+        text = translate("Errors", "but not as before: {0}").format(_listed(problems))
+    if changed:
+        text += translate("Errors", "; changed meanwhile, not by us: {0}").format(_listed(changed))
+    return text
+
+
+def _listed(sentences: Sequence[str]) -> str:
+    shown = "; ".join(map(driver_text, sentences[:MOST_PROBLEMS]))
+    if len(sentences) > MOST_PROBLEMS:
+        shown += translate("Errors", "; and {0} more").format(len(sentences) - MOST_PROBLEMS)
+    return shown
 
 
 def held_text(denied: AccessDeniedError) -> str:

@@ -239,13 +239,15 @@ class LinkMessages:
         """Post that a source answers again after `seconds`, and list the settings that differ."""
         text = translate("Connection", "back after {0} s").format(localized(f"{seconds:.{seconds < 1:d}f}"))
         unlike = source.grabber.unlike_before if source.grabber is not None else ()
+        changed = source.grabber.changed_meanwhile if source.grabber is not None else ()
         if reason:
-            text = f"{text}, {returned_text(unlike)}"
-        severity = Severity.WARNING if unlike else Severity.NOTICE
+            text = f"{text}, {returned_text(unlike, changed)}"
+        differs = bool(unlike or changed)
+        severity = Severity.WARNING if differs else Severity.NOTICE
         message = Message(text, severity, source, Cause.LINK, count=source.losses)
         self.model.end(source, Cause.LINK)
         # A difference stays until the user has judged and dismissed it.
-        self.model.post(message, seconds=None if unlike else BACK_SECONDS)
+        self.model.post(message, seconds=None if differs else BACK_SECONDS)
 
     def ready(self, source: OpenSource, take_control: Callable[[], None]) -> None:
         """Post the restriction with which a source became current: it may be open for reading only."""

@@ -96,7 +96,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     def _be_back(self) -> None:
         """Report that both are there again."""
-        self._lost, how = "", return_text(self.unlike_before)
+        self._lost, how = "", return_text(self.unlike_before, self.changed_meanwhile)
         log.warning("%s: back, %s", self.info.uri, how)
         self.connection_changed.emit(ConnectionState.OPEN, how)
 
@@ -119,6 +119,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             with self._lock:
                 features.look()
             self.unlike_before = features.unlike_before
+            self.changed_meanwhile = features.changed_meanwhile
         if features.lost:
             self._lose(features.lost)
         elif self._lost:
@@ -265,7 +266,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
                 continue
             if not same_value(feature.value, before):
                 unlike.append(f"{key} is {format_value(feature.value)} instead of {format_value(before)}")
-        self.unlike_before = tuple(unlike)
+        self.unlike_before, self.changed_meanwhile = tuple(unlike), ()
 
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:

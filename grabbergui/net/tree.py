@@ -57,6 +57,8 @@ class TreeFeatures:
         "Why the camera behind the server was lost at the last `look` or `changes`; empty if it was not."
         self.unlike_before: tuple[str, ...] = ()
         "After its return: the settings that differ from before, and why; as of the last `look`."
+        self.changed_meanwhile: tuple[str, ...] = ()
+        "After its return: other settings that changed meanwhile; as of the last `look`."
         self._revision = 0
         self._version: int | None = None
         "Of the server's verbs; asked for when it matters first."
@@ -96,7 +98,9 @@ class TreeFeatures:
         """Ask the server how it and its camera are; return its answer, whose parts are kept here."""
         answer = table_of(self._ask("hello"))
         self.lost = str(answer.get("lost", ""))
-        self.unlike_before = tuple(map(str, _array(answer.get("unlike_before", []))))
+        self.unlike_before, self.changed_meanwhile = (
+            tuple(map(str, _array(answer.get(name, [])))) for name in ("unlike_before", "changed_meanwhile")
+        )
         return answer
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
@@ -224,7 +228,11 @@ class TreeService:
     def _hello(self) -> dict[str, object]:
         grabber = self._grabber
         answer = {"version": VERSION, "info": grabber.info, "access": grabber.access}
-        return {**answer, **self._loss(), "unlike_before": grabber.unlike_before}
+        after_loss = {
+            "unlike_before": grabber.unlike_before,
+            "changed_meanwhile": grabber.changed_meanwhile,
+        }
+        return {**answer, **self._loss(), **after_loss}
 
     def _loss(self) -> dict[str, str]:
         """Return why the camera is lost, if it is: no images come meanwhile, and nobody else says so."""

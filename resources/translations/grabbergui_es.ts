@@ -791,22 +791,22 @@ It {1}.</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="255"/>
+        <location filename="../../grabbergui/models/messages.py" line="257"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="258"/>
+        <location filename="../../grabbergui/models/messages.py" line="260"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="263"/>
+        <location filename="../../grabbergui/models/messages.py" line="265"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="257"/>
+        <location filename="../../grabbergui/models/messages.py" line="259"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -1234,92 +1234,92 @@ It {1}.</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="69"/>
+        <location filename="../../grabbergui/models/error_text.py" line="79"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="75"/>
+        <location filename="../../grabbergui/models/error_text.py" line="85"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="79"/>
+        <location filename="../../grabbergui/models/error_text.py" line="89"/>
         <source>{0} does not take this value; allowed is {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="81"/>
+        <location filename="../../grabbergui/models/error_text.py" line="91"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="90"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="92"/>
+        <location filename="../../grabbergui/models/error_text.py" line="102"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="94"/>
+        <location filename="../../grabbergui/models/error_text.py" line="104"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="96"/>
+        <location filename="../../grabbergui/models/error_text.py" line="106"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="87"/>
+        <location filename="../../grabbergui/models/error_text.py" line="97"/>
         <source>{0} may be another camera than the one you named: {1}</source>
         <translation>{0} puede no ser la cámara que indicó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="63"/>
+        <location filename="../../grabbergui/models/error_text.py" line="73"/>
         <source>; and {0} more</source>
         <translation>; y {0} más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="60"/>
+        <location filename="../../grabbergui/models/error_text.py" line="62"/>
         <source>set as before</source>
         <translation>ajustada como antes</translation>
     </message>
@@ -1327,6 +1327,11 @@ It {1}.</source>
         <location filename="../../grabbergui/models/error_text.py" line="64"/>
         <source>but not as before: {0}</source>
         <translation>pero no como antes: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="66"/>
+        <source>; changed meanwhile, not by us: {0}</source>
+        <translation>; cambiado entretanto, no por nosotros: {0}</translation>
     </message>
 </context>
 <context>

@@ -406,10 +406,10 @@ def test_a_lost_device_can_be_closed(camera, monkeypatch):
 def test_a_device_closed_at_the_moment_of_its_return_is_closed(camera, monkeypatch):
     states, closing = [], threading.Thread(target=camera.close)
 
-    def returned(problems):
+    def returned(problems, changed):
         closing.start()
         closing.join(0.2)
-        return return_text(problems)
+        return return_text(problems, changed)
 
     camera.connection_changed.connect(lambda state, why: states.append(state))
     monkeypatch.setattr(camera_module, "return_text", returned)

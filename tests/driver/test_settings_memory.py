@@ -10,6 +10,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
+from grabbergui.driver.setting_writer import SettingsMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
@@ -181,10 +182,32 @@ def test_settings_that_cannot_be_restored_are_reported(sim, monkeypatch):
     assert sim.camera.unlike_before == ("Gain=6: the camera answered: busy",)
 
 
-def test_a_value_restored_differently_is_reported(sim):
+def test_a_value_restored_differently_is_reported_and_logged_once(sim, caplog):
     sim.camera.write_feature("Gain", 6.0)
     sim.camera._writes().memory.note(SettingKey("Gain"), 6.004)
     assert power_cycle(sim) == "but not as before: Gain is 6 instead of 6.004"
+    assert caplog.text.count("Gain is 6 instead of 6.004") == 1
+
+
+def as_if_set_before_it_was_opened(camera, key, value):
+    """Set a value, as another program did before; here it is only read."""
+    camera.write_setting(key, value)
+    camera._writes().memory = SettingsMemory()
+    assert camera.read_setting(key).value == value
+
+
+def test_what_was_known_under_a_selector_is_compared_under_it(sim):
+    delay = SettingKey("TriggerDelay", (("TriggerSelector", "FrameBurstStart"),))
+    sim.camera.write_feature("TriggerSelector", "FrameBurstStart")
+    as_if_set_before_it_was_opened(sim.camera, delay, 20.0)  # the selector is elsewhere afterwards
+    assert power_cycle(sim) == f"set as before; changed meanwhile, not by us: {delay} is 0 instead of 20"
+    assert sim.camera.feature("TriggerSelector").value == "FrameStart"
+
+
+def test_a_comparison_with_what_was_known_ends_in_time(sim, monkeypatch):
+    as_if_set_before_it_was_opened(sim.camera, SettingKey("Gain"), 6.0)
+    monkeypatch.setattr("grabbergui.driver.setting_writer.COMPARE_SECONDS", -1.0)
+    assert power_cycle(sim) == "set as before"
 
 
 def test_a_refused_write_leaves_the_automatic_mode_as_it_was(sim, monkeypatch):

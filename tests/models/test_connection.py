@@ -233,6 +233,18 @@ def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
     assert "set as before" in bench.said()[0], "and so is its end"
 
 
+def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    lose(bench)
+    bench.source.changed_meanwhile = tuple(f"{name} is 2 instead of 1" for name in "abcde")
+    come_back(bench)
+    (message,) = bench.link.messages.shown(bench.link.source)
+    assert "set as before; changed meanwhile, not by us: a is 2 instead of 1; b" in message.text
+    assert message.text.endswith("; and 2 more")
+    assert (message.severity, message.ends) == (Severity.WARNING, None)
+
+
 def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)

@@ -309,10 +309,15 @@ def test_the_loss_of_the_served_camera_and_its_return_are_reported(camera, clien
 @pytest.mark.parametrize("client", ["yarp_client", "ros2_client"])
 def test_what_is_not_as_before_the_loss_is_reported_to_clients(camera, client, request, monkeypatch):
     remote, reports = request.getfixturevalue(client), []
-    monkeypatch.setattr(camera, "_set_as_before", lambda streaming: ["Gain=6: the camera answered: busy"])
+    problems, changed = ["Gain=6: the camera answered: busy"], ["Gamma is 2 instead of 1"]
+    monkeypatch.setattr(camera, "_set_as_before", lambda streaming, known: (problems, changed))
     with connected(remote.connection_changed, lambda *report: reports.append(report)):
         with away(camera, f"the cable is out, for the {client}"):  # the other one may report it as well
             until(lambda: reports, "the loss")
         until(lambda: len(reports) > 1, "the return")
-    assert reports[1] == (ConnectionState.OPEN, "but not as before: Gain=6: the camera answered: busy")
-    assert remote.unlike_before == ("Gain=6: the camera answered: busy",)
+    assert reports[1] == (
+        ConnectionState.OPEN,
+        "but not as before: Gain=6: the camera answered: busy;"
+        " changed meanwhile, not by us: Gamma is 2 instead of 1",
+    )
+    assert (remote.unlike_before, remote.changed_meanwhile) == (tuple(problems), tuple(changed))

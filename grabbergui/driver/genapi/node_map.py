@@ -185,6 +185,18 @@ class CameraNodeMap:
             self._raise_loss()
         return found
 
+    def cached_values(self) -> dict[str, FeatureValue]:
+        """Return the values that GenApi knows without asking the camera, which may be lost."""
+        found: dict[str, FeatureValue] = {}
+        with self._lock:
+            for name in self._descriptions:
+                if self._map.get_node(name).is_value_cache_valid():
+                    value = self._node(name).value()
+                    if value is not None:
+                        found[name] = value
+            self._port.take_failure()  # access may depend on what only the camera knows
+        return found
+
     @contextmanager
     def exclusive(self) -> Iterator[None]:
         """Keep all other threads out for the block; what changed is reported behind it."""

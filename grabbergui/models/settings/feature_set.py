@@ -17,7 +17,15 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.features import AccessMode, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
-from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, instances, same_value
+from grabbergui.core.settings import (
+    Selected,
+    Selectors,
+    SettingKey,
+    ValueChange,
+    instances,
+    same_value,
+    setting_names,
+)
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
@@ -98,7 +106,7 @@ def capture(
     TransportError; with `cancelled` set, returns the settings read until then.
     """
     selectors = grabber.selectors
-    wanted = _wanted(selectors)
+    wanted = setting_names(selectors)
     settings: dict[SettingKey, FeatureValue] = {}
     left_out: list[str] = []
     groups = [(path, names, *_instances(grabber, path)) for path, names in _grouped(wanted, selectors)]
@@ -116,14 +124,6 @@ def capture(
                     done += 1
                     progress(done, total)
     return FeatureSet(_in_tree_order(settings, wanted), describe(grabber.info), tuple(left_out))
-
-
-def _wanted(selectors: Selectors) -> list[str]:
-    known = selectors.descriptions
-    streamable = [name for name, d in known.items() if d.streamable and d.kind is not FeatureKind.COMMAND]
-    if streamable:
-        return streamable
-    return [n for n, d in known.items() if d.kind is not FeatureKind.COMMAND and n not in selectors.names]
 
 
 def _grouped(names: Sequence[str], selectors: Selectors) -> list[tuple[tuple[str, ...], list[str]]]:

@@ -129,6 +129,32 @@ def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
             assert states.get(timeout=PATIENCE)[0] is ConnectionState.OPEN
 
 
+def test_what_another_program_changed_is_named_when_control_is_back_and_left_so() -> None:
+    """What was set here is set again; of the rest, what was known here is compared."""
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.9")) as simulated:
+        first, second = (Camera(GigeDevice(simulated.address)) for _ in range(2))
+        back: queue.Queue[str] = queue.Queue()
+        with closing(first), closing(second):
+            first.open()
+            first.features()  # as the panel reads them
+            first.write_feature("Gain", 3.0)
+            first.start()
+            first.connection_changed.connect(
+                lambda state, why: back.put(why) if state is ConnectionState.OPEN else None
+            )
+            second.open(Access.TAKE_OVER)
+            for name, value in (("Gain", 6.0), ("Gamma", 2.0), ("ExposureAuto", "Continuous")):
+                second.write_feature(name, value)
+            second.close()
+            changes = ("ExposureAuto is Continuous instead of Off", "Gamma is 2 instead of 1")
+            assert back.get(timeout=PATIENCE) == (
+                f"set as before; changed meanwhile, not by us: {'; '.join(changes)}"
+            )
+            assert (first.unlike_before, first.changed_meanwhile) == ((), changes)
+            found = [first.feature(name).value for name in ("Gain", "Gamma", "ExposureAuto")]
+            assert found == [3.0, 2.0, "Continuous"] and first.streaming
+
+
 def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:
     address = f"127.81.{os.getpid() % 250 + 1}.4"
     with (
