@@ -130,13 +130,13 @@ MODEL_FILE = "face_detection_yunet_2023mar.onnx"
 AUTOMATIC, CASCADE = "auto", "cascade"
 "Choices of `[faces] detector` besides the path of a model file."
 
-CASCADE_BOX, NETWORK_BOX = 0.19, 0.14
+_CASCADE_BOX, _NETWORK_BOX = 0.19, 0.14
 "Metres that each detector's box is wide at the face's distance; YuNet's goes from cheekbone to cheekbone."
-CASCADE_WIDTH = 320
+_CASCADE_WIDTH = 320
 "Images are reduced to about this width for the cascade: a face of a twelfth of it is still found."
-NETWORK_PIXELS = 512 * 288
+_NETWORK_PIXELS = 512 * 288
 "Images are reduced to this size for YuNet, which then finds faces 20 pixels wide."
-CONFIDENCE = 0.6
+_CONFIDENCE = 0.6
 "YuNet's score below which a box is no face."
 _SMALLEST = 24
 _FOLLOWED = 48
@@ -144,7 +144,7 @@ _FOLLOWED = 48
 _MARGIN = 0.8
 "Widths of a face around it, within which it may have moved from one image to the next."
 _CASCADE_FILE = "haarcascade_frontalface_default.xml"
-FEWEST_PIXELS = 16
+_FEWEST_PIXELS = 16
 "Of the shorter side of an image in which a face may be recognised."
 _BRIGHT, _STRONGEST_GAIN = 220, 4.0
 "What the brightest percent of a dark image is raised to, and how far at most."
@@ -178,7 +178,7 @@ def installed_model() -> Path | None:
 class CascadeFaceDetector(FaceDetector):
     """Faces from the front by a Haar cascade. Use from one thread."""
 
-    def __init__(self, calibration: Calibration, search_width: int = CASCADE_WIDTH) -> None:
+    def __init__(self, calibration: Calibration, search_width: int = _CASCADE_WIDTH) -> None:
         """The calibration may be nominal: it only turns pixels into directions."""
         folder = getattr(getattr(cv2, "data", None), "haarcascades", "")
         path = Path(folder) / _CASCADE_FILE
@@ -193,7 +193,7 @@ class CascadeFaceDetector(FaceDetector):
     @override
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
         region = _region(grey, near)
-        if min(region.grey.shape) < FEWEST_PIXELS:
+        if min(region.grey.shape) < _FEWEST_PIXELS:
             return []
         factor: float = max(1, round(grey.shape[1] / self._search_width))
         smallest, largest = _SMALLEST, 0
@@ -209,7 +209,7 @@ class CascadeFaceDetector(FaceDetector):
             maxSize=(largest, largest),
         )
         return [
-            _face(box, factor, region.origin, CASCADE_BOX, self._calibration, grey)
+            _face(box, factor, region.origin, _CASCADE_BOX, self._calibration, grey)
             for box in np.reshape(boxes, (-1, 4))
         ]
 
@@ -217,7 +217,7 @@ class CascadeFaceDetector(FaceDetector):
 class YuNetFaceDetector(FaceDetector):
     """Faces by OpenCV's FaceDetectorYN with a model file of its zoo. Use from one thread."""
 
-    def __init__(self, model: Path, calibration: Calibration, search_pixels: int = NETWORK_PIXELS) -> None:
+    def __init__(self, model: Path, calibration: Calibration, search_pixels: int = _NETWORK_PIXELS) -> None:
         """The calibration may be nominal. Raises UsageError for a file that is no YuNet model."""
         if not model.is_file():
             raise UsageError(
@@ -225,7 +225,7 @@ class YuNetFaceDetector(FaceDetector):
                 f"or download {MODEL_FILE} of OpenCV's model zoo"
             )
         try:
-            self._network: Any = cv2.FaceDetectorYN.create(str(model), "", (320, 320), CONFIDENCE)
+            self._network: Any = cv2.FaceDetectorYN.create(str(model), "", (320, 320), _CONFIDENCE)
         except cv2.error as error:
             raise UsageError(f"{model} is no YuNet model: {error}") from error
         self._calibration = calibration
@@ -234,7 +234,7 @@ class YuNetFaceDetector(FaceDetector):
     @override
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
         region = _region(grey, near)
-        if min(region.grey.shape) < FEWEST_PIXELS:
+        if min(region.grey.shape) < _FEWEST_PIXELS:
             return []
         factor = math.sqrt(grey.size / self._search_pixels) if near is None else near[2] / _FOLLOWED
         factor = max(1.0, factor)
@@ -243,7 +243,7 @@ class YuNetFaceDetector(FaceDetector):
         _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
         # The network may make boxes without an end.
         boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
-        return [_face(box, factor, region.origin, NETWORK_BOX, self._calibration, grey) for box in boxes]
+        return [_face(box, factor, region.origin, _NETWORK_BOX, self._calibration, grey) for box in boxes]
 
 
 class _Region(NamedTuple):
@@ -304,7 +304,7 @@ AGAIN_S = 0.5
 "Seconds between searches of whole images while a face is followed: a nearer person may have come."
 MISSES = 5
 "Images in a row without the face after which it is searched for everywhere again."
-NEARER = 1.3
+_NEARER = 1.3
 "Widths of the followed face by which another must be wider to be followed instead."
 _NICE = 5
 "Nice value of the search beside the loop, so that it takes the loop no time on a busy computer."
@@ -358,7 +358,7 @@ class FaceSearch(FaceDetector):
             found, self._found = self._found, None
         if found is None:
             return
-        if self._face is None or self._misses or found.box[2] > NEARER * self._face[2]:
+        if self._face is None or self._misses or found.box[2] > _NEARER * self._face[2]:
             self._face, self._misses = found.box, 0
 
     def _give(self, grey: Grey) -> None:

@@ -255,7 +255,7 @@ class HandEyeStand:
         self.withdraw()
 
 
-HEAD_S, ARM_S, REST_S = 1.5, 3.5, 1.0
+_HEAD_MOVE_S, _ARM_MOVE_S, _REST_S = 1.5, 3.5, 1.0
 "Seconds of one move of head or arm at full speed, and of the rest and the detection after it: an estimate."
 
 
@@ -282,7 +282,7 @@ def plan(eye: str, model: KinematicModel, config: Config, views: int) -> Plan:
     """Return the plan of a run."""
     speed = config.loop.speed
     if eye == "head":
-        seconds = views * (HEAD_S / speed + REST_S)
+        seconds = views * (_HEAD_MOVE_S / speed + _REST_S)
         limits = (_degrees(model.head.low), _degrees(model.head.high))
         return Plan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
     low, high = config.arm.workspace
@@ -294,7 +294,7 @@ def plan(eye: str, model: KinematicModel, config: Config, views: int) -> Plan:
         tuple(low),
         tuple(high),
         config.safety.clearance if model.body is not None else 0.0,
-        views * (ARM_S / speed + REST_S),
+        views * (_ARM_MOVE_S / speed + _REST_S),
     )
 
 

@@ -124,7 +124,7 @@ class MarkerTrack:
     def _take(self, marker: MarkerDetection, seen: Pose, camera: Pose, captured: float) -> None:
         if self._newest is not None and self._streak and self._jumped(self._newest, seen):
             self._streak = 0
-        covariance = covariance_in_base(marker, camera, self._camera, captured - self._captured)
+        covariance = _covariance_in_base(marker, camera, self._camera, captured - self._captured)
         self._newest, self._camera, self._captured = seen, camera, captured
         self._streak += 1
         if self._streak == 1:
@@ -139,7 +139,7 @@ class MarkerTrack:
         Seen so as often in a row as a marker must be to be believed, it was the earlier pose that was wrong.
         """
         known = self._filter.pose
-        flip = known is not None and is_flip(marker, camera, known)
+        flip = known is not None and _is_flip(marker, camera, known)
         self._flips = self._flips + 1 if flip else 0
         if self._flips > self._config.confirm:
             self._filter.restart()
@@ -195,9 +195,9 @@ Covariance = NDArray[np.float64]
 
 UNKNOWN = np.diag([0.003**2] * 3 + [math.radians(1.0) ** 2] * 3)
 "Covariance of a detection that comes without one."
-TIMING_S = 0.005
+_TIMING_S = 0.005
 "Seconds by which a frame's time and the joints' may disagree: what a moving head makes of it is noise."
-MOVED = 14.2
+_MOVED = 14.2
 "Squared innovation over its covariance that noise exceeds in 3 of 1000 views (chi-square, 3 axes)."
 
 
@@ -239,12 +239,12 @@ class MarkerFilter:
     def _surprising(self, innovation: Vector, spread: Covariance) -> bool:
         """Return whether noise alone would hardly show the marker so far away, or so turned."""
         return any(
-            float(innovation[axes] @ np.linalg.solve(spread[axes, axes], innovation[axes])) > MOVED
+            float(innovation[axes] @ np.linalg.solve(spread[axes, axes], innovation[axes])) > _MOVED
             for axes in (slice(0, 3), slice(3, 6))
         )
 
 
-def is_flip(marker: MarkerDetection, camera: Pose, known: Pose) -> bool:
+def _is_flip(marker: MarkerDetection, camera: Pose, known: Pose) -> bool:
     """Return whether a view contradicts the `known` pose, while its other solution agrees with it.
 
     `camera` is the camera's pose in the base when the frame was exposed.
@@ -255,7 +255,7 @@ def is_flip(marker: MarkerDetection, camera: Pose, known: Pose) -> bool:
     return seen > AMBIGUITY_ANGLE and other < seen / 2
 
 
-def covariance_in_base(
+def _covariance_in_base(
     marker: MarkerDetection, camera: Pose, before: Pose | None, seconds: float
 ) -> Covariance:
     """Return a detection's covariance along the base's axes, with what the camera's motion adds.
@@ -267,25 +267,25 @@ def covariance_in_base(
     covariance: Covariance = turn @ own @ turn.T
     if before is None or marker.pose is None or not 0 < seconds < 1:
         return covariance
-    moved = geometry.diff(before @ marker.pose, camera @ marker.pose) * (TIMING_S / seconds)
+    moved = geometry.diff(before @ marker.pose, camera @ marker.pose) * (_TIMING_S / seconds)
     return np.asarray(covariance + np.diag(moved**2), np.float64)
 
 
-Matrix = NDArray[np.float64]
+_Matrix = NDArray[np.float64]
 
-WINDOW_S = 0.6
+_WINDOW_S = 0.6
 "Seconds of positions to which the motions are fitted."
-RECENT_S = 0.35
+_RECENT_S = 0.35
 "Seconds of the newest positions, which decide whether the target moves at all."
-LEAST = 6
+_FEWEST_SEEN = 6
 "Fewest positions in that time from which anything is predicted."
-RATES = (0.0, 1.0, 2.0, 3.0, 4.0)
+_RATES = (0.0, 1.0, 2.0, 3.0, 4.0)
 "Rad/s at which motions turn; those between them are mixtures."
-NOISE_M = 0.002
+_NOISE_M = 0.002
 "Expected error of a position: standard deviation of each coordinate, metres."
 AHEAD_S = 0.25
 "Longest prediction beyond the newest position, seconds."
-MOVES = 0.03
+_MOVING_SPEED = 0.03
 "Metres per second, over the recent positions, from which a target counts as moving."
 RESTS_S = 0.6
 "Seconds below that speed after which it counts as resting: one that turns back stands still for a moment."
@@ -307,9 +307,9 @@ class TargetMotion:
         "Metres per second at the newest position, 0 for a target that rests."
         self._seen: deque[tuple[float, Vector]] = deque()
         self._moved = -np.inf
-        self._starts = np.zeros((len(RATES), 3, 3))
+        self._starts = np.zeros((len(_RATES), 3, 3))
         "Of each motion: metres, m/s and m/s², in rows, at the newest position's time."
-        self._weights = np.zeros(len(RATES))
+        self._weights = np.zeros(len(_RATES))
         "How much each counts, 1 in all."
 
     def restart(self) -> None:
@@ -322,15 +322,15 @@ class TargetMotion:
         if self._seen and time <= self._seen[-1][0]:
             return
         self._seen.append((time, np.array(position, np.float64)))
-        while self._seen[0][0] < time - WINDOW_S:
+        while self._seen[0][0] < time - _WINDOW_S:
             self._seen.popleft()
         times = np.array([seen[0] for seen in self._seen]) - time
         places = np.array([seen[1] for seen in self._seen])
-        recent = times >= -RECENT_S
-        if recent.sum() < LEAST or times[recent][0] > -RECENT_S / 2:
+        recent = times >= -_RECENT_S
+        if recent.sum() < _FEWEST_SEEN or times[recent][0] > -_RECENT_S / 2:
             self.moving, self.speed = False, 0.0
             return
-        if _speed(times[recent], places[recent]) >= MOVES:
+        if _speed(times[recent], places[recent]) >= _MOVING_SPEED:
             self._moved = time
         self.moving = time - self._moved < RESTS_S
         self._fit(times, places)
@@ -344,28 +344,28 @@ class TargetMotion:
         """Its velocity at a time, m/s; zero for a target that rests."""
         return self._mixed(_velocities, time) if self.moving else np.zeros(3)
 
-    def _fit(self, times: Vector, places: Matrix) -> None:
-        factors = np.array([_places(times, rate) for rate in RATES])
+    def _fit(self, times: Vector, places: _Matrix) -> None:
+        factors = np.array([_places(times, rate) for rate in _RATES])
         across = factors.transpose(0, 2, 1)
         self._starts = np.linalg.solve(across @ factors, across @ places)
         misfits = ((places - factors @ self._starts) ** 2).sum(axis=(1, 2))
-        likely = np.exp((misfits.min() - misfits) / (2 * NOISE_M**2))
+        likely = np.exp((misfits.min() - misfits) / (2 * _NOISE_M**2))
         self._weights = likely / likely.sum()
 
-    def _mixed(self, factors: Callable[[Vector, float], Matrix], time: float) -> Vector:
+    def _mixed(self, factors: Callable[[Vector, float], _Matrix], time: float) -> Vector:
         ahead = np.array([min(max(time - self._seen[-1][0], 0.0), AHEAD_S)])
-        each = [factors(ahead, rate)[0] @ start for rate, start in zip(RATES, self._starts, strict=True)]
+        each = [factors(ahead, rate)[0] @ start for rate, start in zip(_RATES, self._starts, strict=True)]
         mixed: Vector = self._weights @ np.array(each)
         return mixed
 
 
-def _speed(times: Vector, places: Matrix) -> float:
+def _speed(times: Vector, places: _Matrix) -> float:
     """Of the straight line through the places, m/s."""
     mean = times.mean()
     return float(np.linalg.norm((times - mean) @ places / ((times - mean) ** 2).sum()))
 
 
-def _places(times: Vector, rate: float) -> Matrix:
+def _places(times: Vector, rate: float) -> _Matrix:
     """(n, 3): how much a motion's first place, velocity and acceleration are in its places."""
     if rate == 0:
         return np.stack((np.ones_like(times), times, times**2 / 2), axis=1)
@@ -373,7 +373,7 @@ def _places(times: Vector, rate: float) -> Matrix:
     return np.stack((np.ones_like(times), np.sin(turned) / rate, (1 - np.cos(turned)) / rate**2), axis=1)
 
 
-def _velocities(times: Vector, rate: float) -> Matrix:
+def _velocities(times: Vector, rate: float) -> _Matrix:
     """(n, 3): the same in its velocities."""
     if rate == 0:
         return np.stack((np.zeros_like(times), np.ones_like(times), times), axis=1)

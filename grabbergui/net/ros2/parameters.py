@@ -18,10 +18,10 @@ from grabbergui.core.sfnc import as_editable
 log = logging.getLogger(__name__)
 
 
-NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
+_NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
 """Of `rcl_interfaces/msg/ParameterType`, whose rest are arrays. No feature is an array."""
 
-TYPES = {
+_TYPES = {
     FeatureKind.BOOLEAN: BOOL,
     FeatureKind.INTEGER: INTEGER,
     FeatureKind.FLOAT: DOUBLE,
@@ -34,7 +34,7 @@ _FIELDS = {BOOL: "bool_value", INTEGER: "integer_value", DOUBLE: "double_value",
 _NAMES = ("not set", "a boolean", "an integer", "a double", "a string")
 _SWITCH_ENTRIES = {True: "On", False: "Off"}
 
-SLIDER = range(-(2**31), 2**31)
+_SLIDER = range(-(2**31), 2**31)
 """The largest range of the sliders of rqt_reconfigure, which crashes beyond it."""
 
 
@@ -50,19 +50,19 @@ def message_of(kind: FeatureKind, value: FeatureValue | None) -> Any:
     from rcl_interfaces.msg import ParameterValue
 
     if value is None:
-        return ParameterValue(type=NOT_SET)
-    field = _FIELDS[TYPES[kind]]
+        return ParameterValue(type=_NOT_SET)
+    field = _FIELDS[_TYPES[kind]]
     typed = float(value) if kind is FeatureKind.FLOAT else value
-    return ParameterValue(type=TYPES[kind], **{field: typed})
+    return ParameterValue(type=_TYPES[kind], **{field: typed})
 
 
-def accepted(feature: Feature, message: Any) -> FeatureValue:
+def _accepted(feature: Feature, message: Any) -> FeatureValue:
     """Return the value in a ParameterValue, as the feature's kind takes it. Raises FeatureValueError.
 
     Undoes the conversions of `ros2 param set`, which takes `Off` as false and `8000` as an integer.
     """
     value = value_of(message)
-    expected = TYPES.get(feature.kind, NOT_SET)
+    expected = _TYPES.get(feature.kind, _NOT_SET)
     if message.type == expected and value is not None:
         return value
     if message.type == INTEGER and expected == DOUBLE and value is not None:
@@ -71,18 +71,18 @@ def accepted(feature: Feature, message: Any) -> FeatureValue:
         return str(value)
     if isinstance(value, bool) and feature.kind is FeatureKind.ENUMERATION:
         return _SWITCH_ENTRIES[value]
-    if message.type == NOT_SET:
+    if message.type == _NOT_SET:
         raise FeatureValueError(f"{feature.name} belongs to the camera and cannot be deleted", feature.name)
     given = _NAMES[message.type] if message.type < len(_NAMES) else "an array"
     raise FeatureValueError(f"{feature.name} is {_NAMES[expected]}, not {given}", feature.name)
 
 
-def type_of(feature: Feature) -> int:
+def _type_of(feature: Feature) -> int:
     """Return the ParameterType of the current value; not set if it cannot be read."""
-    return TYPES[feature.kind] if feature.value is not None else NOT_SET
+    return _TYPES[feature.kind] if feature.value is not None else _NOT_SET
 
 
-def descriptor_of(feature: Feature, *, settable: bool) -> Any:
+def _descriptor_of(feature: Feature, *, settable: bool) -> Any:
     """Return a ParameterDescriptor: type, range, meaning, and whether it can be set at the moment.
 
     A range that fits no slider is given in words only: rqt_reconfigure stops showing a node that has one.
@@ -91,7 +91,7 @@ def descriptor_of(feature: Feature, *, settable: bool) -> Any:
 
     descriptor = ParameterDescriptor(
         name=feature.name,
-        type=type_of(feature),
+        type=_type_of(feature),
         description=_description(feature),
         additional_constraints=feature.range_text() if settable else feature.access_problem(),
         read_only=not settable,
@@ -99,7 +99,7 @@ def descriptor_of(feature: Feature, *, settable: bool) -> Any:
     low, high, increment = feature.minimum, feature.maximum, feature.increment
     if low is None or high is None:
         return descriptor
-    if feature.kind is FeatureKind.INTEGER and int(low) in SLIDER and int(high) in SLIDER:
+    if feature.kind is FeatureKind.INTEGER and int(low) in _SLIDER and int(high) in _SLIDER:
         step = max(1, int(increment or 1))
         descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=step)]
     elif feature.kind is FeatureKind.FLOAT and _fits_a_slider(low, high):
@@ -123,7 +123,7 @@ def _description(feature: Feature) -> str:
 def _fits_a_slider(low: float, high: float) -> bool:
     """Return whether a range of fractions does, which rqt_reconfigure counts in hundredths of its span."""
     span = high - low
-    return 0 < span < math.inf and max(abs(low), abs(high)) / span < SLIDER.stop / 100
+    return 0 < span < math.inf and max(abs(low), abs(high)) / span < _SLIDER.stop / 100
 
 
 class ParameterEvents:
@@ -180,7 +180,7 @@ class ParameterEvents:
             except GrabberError as error:
                 log.debug("parameter %s: %s", name, error)
                 continue
-            if feature.kind not in TYPES:
+            if feature.kind not in _TYPES:
                 continue
             parameter = Parameter(name=name, value=message_of(feature.kind, feature.value))
             if feature.value is None:
@@ -194,7 +194,7 @@ def _is_publishable(value: FeatureValue) -> bool:
     """Return whether rqt_reconfigure can show a value; others, such as timestamps, would crash it."""
     if isinstance(value, float):
         return math.isfinite(value)
-    return not isinstance(value, int) or value in SLIDER
+    return not isinstance(value, int) or value in _SLIDER
 
 
 _QOS_OVERRIDES = "qos_overrides."
@@ -248,7 +248,7 @@ class FeatureParameters:
         features = (
             description.name
             for description in tree.descriptions()
-            if description.kind in TYPES
+            if description.kind in _TYPES
             and description.visibility is not Visibility.INVISIBLE
             and (not wanted or description.name in wanted)
         )
@@ -260,13 +260,13 @@ class FeatureParameters:
         return answer
 
     def _get_types(self, request: Any, answer: Any) -> Any:
-        answer.types = self._each(request.names, type_of, self._own_type)
+        answer.types = self._each(request.names, _type_of, self._own_type)
         return answer
 
     def _describe(self, request: Any, answer: Any) -> Any:
         answer.descriptors = self._each(
             request.names,
-            lambda feature: descriptor_of(feature, settable=self._settable(feature)),
+            lambda feature: _descriptor_of(feature, settable=self._settable(feature)),
             self._node.describe_parameter,
         )
         return answer
@@ -293,7 +293,7 @@ class FeatureParameters:
 
     def _feature(self, name: str) -> Feature:
         feature = self._grabber.feature(name)
-        if feature.kind not in TYPES:
+        if feature.kind not in _TYPES:
             raise FeatureNotFoundError(
                 f"{name} is a command and no parameter; run it by the service `ask`", name
             )
@@ -355,7 +355,7 @@ class FeatureParameters:
         feature = self._feature(parameter.name)
         if not (feature.access.readable or feature.access.writable):
             raise FeatureAccessError(f"{feature.name} {feature.access_problem()}", feature.name)
-        value = accepted(feature, parameter.value)
+        value = _accepted(feature, parameter.value)
         if feature.access.writable or value != feature.value:
             self._grabber.write_feature(feature.name, value)
 

@@ -34,7 +34,7 @@ from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
 
-JPEG_QUALITY = 90
+_JPEG_QUALITY = 90
 
 
 class PicturePublisher:
@@ -132,7 +132,7 @@ class PicturePublisher:
         message = self._compressed_type()
         mono = frame.pixel_format.family in (Family.MONO, Family.COORDINATES)
         picture = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
-        done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
         if not done:
             raise PixelFormatError(f"a picture of {frame.width}×{frame.height} cannot be written as JPEG")
         # The encoding that image_transport's subscribers give the decoded image precedes that of the JPEG.

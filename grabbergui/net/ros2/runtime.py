@@ -209,7 +209,7 @@ def _is_ours(profiles: str) -> bool:
         return False
 
 
-MOST_WAITING = 100
+_MOST_RECORDS = 100
 """Records that wait to be published; more than that at once, and the rest is only in the log."""
 
 
@@ -229,7 +229,7 @@ class RosoutHandler(logging.Handler):
         # As rcl's own publisher for it: a console that is started later sees the last of them too.
         quality = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._publisher = node.create_publisher(Log, "/rosout", quality)
-        self._records: queue.Queue[logging.LogRecord | None] = queue.Queue(MOST_WAITING)
+        self._records: queue.Queue[logging.LogRecord | None] = queue.Queue(_MOST_RECORDS)
         self._thread = threading.Thread(target=self._run, name="ros2 rosout", daemon=True)
         self._thread.start()
         logging.getLogger("grabbergui").addHandler(self)

@@ -332,7 +332,7 @@ def _of_kind(feature: Feature, value: float) -> float | bool | str:
     return value
 
 
-PERIOD = 1.0
+_DIAGNOSTICS_PERIOD = 1.0
 """Seconds."""
 
 
@@ -354,7 +354,7 @@ class Diagnostics:
         self._lost = 0
         "Frames lost or incomplete, when last looked at."
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(PERIOD, self._publish)
+        node.create_timer(_DIAGNOSTICS_PERIOD, self._publish)
 
     def _publish(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

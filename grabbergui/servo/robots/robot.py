@@ -165,7 +165,7 @@ HEAD_SLACK = math.radians(0.5)
 HAND_SLACK = (0.002, math.radians(0.5))
 """Metres and radians by which a target may always be ahead. A joint that is held must not follow its own
 deviation, or it would sink."""
-FIRST_S = 0.02
+_FIRST_S = 0.02
 "Seconds of motion in the first target after a pause."
 
 
@@ -190,7 +190,7 @@ class LeadingTarget(Generic[Place]):
         """The next target for a part that is `here`: at most `seconds` ahead of it."""
         elapsed = now - self._time
         if self._target is None or elapsed > seconds:
-            self._target, elapsed = here, FIRST_S
+            self._target, elapsed = here, _FIRST_S
         self._time = now
         target = self._ahead(self._target, velocity * min(elapsed, seconds))
         self._target = self._leashed(here, target, velocity * seconds)

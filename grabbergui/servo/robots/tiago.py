@@ -62,13 +62,13 @@ def model(urdf: Path | None = None, hand: str = "", camera: str = "", *, seen_in
     """
     path = urdf or shipped_urdf()
     model = load_urdf(path)
-    hand, camera = hand or first_frame(model, HANDS), camera or first_frame(model, (seen_in, *CAMERAS))
+    hand, camera = hand or _first_frame(model, HANDS), camera or _first_frame(model, (seen_in, *CAMERAS))
     arm = UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=HAND_AXES)
     return KinematicModel(
         "TIAGo",
         UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, HEAD, signs=HEAD_SIGNS),
         arm,
-        camera=frame_pose(model, HEAD, camera),
+        camera=_frame_pose(model, HEAD, camera),
         home=np.radians([13.0, -13.0, -149.0, 118.0, -29.0, -68.0, 24.0]),
         # The torso lifted by 0.35 m on a floor at −0.95 m.
         stands=pose(translation=(-0.10, -0.15, 0.29)),
@@ -105,7 +105,7 @@ def load_urdf(path: Path) -> Any:
         raise SourceUnavailableError(f"{path} is no robot that Pinocchio can read: {error}") from error
 
 
-def frame_pose(model: Any, ancestor: str, frame: str) -> Pose:
+def _frame_pose(model: Any, ancestor: str, frame: str) -> Pose:
     """A frame as seen from another, all joints at rest. Raises SourceUnavailableError where it is missing."""
     import pinocchio
 
@@ -117,7 +117,7 @@ def frame_pose(model: Any, ancestor: str, frame: str) -> Pose:
     return seen
 
 
-def first_frame(model: Any, names: Sequence[str]) -> str:
+def _first_frame(model: Any, names: Sequence[str]) -> str:
     """The first of these frames that the model has. Raises SourceUnavailableError where it has none."""
     found = next((name for name in names if name and model.existFrame(name)), "")
     if not found:
@@ -237,7 +237,7 @@ class UrdfChain(Chain):
         )
         fastest = self._model.velocityLimit
         super().__init__(name, joints, np.minimum(low, high), np.maximum(low, high), fastest)
-        self._from_world = frame_pose(self._model, base, "universe")
+        self._from_world = _frame_pose(self._model, base, "universe")
         self._end = self._model.getFrameId(end)
         self._tool = pose(turned)
 

@@ -161,7 +161,7 @@ def _why_none(part: str, concerned: Sequence[Controller], listed: Sequence[Contr
 
 HOLD_S = 0.05
 "Seconds in which a part that is to hold its place settles there."
-PERIOD = 0.02
+_POSITION_PERIOD = 0.02
 "Seconds ahead of which a position controller is commanded."
 
 
@@ -191,7 +191,7 @@ class Part:
         """
         self._require_listener()
         if self.drive.kind is Kind.POSITION:
-            self.target = self._stream.position(velocity, measured, now, PERIOD)
+            self.target = self._stream.position(velocity, measured, now, _POSITION_PERIOD)
             self._publish_positions(self.target)
             return
         made = self._stream.move(velocity, measured, now)

@@ -39,7 +39,7 @@ _QUIET_SECONDS: Final = 10.0
 """Between two log entries of one port about strangers, so that a flood does not fill the log."""
 
 
-class Judged(Protocol):
+class _Judged(Protocol):
     """A connection as the limits see it."""
 
     @property
@@ -55,10 +55,10 @@ class Judged(Protocol):
         """Time (`time.monotonic`) of the last message, or of the opening."""
 
 
-C = TypeVar("C", bound=Judged)
+_Connection = TypeVar("_Connection", bound=_Judged)
 
 
-def displaced(connections: Sequence[C], address: str) -> C | None:
+def _displaced(connections: Sequence[_Connection], address: str) -> _Connection | None:
     """Return the connection to close for a new one from `address`; None while there is room.
 
     An address at its limit loses its longest idle connection. A full port closes the longest idle connection
@@ -66,24 +66,24 @@ def displaced(connections: Sequence[C], address: str) -> C | None:
     """
     own = [connection for connection in connections if connection.address == address]
     if len(own) >= ADDRESS_LIMIT:
-        return idlest(own)
+        return _idlest(own)
     if len(connections) < PORT_LIMIT:
         return None
-    return idlest(_largest_group(connections))
+    return _idlest(_largest_group(connections))
 
 
-def expendable(connections: Sequence[C]) -> C | None:
+def _expendable(connections: Sequence[_Connection]) -> _Connection | None:
     """Return one to close so that descriptors become free; None where no address has a crowd of them."""
     group = _largest_group(connections)
-    return idlest(group) if len(group) > _CROWD else None
+    return _idlest(group) if len(group) > _CROWD else None
 
 
-def idlest(connections: Sequence[C]) -> C:
+def _idlest(connections: Sequence[_Connection]) -> _Connection:
     """Return the one that never carried a message, else whose last message is longest ago."""
     return min(connections, key=lambda connection: (connection.messages > 0, connection.active))
 
 
-def _largest_group(connections: Sequence[C]) -> list[C]:
+def _largest_group(connections: Sequence[_Connection]) -> list[_Connection]:
     counts = Counter(connection.address for connection in connections)
     crowd = counts.most_common(1)[0][0] if counts else ""
     return [connection for connection in connections if connection.address == crowd]
@@ -229,7 +229,7 @@ class Registry:
 
     def _make_room(self, address: str) -> None:
         """Close a connection if one more with `address` would be too many."""
-        victim = displaced(self.all(), address)
+        victim = _displaced(self.all(), address)
         if victim is not None:
             self._strangers.warn(
                 f"a connection with {victim.address} was closed for a newer one with {address}: at most "
@@ -239,7 +239,7 @@ class Registry:
 
     def free_resources(self, reason: str) -> None:
         """Close the idlest connection of a crowd from one address, so that another peer can connect."""
-        victim = expendable(self.all())
+        victim = _expendable(self.all())
         if victim is not None:
             self.shut_down(victim)
         closed = f"; the idlest connection with {victim.address} was closed" if victim else ""
