@@ -290,7 +290,8 @@ class H264Stream:
             frames = self._decoder.decode(av.Packet(unit.data))
         except av.FFmpegError as error:
             self._decoder = None
-            raise PixelFormatError(f"the H.264 image cannot be decoded: {error}") from error
+            reason = "its data are damaged" if isinstance(error, av.InvalidDataError) else error
+            raise PixelFormatError(f"the H.264 image cannot be decoded: {reason}") from error
         if not frames:
             return None
         image: NDArray[np.uint8] = frames[-1].to_ndarray(format="rgb24")

@@ -10,7 +10,7 @@ from typing import Any
 import av
 import numpy as np
 from av.container import InputContainer
-from av.error import FFmpegError
+from av.error import FFmpegError, InvalidDataError
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
@@ -53,7 +53,7 @@ class MovieRecording(Recording):
                 },
             )
         except (FFmpegError, ValueError) as error:
-            raise UsageError(f"{path} is no movie that can be read: {error}") from error
+            raise UsageError(f"{path} {_unreadable(path, error)}") from error
         try:
             self._stream, self._pts = _indexed(path, self._container)
         except BaseException:
@@ -78,7 +78,8 @@ class MovieRecording(Recording):
             decoded = self._decoded(index)
         except (FFmpegError, StopIteration) as error:
             self._next = -1
-            raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {error}") from error
+            reason = "its data are damaged" if isinstance(error, InvalidDataError) else error
+            raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {reason}") from error
         noted = self._notes[index] if self._notes else None
         pixels, name = _pixels_of(decoded, noted.pixel_format if noted is not None else "")
         height, width = pixels.shape[:2]
@@ -124,8 +125,32 @@ class MovieRecording(Recording):
             yield from self._stream.decode(packet)
 
 
+_BEGINNINGS = ((4, b"ftyp"), (0, b"\x1a\x45\xdf\xa3"), (8, b"AVI "))
+"Position and first bytes that tell a movie: MP4 and its relatives, Matroska and WebM, AVI."
+
+_CUT = "is a movie that cannot be read: it was cut off or is damaged"
+
+
+def _unreadable(path: Path, error: FFmpegError | ValueError) -> str:
+    """Return why a file cannot be opened as a movie. FFmpeg says `Invalid data` or EIO of most faults."""
+    try:
+        with path.open("rb") as file:
+            begin = file.read(16)
+    except OSError as unopened:
+        return f"cannot be read: {unopened.strerror}"
+    if not begin:
+        return "is no movie: it is empty"
+    if any(begin[at:].startswith(known) for at, known in _BEGINNINGS):
+        return _CUT
+    if isinstance(error, InvalidDataError):
+        return "is no movie that can be read"
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+
+
 def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[int]]:
     """Return the movie's first video stream and the time of each frame, in units of the stream."""
+    if not len(container.streams):
+        raise UsageError(f"{path} {_CUT}")
     if not container.streams.video:
         raise UsageError(f"{path} is no movie: there is no video in it")
     stream = container.streams.video[0]

@@ -256,6 +256,32 @@ def test_what_is_no_movie_is_refused_and_opens_no_other_file(tmp_path, content):
         open_recording(tmp_path / "x.mp4")
 
 
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (lambda movie: b"", "is no movie: it is empty"),
+        (lambda movie: b"no movie", "is no movie that can be read"),
+        (lambda movie: movie[:40], "is a movie that cannot be read: it was cut off or is damaged"),
+        (
+            lambda movie: movie[: len(movie) // 2],
+            "is a movie that cannot be read: it was cut off or is damaged",
+        ),
+    ],
+)
+def test_why_a_movie_cannot_be_read_is_said_plainly(tmp_path, content, reason):
+    """FFmpeg has one text for all of them: `[Errno 1094995529] Invalid data found when processing input`."""
+    with av.open(str(tmp_path / "whole.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(np.zeros((48, 64, 3), np.uint8), "rgb24")))
+        container.mux(stream.encode(None))
+    path = tmp_path / "x.mp4"
+    path.write_bytes(content((tmp_path / "whole.mp4").read_bytes()))
+    with pytest.raises(UsageError) as refused:
+        open_recording(path)
+    assert str(refused.value) == f"{path} {reason}"
+
+
 def test_movies_of_others_are_played_in_the_order_of_their_times(tmp_path):
     """With B frames, whose order in the file is another, in Matroska, which has no index of all frames."""
     for name in ("x.mp4", "x.mkv"):
