@@ -238,6 +238,8 @@ def _load(options: argparse.Namespace) -> int:
         print(json.dumps({**_loaded(report), "rolled_back": rolled_back}, indent=2))
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
     if not report.settled:
+        if not (unsettled or report.lost_lines):
+            raise GrabberError(report.problem)  # lost before the written values were read back, for instance
         raise GrabberError(
             f"{len(unsettled) + len(report.lost_lines)} of {len(report.settings) + len(report.lost_lines)}"
             f" settings are not as {options.file} has them"

@@ -1,12 +1,16 @@
 """`save`, `load`, `diff` and `record` as one types them."""
 
 import argparse
+from contextlib import ExitStack
 
 import pytest
 
 from grabbergui.cli import CommandParser, features, frames
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
+from grabbergui.driver.camera import Camera
+from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.recording import open_recording
+from lost_camera import away
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -51,6 +55,38 @@ def test_a_set_that_does_not_fit_fails_and_can_be_rolled_back(tmp_path, capsys):
     reported = capsys.readouterr().out
     assert "unknown     Flavour" in reported
     assert "rolled back: 1 written" in reported
+
+
+def test_a_loss_while_settings_are_loaded_leaves_a_list_of_what_was_written(tmp_path, capsys, monkeypatch):
+    (tmp_path / "a.yaml").write_text("features:\n  Gamma: 2\n  BlackLevel: 5\n")
+    write = Camera.write_setting
+    with ExitStack() as loss:
+
+        def written_last(camera, key, value):
+            result = write(camera, key, value)
+            loss.enter_context(away(camera, "the cable is out"))
+            return result
+
+        monkeypatch.setattr(Camera, "write_setting", written_last)
+        with pytest.raises(GrabberError, match="1 of 2 settings are not as"):
+            run("load", SMALL, tmp_path / "a.yaml")
+    reported = capsys.readouterr().out.splitlines()
+    assert reported[0] == "written     Gamma: 1 → 2" and reported[1].startswith(
+        "not written BlackLevel: 2 → 5 ("
+    )
+    assert reported[2].startswith("interrupted: ")
+
+
+def test_a_loss_before_the_written_values_were_read_back_is_the_failure(tmp_path, monkeypatch):
+    (tmp_path / "a.yaml").write_text("features:\n  Gamma: 2\n")
+
+    def load_onto(grabber, wanted, **options):
+        settings = tuple(SettingReport(key, 2, Outcome.WRITTEN, 1, 2) for key in wanted.settings)
+        return LoadReport(settings, wanted, "interrupted: the cable is out", interrupted=True)
+
+    monkeypatch.setattr(features, "load_onto", load_onto)
+    with pytest.raises(GrabberError, match=r"^interrupted: the cable is out$"):
+        run("load", SMALL, tmp_path / "a.yaml")
 
 
 @pytest.mark.parametrize(
