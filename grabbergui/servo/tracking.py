@@ -281,6 +281,8 @@ _FEWEST_SEEN = 6
 "Fewest positions in that time from which anything is predicted."
 _RATES = (0.0, 1.0, 2.0, 3.0, 4.0)
 "Rad/s at which motions turn; those between them are mixtures."
+_TURNS = np.array(_RATES[1:])[:, None]
+"The rates of the motions that turn, in a column; the first is the parabola's."
 _NOISE_M = 0.002
 "Expected error of a position: standard deviation of each coordinate, metres."
 AHEAD_S = 0.25
@@ -307,7 +309,7 @@ class TargetMotion:
         "Metres per second at the newest position, 0 for a target that rests."
         self._seen: deque[tuple[float, Vector]] = deque()
         self._moved = -np.inf
-        self._starts = np.zeros((len(_RATES), 3, 3))
+        self._starts: _Matrix = np.zeros((len(_RATES), 3, 3))
         "Of each motion: metres, m/s and m/s², in rows, at the newest position's time."
         self._weights = np.zeros(len(_RATES))
         "How much each counts, 1 in all."
@@ -333,7 +335,8 @@ class TargetMotion:
         if _speed(times[recent], places[recent]) >= _MOVING_SPEED:
             self._moved = time
         self.moving = time - self._moved < RESTS_S
-        self._fit(times, places)
+        if self.moving:  # nobody asks for the motion of a target that rests
+            self._fit(times, places)
         self.speed = float(np.linalg.norm(self.velocity(time)))
 
     def position(self, time: float) -> Vector | None:
@@ -345,17 +348,16 @@ class TargetMotion:
         return self._mixed(_velocities, time) if self.moving else np.zeros(3)
 
     def _fit(self, times: Vector, places: _Matrix) -> None:
-        factors = np.array([_places(times, rate) for rate in _RATES])
+        factors = _places(times)
         across = factors.transpose(0, 2, 1)
-        self._starts = np.linalg.solve(across @ factors, across @ places)
+        self._starts = np.asarray(np.linalg.solve(across @ factors, across @ places), np.float64)
         misfits = ((places - factors @ self._starts) ** 2).sum(axis=(1, 2))
         likely = np.exp((misfits.min() - misfits) / (2 * _NOISE_M**2))
         self._weights = likely / likely.sum()
 
-    def _mixed(self, factors: Callable[[Vector, float], _Matrix], time: float) -> Vector:
+    def _mixed(self, factors: Callable[[Vector], _Matrix], time: float) -> Vector:
         ahead = np.array([min(max(time - self._seen[-1][0], 0.0), AHEAD_S)])
-        each = [factors(ahead, rate)[0] @ start for rate, start in zip(_RATES, self._starts, strict=True)]
-        mixed: Vector = self._weights @ np.array(each)
+        mixed: Vector = self._weights @ (factors(ahead) @ self._starts)[:, 0]
         return mixed
 
 
@@ -365,17 +367,19 @@ def _speed(times: Vector, places: _Matrix) -> float:
     return float(np.linalg.norm((times - mean) @ places / ((times - mean) ** 2).sum()))
 
 
-def _places(times: Vector, rate: float) -> _Matrix:
-    """(n, 3): how much a motion's first place, velocity and acceleration are in its places."""
-    if rate == 0:
-        return np.stack((np.ones_like(times), times, times**2 / 2), axis=1)
-    turned = rate * times
-    return np.stack((np.ones_like(times), np.sin(turned) / rate, (1 - np.cos(turned)) / rate**2), axis=1)
+def _places(times: Vector) -> _Matrix:
+    """(motions, n, 3): how much a motion's first place, velocity and acceleration are in its places."""
+    turned = _TURNS * times
+    factors = np.ones((len(_RATES), len(times), 3))
+    factors[0, :, 1], factors[0, :, 2] = times, times**2 / 2
+    factors[1:, :, 1], factors[1:, :, 2] = np.sin(turned) / _TURNS, (1 - np.cos(turned)) / _TURNS**2
+    return factors
 
 
-def _velocities(times: Vector, rate: float) -> _Matrix:
-    """(n, 3): the same in its velocities."""
-    if rate == 0:
-        return np.stack((np.zeros_like(times), np.ones_like(times), times), axis=1)
-    turned = rate * times
-    return np.stack((np.zeros_like(times), np.cos(turned), np.sin(turned) / rate), axis=1)
+def _velocities(times: Vector) -> _Matrix:
+    """(motions, n, 3): the same in its velocities."""
+    turned = _TURNS * times
+    factors = np.zeros((len(_RATES), len(times), 3))
+    factors[0, :, 1], factors[0, :, 2] = 1.0, times
+    factors[1:, :, 1], factors[1:, :, 2] = np.cos(turned), np.sin(turned) / _TURNS
+    return factors
