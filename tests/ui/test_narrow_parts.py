@@ -1,6 +1,8 @@
 """Parts of the window where each alone has little room, and that nothing in them jumps."""
 
+import gc
 import itertools
+import weakref
 from itertools import pairwise
 
 import numpy as np
@@ -189,3 +191,13 @@ def test_an_icon_is_drawn_in_the_size_and_the_colour_that_it_is_shown_in(qapp, m
 def test_an_icon_without_a_drawing_is_refused_before_it_is_painted(qapp):
     with pytest.raises(FileNotFoundError):
         icon("nothing of the kind", qapp.palette())
+
+
+def test_a_widget_stays_until_its_test_ends(qtbot):
+    """A row with a plot consists of cycles, which the collector would take at any moment."""
+    row = CurveRow(FeatureDescription(name="Gain", kind=FeatureKind.FLOAT))
+    kept = weakref.ref(row)
+    qtbot.addWidget(row)
+    del row
+    gc.collect()
+    assert kept() is not None

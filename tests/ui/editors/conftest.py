@@ -26,15 +26,5 @@ class Hand:
 
 @pytest.fixture
 def take(qtbot):
-    """Put editors on screen, and keep them until the test ends.
-
-    pytest-qt refers to a widget weakly. One that the garbage collector takes while Qt is in an event of its
-    child ends the process with a segmentation fault.
-    """
-    hands = []
-
-    def take(shown):
-        hands.append(Hand(qtbot, editor_class(shown)(), shown))
-        return hands[-1]
-
-    return take
+    """Put editors on screen."""
+    return lambda shown: Hand(qtbot, editor_class(shown)(), shown)
