@@ -123,11 +123,11 @@ class MessageModel:
         """Report for a moment that something was done, or that something changed by itself."""
         self.post(Message(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
 
-    def post(self, message: Message, seconds: float | None = None) -> None:
+    def post(self, message: Message, seconds: float | None = None, *, logged: bool = False) -> None:
         """Show a message, in place of one about the same event, for `seconds` or until it is ended.
 
-        Without a cause, the same message once more only counts up. A cause that was dismissed stays silent
-        until it has ended.
+        It goes into the log, unless whoever caused it has `logged` it. Without a cause, the same message once
+        more only counts up. A cause that was dismissed stays silent until it has ended.
         """
         with self._lock:
             if message.cause is not None and (message.source, message.cause) in self._dismissed:
@@ -143,7 +143,8 @@ class MessageModel:
             if before is not None and before.severity is message.severity:
                 known[known.index(before)] = message
             else:
-                log.info("%s", message.text)
+                if not logged:
+                    log.info("%s", message.text)
                 known = [message, *(m for m in known if m is not before)]
             self._messages = tuple(known[:MOST_MESSAGES])
         self.changed.emit()
@@ -220,7 +221,10 @@ BACK_SECONDS = 10.0
 
 
 class LinkMessages:
-    """Posts messages about the connections of open sources. Any thread."""
+    """Posts messages about the connections of open sources. Any thread.
+
+    Sources log their losses and returns themselves, also without a window.
+    """
 
     def __init__(self, messages: MessageModel) -> None:
         self.model = messages
@@ -232,7 +236,8 @@ class LinkMessages:
         since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
         text = text.format(since, lost_text(source.title, reason))
         self.model.end(source, Cause.LINK)  # shown again to users who dismissed the one before
-        self.model.post(Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses))
+        lost = Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
+        self.model.post(lost, logged=True)
         return text
 
     def back(self, source: OpenSource, seconds: float, reason: str) -> None:
@@ -247,7 +252,7 @@ class LinkMessages:
         message = Message(text, severity, source, Cause.LINK, count=source.losses)
         self.model.end(source, Cause.LINK)
         # A difference stays until the user has judged and dismissed it.
-        self.model.post(message, seconds=None if differs else BACK_SECONDS)
+        self.model.post(message, seconds=None if differs else BACK_SECONDS, logged=True)
 
     def ready(self, source: OpenSource, take_control: Callable[[], None]) -> None:
         """Post the restriction with which a source became current: it may be open for reading only."""

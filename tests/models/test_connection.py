@@ -17,9 +17,11 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.settings import SettingKey
 from grabbergui.models.connection import Connection
 from grabbergui.models.messages import Severity
 from grabbergui.models.open_source import LinkState
+from lost_camera import away
 from patience import PATIENCE, until
 
 S = LinkState
@@ -243,6 +245,22 @@ def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench)
     assert "set as before; changed meanwhile, not by us: a is 2 instead of 1; b" in message.text
     assert message.text.endswith("; and 2 more")
     assert (message.severity, message.ends) == (Severity.WARNING, None)
+
+
+def test_a_loss_and_what_differs_after_it_are_logged_once(caplog):
+    caplog.set_level("INFO")
+    link = Connection()
+    link.connect_to("sim:?width=64&height=48")
+    until(lambda: link.state is S.STREAMING)
+    camera = link.source.grabber
+    with away(camera, "the cable is out"):
+        camera._writes().memory.note(SettingKey("Gain"), 0.004)
+        until(lambda: link.state is S.LOST)
+    until(lambda: link.messages.shown(link.source)[0].text.startswith("back after"))
+    assert "Gain is 0 instead of 0.004" in link.messages.shown(link.source)[0].text
+    assert [caplog.text.count(said) for said in ("the cable is out", "Gain is 0 instead of 0.004")] == [1, 1]
+    link.close_all()
+    link.wait_closed(PATIENCE)
 
 
 def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
