@@ -9,7 +9,7 @@ from fuzz._gendc import check_contents, containers
 from fuzz._input import Input, erring
 from grabbergui.core.component import PayloadType
 from grabbergui.core.encoded_image import jpeg2000_header, jpeg_header
-from grabbergui.driver.payload_contents import LARGEST_SIDE, PayloadReader, scan
+from grabbergui.driver.payload_contents import LARGEST_H264_SIDE, PayloadReader, scan_h264
 from grabbergui.driver.sim.contents import H264Encoder
 
 
@@ -52,6 +52,6 @@ def _compressed(kind: PayloadType, data: bytes) -> None:
 
 
 def _h264(data: bytes) -> None:
-    _, size = scan(data)
-    if size is not None and not (0 < min(size) <= max(size) <= LARGEST_SIDE):
+    _, size = scan_h264(data)
+    if size is not None and not (0 < min(size) <= max(size) <= LARGEST_H264_SIDE):
         raise AssertionError(size)

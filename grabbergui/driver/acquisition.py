@@ -1,6 +1,6 @@
 """What an open camera does by itself: it streams, delivers its events, and polls values that change.
 
-`Acquisition` prepares, starts, pauses and ends the stream; the other two have a thread each.
+`Acquisition` prepares, starts, pauses and ends the stream. `EventDelivery` and `Poller` have a thread each.
 """
 
 from __future__ import annotations
@@ -209,6 +209,7 @@ def _instances(grabber: FrameGrabber, name: str) -> list[SettingKey]:
     return [SettingKey(name, selected) for selected in found]
 
 
+# -- events --------------------------------------------------------------------------------------
 MOST_WAITING = 256
 """Events kept while the node map is busy; then the oldest is dropped."""
 
@@ -260,6 +261,7 @@ class EventDelivery:
                 log.exception("a listener to events failed")
 
 
+# -- polling -------------------------------------------------------------------------------------
 POLL_PERIOD = 0.1
 """Seconds between checks of GenApi's polling times and of values under an automatic mode."""
 

@@ -119,6 +119,7 @@ class Device(ABC):
         """A snapshot of the counters of the current or the last stream. Any thread; never waits."""
 
 
+# -- streams of transports that have one object for each -----------------------------------------
 class Stream(Protocol):
     """Receives from its construction until it is closed."""
 
@@ -163,6 +164,7 @@ def with_texts(info: DeviceInfo, texts: Mapping[str, str]) -> DeviceInfo:
     return replace(info, **{name: text for name, text in texts.items() if text})
 
 
+# -- the description that a camera names ---------------------------------------------------------
 MAX_STORED_BYTES = 16 << 20
 "Of a description in a device's memory, or in a file."
 FOLDER_VARIABLE = "GRABBERGUI_DESCRIPTIONS"
@@ -247,8 +249,8 @@ def _read_file(path: Path) -> bytes:
 
 
 MAX_XML_BYTES = 64 << 20
-"Of a description unzipped; the largest known ones are below 4 MiB."
-ZIP_SIGNATURE = b"PK\3\4"
+"Of a description as text, unzipped: more is a mistake or an attack; the largest known are below 4 MiB."
+_ZIP_SIGNATURE = b"PK\3\4"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 "GenICam's. Of the others zipfile does not bound what comes out of one piece."
 
@@ -258,7 +260,7 @@ def unpack(stored: bytes) -> bytes:
 
     Raises RemoteProtocolError for a damaged archive, one without XML, or one that grows beyond all reason.
     """
-    if not stored.startswith(ZIP_SIGNATURE):
+    if not stored.startswith(_ZIP_SIGNATURE):
         return stored.rstrip(b"\0")
     try:
         with zipfile.ZipFile(io.BytesIO(stored)) as archive:

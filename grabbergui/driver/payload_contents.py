@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 HEADER_BYTES = 64 << 10
 "Of a compressed image, in which its own header must be: metadata of cameras is smaller."
 
-_READERS: dict[PayloadType, Callable[[bytes], ImageHeader]] = {
+_HEADER_READERS: dict[PayloadType, Callable[[bytes], ImageHeader]] = {
     PayloadType.JPEG: jpeg_header,
     PayloadType.JPEG2000: jpeg2000_header,
 }
@@ -116,7 +116,7 @@ class PayloadReader:
     ) -> Component | None:
         """Read the header of a compressed image; None, and a warning, for one that is damaged."""
         try:
-            header = _READERS[payload_type](data[:HEADER_BYTES].tobytes())
+            header = _HEADER_READERS[payload_type](data[:HEADER_BYTES].tobytes())
         except GrabberError as error:
             self.warn_once(str(error))
             return None
@@ -175,10 +175,11 @@ class PayloadReader:
             log.warning("%s", fault)
 
 
-# -- H.264 -------------------------------------------------------------------------------------------
+# -- H.264 ---------------------------------------------------------------------------------------
 MOST_UNITS, MOST_BYTES = 600, 64 << 20
 "Images that are kept for decoding, and their bytes: older ones are forgotten."
-LARGEST_SIDE = 1 << 14
+LARGEST_H264_SIDE = 1 << 14
+"Of an image whose parameter set makes sense."
 _SLICE, _KEY_SLICE, _PARAMETERS = 1, 5, 7
 "Types of NAL units: slice, slice of a key frame (IDR), sequence parameter set."
 _WITH_CHROMA = frozenset((100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135))
@@ -228,7 +229,7 @@ class H264Stream:
 
     def add(self, block_id: int, data: NDArray[np.uint8], *, complete: bool = True) -> Component | None:
         """Take the next image; None where those that it builds on were lost, or never seen."""
-        key, size = scan(data.tobytes())
+        key, size = scan_h264(data.tobytes())
         follows = self._last_id is not None and block_id == self._last_id + 1
         self._last_id = block_id
         self._whole = complete and (key or (self._whole and follows))
@@ -307,7 +308,7 @@ def _new_decoder() -> Any:
     return decoder
 
 
-def scan(data: bytes) -> tuple[bool, tuple[int, int] | None]:
+def scan_h264(data: bytes) -> tuple[bool, tuple[int, int] | None]:
     """Return whether an access unit is a key frame, and (width, height) where it states them."""
     size = None
     at = data.find(b"\0\0\1")
@@ -390,7 +391,7 @@ def _frame_size(parameters: bytes) -> tuple[int, int] | None:
         across = 2 if chroma in (1, 2) else 1
         down = (2 if chroma == 1 else 1) * (2 - frames_only)
         width, height = width - across * (left + right), height - down * (top + bottom)
-    sensible = 0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE
+    sensible = 0 < width <= LARGEST_H264_SIDE and 0 < height <= LARGEST_H264_SIDE
     return (width, height) if sensible else None
 
 

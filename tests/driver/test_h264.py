@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.driver.payload_contents import H264Stream, scan
+from grabbergui.driver.payload_contents import H264Stream, scan_h264
 
 PROFILES = [
     (256, 128, "baseline", "yuv420p"),
@@ -72,7 +72,7 @@ def test_after_a_lost_image_the_next_key_frame_is_waited_for() -> None:
 def test_damage_is_refused_and_nothing_else() -> None:
     units, random = encoded(*PROFILES[1]), np.random.default_rng(5)
     for length in range(0, 200):
-        scan(units[0][:length])
+        scan_h264(units[0][:length])
     stream = H264Stream()
     for index, unit in enumerate(units * 8):
         data = np.frombuffer(unit, np.uint8).copy()

@@ -4,13 +4,14 @@ GenApi's binding holds the GIL while it parses: 100 ms for a camera of 3,500 nod
 not answer. Four fifths of that are the XML itself, so a process of its own parses a large description, and
 this process reads the result (`parse_cache`), also of descriptions that it loaded before.
 
-GenApi calls us for registers and when nodes change, with one lock around it.
+GenApi calls us for registers (`RegisterPort`) and when nodes change (`register_callback`), with one lock
+around it (`MapLock`).
 
 `genicam` 1.6 takes one reference too many to the value that it passes to a callback: some 150 bytes for each
 change of each node, which make hundreds of megabytes of a day of streaming with an automatic mode on. Whether
 the installed one does so is tried once, on a node map of its own.
 
-Chunk data behind an image and events are read by GenApi's own adapters.
+GenApi's own adapters read events, and the chunk data behind an image.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ if sys.platform == "linux":
 
 log = logging.getLogger(__name__)
 
-LARGE = 300_000
+# -- loading -------------------------------------------------------------------------------------
+LARGE_XML = 300_000
 "Characters of a description beyond which the detour is worth a process (0.15 s)."
 
 _loading = threading.Lock()
@@ -57,7 +59,7 @@ def load(xml: str) -> genapi.NodeMap:
     """
     nodes = genapi.NodeMap()
     with _loading:
-        if sys.platform == "linux" and len(xml) >= LARGE:
+        if sys.platform == "linux" and len(xml) >= LARGE_XML:
             with parse_cache.parsed(xml) as text:
                 nodes.load_xml_from_string(text)
         else:
@@ -65,7 +67,8 @@ def load(xml: str) -> genapi.NodeMap:
     return nodes
 
 
-LONGEST = 16 << 20
+# -- registers -----------------------------------------------------------------------------------
+LONGEST_REGISTER = 16 << 20
 """Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
 
 
@@ -85,7 +88,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def read(self, address: int, length: int) -> bytes:
         """Called by GenApi."""
         try:
-            if length > LONGEST:
+            if length > LONGEST_REGISTER:
                 raise _unbearable(address, length)
             return self._device.read(address, length)
         except Exception as error:
@@ -94,7 +97,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def write(self, address: int, value: bytes) -> None:
         """Called by GenApi."""
         try:
-            if len(value) > LONGEST:
+            if len(value) > LONGEST_REGISTER:
                 raise _unbearable(address, len(value))
             self._device.write(address, bytes(value))
         except Exception as error:
@@ -127,10 +130,12 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
 
 def _unbearable(address: int, length: int) -> RemoteProtocolError:
     return RemoteProtocolError(
-        f"the description has a register of {length} bytes at 0x{address:X}; at most {LONGEST} make sense"
+        f"the description has a register of {length} bytes at 0x{address:X};"
+        f" at most {LONGEST_REGISTER} make sense"
     )
 
 
+# -- changes of nodes ----------------------------------------------------------------------------
 _PROBE = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="Probe" VendorName="Probe"
  ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
@@ -205,13 +210,14 @@ class MapLock:
             self.on_change(changed)
 
 
-SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
+# -- chunk data ----------------------------------------------------------------------------------
+CHUNK_SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
 """Features that switch chunks on and off; other features of the category are values that chunks carry."""
 MOST_CHUNKS = 256
 LARGEST_CHUNK = 65536
 """Bytes; a longer one is the image itself, which nobody reads as a feature."""
 
-_TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
+_CHUNK_TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
 """Id and length behind each chunk's data (GigE Vision 2.x, 25.8; USB3 Vision 1.x, 5.4.3)."""
 _CHUNK_ADAPTER = {
     DataLayout.GIGE_VISION: genapi.ChunkAdapterGEV,
@@ -231,14 +237,14 @@ class ChunkReader:
             (description.name, description.kind, self._map.get_node(description.name))
             for description in features.descriptions()
             if description.name.startswith("Chunk")
-            and description.name not in SWITCHES
+            and description.name not in CHUNK_SWITCHES
             and description.kind is not FeatureKind.COMMAND
         ]
         self._reported = False
 
     def read(self, payload: NDArray[np.uint8]) -> dict[str, FeatureValue]:
         """The values behind an image; empty where there are none or they are malformed. Never raises."""
-        chunks = without_pictures(payload, self._layout)
+        chunks = without_images(payload, self._layout)
         if not chunks:
             return {}
         try:
@@ -264,9 +270,9 @@ class ChunkReader:
         return values
 
 
-def without_pictures(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
+def without_images(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
     """The chunks of a payload with images cut down to their tags; empty where the tags are malformed."""
-    tag = _TAG[layout]
+    tag = _CHUNK_TAG[layout]
     pieces: list[bytes] = []
     end = len(payload)
     while end and len(pieces) < MOST_CHUNKS:
@@ -282,7 +288,8 @@ def without_pictures(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
     return b"" if end else b"".join(reversed(pieces))
 
 
-SELECTOR = "EventSelector"
+# -- events --------------------------------------------------------------------------------------
+EVENT_SELECTOR = "EventSelector"
 
 _EVENT_ADAPTER = {
     DataLayout.GIGE_VISION: genapi.EventAdapterGEV,
@@ -320,7 +327,7 @@ class EventReader:
 
 
 def _event_names(node_map: Any) -> list[str]:
-    if not node_map.has_node(SELECTOR):
+    if not node_map.has_node(EVENT_SELECTOR):
         return []
-    selector = node_map.get_node(SELECTOR)
+    selector = node_map.get_node(EVENT_SELECTOR)
     return [entry.symbolic for entry in selector.entries] if hasattr(selector, "entries") else []

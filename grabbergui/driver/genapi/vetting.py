@@ -18,11 +18,10 @@ from html import escape  # the one in xml.sax would import http and ssl
 from xml.parsers import expat
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.device import MAX_XML_BYTES
 from grabbergui.driver.genapi.formulas import without_traps
 
-MAX_XML_BYTES = 64 * 1024 * 1024
-"""Ten times the largest description known; more is a mistake or an attack."""
-
+# -- cleaning ------------------------------------------------------------------------------------
 _START = re.compile(rb"<\?xml|<(?:\w+:)?RegisterDescription\b")
 _ENTITIES = re.compile(rb"<!DOCTYPE|<!ENTITY")
 _SPACED = re.compile(
@@ -69,6 +68,7 @@ def port_name(xml: str) -> str:
     return str(names[0])
 
 
+# -- vetting -------------------------------------------------------------------------------------
 MOST_NODES = 30_000
 "Nodes and enumeration entries; 3,200 are known."
 MOST_REFERENCES = 200_000

@@ -34,6 +34,7 @@ from grabbergui.driver.gige.stream.sockets import readable
 log = logging.getLogger(__name__)
 
 TRIES = 3
+"How often FORCEIP is sent within its timeout, as a datagram may be lost."
 
 
 def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
@@ -128,7 +129,9 @@ def _ack(sender: socket.socket, command: CommandCode) -> str | None:
     return str(source)
 
 
+# -- the address that a camera keeps -------------------------------------------------------------
 NONE = "0.0.0.0"
+"In a register of an address: there is none."
 
 
 @dataclass(frozen=True)

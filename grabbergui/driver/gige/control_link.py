@@ -273,8 +273,10 @@ def _limit_receive(opened: socket.socket, seconds: float) -> None:
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, limit)
 
 
-WORD = 4
-SPACE = 1 << 32
+# -- memory of any length and alignment ----------------------------------------------------------
+_WORD = 4
+_SPACE = 1 << 32
+"Bytes that 32-bit addresses reach."
 
 
 class DeviceMemory:
@@ -325,8 +327,8 @@ class DeviceMemory:
         return text_of(self.read(field.address, field.length))
 
     def _aligned(self, address: int, length: int) -> tuple[int, int]:
-        first, end = address - address % WORD, address + length + -(address + length) % WORD
-        if address < 0 or length < 0 or end > SPACE:
+        first, end = address - address % _WORD, address + length + -(address + length) % _WORD
+        if address < 0 or length < 0 or end > _SPACE:
             raise TransportError(
                 f"{length} bytes at 0x{address:X} are outside the camera's 32-bit address space"
             )
@@ -336,7 +338,7 @@ class DeviceMemory:
         if self._writes_memory:
             self._execute_write(WriteMem(address, data))
             return
-        for offset in range(0, len(data), WORD):
+        for offset in range(0, len(data), _WORD):
             (value,) = struct.unpack_from(">I", data, offset)
             self._execute_write(WriteReg(((address + offset, value),)))
 

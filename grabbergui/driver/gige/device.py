@@ -364,6 +364,7 @@ class GigeDevice(Device):
         return self.interface
 
 
+# -- gige: sources -------------------------------------------------------------------------------
 MOST_CHANNELS = 512
 "Stream channels of a device (GigE Vision, register 0x0904)."
 
@@ -393,15 +394,6 @@ def _channel(uri: SourceUri, text: str) -> int:
     raise UsageError(f"{uri}: stream_channel={text}: write a number from 0 to {MOST_CHANNELS - 1}, or all")
 
 
-def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera that answers within `timeout` seconds, each under a URI of its own."""
-    infos = [device.info() for device in discovery.discover(timeout)]
-    uris = [info.uri for info in infos]
-    return [
-        info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
-    ]
-
-
 def _checked_group(uri: SourceUri, group: str) -> str:
     try:
         if group and not ipaddress.IPv4Address(group).is_multicast:
@@ -409,3 +401,12 @@ def _checked_group(uri: SourceUri, group: str) -> str:
     except ValueError as error:
         raise UsageError(f"{uri}: multicast={group}: write a group's address, e.g. 239.192.0.1") from error
     return group
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Return every camera that answers within `timeout` seconds, each under a URI of its own."""
+    infos = [device.info() for device in discovery.discover(timeout)]
+    uris = [info.uri for info in infos]
+    return [
+        info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
+    ]

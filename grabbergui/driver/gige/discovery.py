@@ -25,6 +25,7 @@ from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, NO_MAC, Ident
 
 log = logging.getLogger(__name__)
 
+# -- the host's interfaces -----------------------------------------------------------------------
 DEFAULT_MTU = 1500
 "Of an interface whose MTU the system does not report."
 
@@ -91,6 +92,7 @@ def _all_interfaces() -> list[Interface]:
     return found
 
 
+# -- the search ----------------------------------------------------------------------------------
 LIMITED_BROADCAST = "255.255.255.255"
 NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""

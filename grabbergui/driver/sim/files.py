@@ -30,8 +30,9 @@ from grabbergui.driver.sim.memory import (
 )
 from grabbergui.driver.sim.registers import File, FileOpenMode, FileOperation, FileOperationStatus, FileState
 
-LUT_ENTRIES = 4096
-"Of LUTLuminance: 16-bit output values, little-endian, one for each 12-bit input value."
+LUT_INPUT_BITS = 12
+LUT_ENTRIES = 1 << LUT_INPUT_BITS
+"Of LUTLuminance: 16-bit output values, little-endian, one for each input value of `LUT_INPUT_BITS`."
 
 _FIRMWARE = struct.Struct("<4s12sII")
 "Magic, version, length and CRC-32 of the body that follows."
@@ -48,7 +49,7 @@ class Wear(Enum):
 
 
 @dataclass(frozen=True)
-class _Kind:
+class _FileKind:
     wear: Wear
     capacity: int
     "Bytes."
@@ -64,13 +65,13 @@ SPELLED = {
 }
 "As FileSelector has them."
 
-_KINDS = {
-    File.USER_SET1: _Kind(Wear.IN_PLACE, 1 << 16),
-    File.USER_SET2: _Kind(Wear.IN_PLACE, 1 << 16),
-    File.LUT_LUMINANCE: _Kind(Wear.IN_PLACE, LUT_ENTRIES * 2),
-    File.SHADING_CORRECTION: _Kind(Wear.IN_PLACE, 1 << 15),
-    File.DEVICE_LOG: _Kind(Wear.READ_ONLY, 1 << 16),
-    File.FIRMWARE: _Kind(Wear.ON_CLOSE, 1 << 20),
+_FILE_KINDS = {
+    File.USER_SET1: _FileKind(Wear.IN_PLACE, 1 << 16),
+    File.USER_SET2: _FileKind(Wear.IN_PLACE, 1 << 16),
+    File.LUT_LUMINANCE: _FileKind(Wear.IN_PLACE, LUT_ENTRIES * 2),
+    File.SHADING_CORRECTION: _FileKind(Wear.IN_PLACE, 1 << 15),
+    File.DEVICE_LOG: _FileKind(Wear.READ_ONLY, 1 << 16),
+    File.FIRMWARE: _FileKind(Wear.ON_CLOSE, 1 << 20),
 }
 
 
@@ -133,14 +134,14 @@ class FileStore:
         self.states.pop(file, None)
 
     def note(self, line: str) -> None:
-        """Append a line to the log, which keeps the last 200."""
+        """Append a line to the log, which keeps the last `_LOG_LINES`."""
         self.log.append(line)
         del self.log[:-_LOG_LINES]
 
     def power_on(self) -> None:
         """Find the uploads that the last power cut ended, and log them."""
         for file, received in self.uploading.items():
-            kept = _KINDS[file].wear is Wear.ON_CLOSE
+            kept = _FILE_KINDS[file].wear is Wear.ON_CLOSE
             self.states[file] = FileState.DISCARDED if kept else FileState.INCOMPLETE
             self.note(
                 f"power was lost while {SPELLED[file]} was written, after {received} bytes: "
@@ -150,6 +151,7 @@ class FileStore:
         self.note("power on")
 
 
+# -- access to files -----------------------------------------------------------------------------
 class FileControl:
     """The registers of FileAccessControl. The caller holds the camera's lock."""
 
@@ -194,7 +196,7 @@ class FileControl:
     def _open_file(self, file: File) -> tuple[FileOperationStatus, int]:
         mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
         self.on_open(file)
-        wear = _KINDS[file].wear
+        wear = _FILE_KINDS[file].wear
         if mode is not FileOpenMode.READ:
             if wear is Wear.READ_ONLY:
                 return FileOperationStatus.FAILURE, 0
@@ -241,14 +243,14 @@ class FileControl:
         content = self._staged.get(file, self.store.contents.setdefault(file, bytearray()))
         if offset > len(content):
             return FileOperationStatus.FAILURE, 0
-        if offset + length > _KINDS[file].capacity:
+        if offset + length > _FILE_KINDS[file].capacity:
             return FileOperationStatus.OVERFLOW, 0
         content[offset : offset + length] = self._buffer[:length]
         self.store.uploading[file] += length
         return FileOperationStatus.SUCCESS, length
 
     def _delete(self, file: File) -> tuple[FileOperationStatus, int]:
-        if _KINDS[file].wear is not Wear.IN_PLACE or file in self._open:
+        if _FILE_KINDS[file].wear is not Wear.IN_PLACE or file in self._open:
             return FileOperationStatus.FAILURE, 0
         self.store.replace(file, b"")
         self.store.note(f"{SPELLED[file]} was deleted")
@@ -261,10 +263,7 @@ class FileControl:
         return self._memory.integer(reg.FILE_ACCESS_OFFSET), length
 
 
-INPUT_BITS = 12
-"LUT_ENTRIES is two to the power of it."
-
-
+# -- look-up table -------------------------------------------------------------------------------
 class LookUpTable:
     """The table's registers over a buffer, big-endian; the file has the same values, little-endian.
 
@@ -315,13 +314,14 @@ def replaced(values: NDArray[Any], depth: int, table: bytes) -> None:
 @lru_cache(maxsize=4)
 def _by_value(depth: int, table: bytes) -> NDArray[Any]:
     places = np.arange(1 << depth)
-    places = places << INPUT_BITS - depth if depth <= INPUT_BITS else places >> depth - INPUT_BITS
-    if depth < INPUT_BITS:
-        places |= (1 << INPUT_BITS - depth) - 1  # the brightest value is the last entry
+    places = places << LUT_INPUT_BITS - depth if depth <= LUT_INPUT_BITS else places >> depth - LUT_INPUT_BITS
+    if depth < LUT_INPUT_BITS:
+        places |= (1 << LUT_INPUT_BITS - depth) - 1  # the brightest value is the last entry
     found = np.frombuffer(table, ">u2")[places].astype(np.uint16) >> 16 - depth
     return found.astype(np.uint8 if depth == 8 else np.uint16)
 
 
+# -- user sets -----------------------------------------------------------------------------------
 class UserSets:
     """The user sets stored by UserSetSave: files of the camera, which survive resets and power cuts.
 
@@ -333,15 +333,15 @@ class UserSets:
         self._store = store
         self._factory = self._present()
         for file in _FILE_OF_SET.values():
-            if store.state(file) is reg.FileState.EMPTY:
-                store.replace(file, _encode(self._factory))
+            if store.state(file) is FileState.EMPTY:
+                store.replace(file, _encode_settings(self._factory))
 
     def save(self) -> None:
         """Keep the present settings in the selected set. Raises RegisterRefusedError for the factory's."""
         selected = reg.UserSet(self._memory.integer(reg.USER_SET_SELECTOR))
         if selected is reg.UserSet.DEFAULT:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the factory's user set cannot be overwritten")
-        self._store.replace(_FILE_OF_SET[selected], _encode(self._present()))
+        self._store.replace(_FILE_OF_SET[selected], _encode_settings(self._present()))
 
     def apply(self, which: Register) -> None:
         """Take over the set that a register names.
@@ -352,11 +352,11 @@ class UserSets:
         settings = dict(self._factory)
         if selected in _FILE_OF_SET:
             file = _FILE_OF_SET[selected]
-            if self._store.state(file) is not reg.FileState.INTACT:
+            if self._store.state(file) is not FileState.INTACT:
                 raise RegisterRefusedError(
                     Refusal.ACCESS_DENIED, f"the file of {selected.name} is incomplete"
                 )
-            settings |= _decode(self._store.content(file))
+            settings |= _decode_settings(self._store.content(file))
         for register, value in settings.items():
             self._memory.set(register, value)
 
@@ -373,20 +373,20 @@ class UserSets:
         return {register: self._memory.stored(register) for register in reg.ALL if register.saved}
 
 
-_FILE_OF_SET = {reg.UserSet.USER_SET1: reg.File.USER_SET1, reg.UserSet.USER_SET2: reg.File.USER_SET2}
-_SAVED = {register.name: register for register in reg.ALL if register.saved}
+_FILE_OF_SET = {reg.UserSet.USER_SET1: File.USER_SET1, reg.UserSet.USER_SET2: File.USER_SET2}
+_SAVED_REGISTERS = {register.name: register for register in reg.ALL if register.saved}
 
 
-def _encode(settings: dict[Register, RegisterValue]) -> bytes:
+def _encode_settings(settings: dict[Register, RegisterValue]) -> bytes:
     return "".join(f"{register.name} = {value}\n" for register, value in settings.items()).encode()
 
 
-def _decode(content: bytes) -> dict[Register, RegisterValue]:
-    """Raises RegisterRefusedError."""
+def _decode_settings(content: bytes) -> dict[Register, RegisterValue]:
+    """Return the settings in the file of a user set. Raises RegisterRefusedError."""
     settings: dict[Register, RegisterValue] = {}
     for line in content.decode("utf-8", "replace").splitlines():
         name, _, text = line.partition(" = ")
-        register = _SAVED.get(name)
+        register = _SAVED_REGISTERS.get(name)
         if register is None:
             raise RegisterRefusedError(
                 Refusal.INVALID_PARAMETER, f"the user set has no setting {name[:40]!r}"

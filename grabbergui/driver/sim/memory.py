@@ -36,7 +36,7 @@ class Refusal(Enum):
 
 
 class RegisterRefusedError(GrabberError):
-    """A device refused to read or write; never leaves the room of the simulated camera."""
+    """A device refused to read or write; never leaves the simulated camera."""
 
     def __init__(self, reason: Refusal, message: str) -> None:
         super().__init__(message)
@@ -220,6 +220,7 @@ class RegisterMemory:
         return [register for register in self._registers[first:last] if register.end > address]
 
 
+# -- camera.xml ----------------------------------------------------------------------------------
 _FEATURES_HERE = b"    <!-- features of the transport -->\n"
 _END = b"</RegisterDescription>"
 

@@ -132,6 +132,7 @@ def _payload_type(memory: RegisterMemory) -> PayloadType:
     return PayloadType.MULTI_PART if len(_components(memory)) > 1 else PayloadType.IMAGE
 
 
+# -- derived registers ---------------------------------------------------------------------------
 DECIDING = (
     reg.WIDTH,
     reg.HEIGHT,
@@ -192,10 +193,13 @@ def fastest_rate(memory: RegisterMemory) -> float:
     return min(1e6 / slowest, reg.FASTEST_RATE)
 
 
+# -- automatic modes -----------------------------------------------------------------------------
 BRIGHTNESS_TOLERANCE = 0.01
 "Difference from the target, as a part of white, that is good enough."
 BALANCE_TOLERANCE = 0.01
+"Difference of the factors of red and blue from 1 that is good enough."
 _STRONGEST_STEP = 8.0
+"Largest change of the light from one frame to the next, as a factor."
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The two threads of an opened camera: one receives its stream, one watches what else it does.
 
 `StreamReceiver` keeps requests in flight and gives frames away. `Watcher` receives events, notices unplugging
-and reads the camera's clock, by which frames are dated.
+and lets the camera's clock be read. By that `DeviceClock` dates the frames.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbHan
 
 log = logging.getLogger(__name__)
 
+# -- the camera's clock --------------------------------------------------------------------------
 BRACKETS = 3
 "Readings of which the quickest counts."
 
@@ -70,7 +71,9 @@ class DeviceClock:
         return mapped if 0 <= arrival_ns - mapped < 60_000_000_000 else arrival_ns
 
 
+# -- watching ------------------------------------------------------------------------------------
 LARGEST_EVENT = 65536
+"Bytes of an event packet, whatever the camera announces."
 EVENT_WAIT = 0.2
 "Seconds after which the watching thread checks whether it should end."
 PRESENCE_PERIOD = 1.0
@@ -170,6 +173,7 @@ class Watcher:
         return record.encode(0)
 
 
+# -- the stream ----------------------------------------------------------------------------------
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
 STREAM_WAIT = 0.1

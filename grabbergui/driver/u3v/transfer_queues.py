@@ -102,6 +102,7 @@ class TransferQueue(ABC):
         self.held_bytes += sign * len(request.view)
 
 
+# -- one transfer at a time ----------------------------------------------------------------------
 class SynchronousQueue(TransferQueue):
     """One blocking read after the other, through pyusb."""
 
@@ -162,6 +163,7 @@ class SynchronousQueue(TransferQueue):
         self._handle.release(self._stream.number)
 
 
+# -- several transfers at a time -----------------------------------------------------------------
 CANCEL_TIME = 2.0
 "Seconds that cancelled transfers may take to come back."
 
@@ -350,6 +352,7 @@ def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
     return (ctypes.c_char * len(view)).from_address(view.ctypes.data)
 
 
+# -- the choice ----------------------------------------------------------------------------------
 def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueue:
     """Return the best queue there is: asynchronous over libusb, synchronous where that cannot be had.
 

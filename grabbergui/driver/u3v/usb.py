@@ -238,6 +238,7 @@ def _milliseconds(timeout: float) -> int:
     return max(int(timeout * 1000), 1)  # libusb takes 0 for "no limit"
 
 
+# -- registers by address ------------------------------------------------------------------------
 FIRST_TRANSFER = 128
 "Bytes of a transfer until the device has reported their limit."
 LONGEST_TRANSFER = 65536

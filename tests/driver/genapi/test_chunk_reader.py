@@ -12,7 +12,7 @@ from grabbergui import sources
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind
 from grabbergui.driver import acquisition
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, ChunkReader, without_pictures
+from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, ChunkReader, without_images
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE
 
@@ -27,24 +27,24 @@ def payload_of(*chunks):
 
 def test_an_image_is_cut_down_to_its_tag():
     whole = payload_of((1, bytes(LARGEST_CHUNK + 1)), (2, b"eight by"))
-    assert without_pictures(whole, GEV) == payload_of((1, b""), (2, b"eight by")).tobytes()
+    assert without_images(whole, GEV) == payload_of((1, b""), (2, b"eight by")).tobytes()
 
 
 def test_lengths_that_lead_out_of_the_payload_give_nothing():
-    assert without_pictures(payload_of((1, b"data"))[1:], GEV) == b""
-    assert without_pictures(np.frombuffer(struct.pack(">II", 1, 0xFFFFFFFF), np.uint8), GEV) == b""
-    assert without_pictures(np.zeros(8 * (MOST_CHUNKS + 1), np.uint8), GEV) == b""
+    assert without_images(payload_of((1, b"data"))[1:], GEV) == b""
+    assert without_images(np.frombuffer(struct.pack(">II", 1, 0xFFFFFFFF), np.uint8), GEV) == b""
+    assert without_images(np.zeros(8 * (MOST_CHUNKS + 1), np.uint8), GEV) == b""
 
 
 @given(st.binary(max_size=200), st.sampled_from(list(DataLayout)))
 def test_any_bytes_give_no_more_than_went_in(data, layout):
-    assert len(without_pictures(np.frombuffer(data, np.uint8), layout)) <= len(data)
+    assert len(without_images(np.frombuffer(data, np.uint8), layout)) <= len(data)
 
 
 @given(st.lists(st.tuples(st.integers(0, 0xFFFFFFFF), st.binary(max_size=40)), max_size=20))
 def test_small_chunks_pass_as_they_are(chunks):
     payload = payload_of(*chunks)
-    assert without_pictures(payload, GEV) == payload.tobytes()
+    assert without_images(payload, GEV) == payload.tobytes()
 
 
 _TEXT_AND_NUMBER = b"""<?xml version="1.0" encoding="utf-8"?>

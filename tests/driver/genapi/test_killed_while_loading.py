@@ -36,7 +36,7 @@ def description(tmp_path_factory) -> Path:
     )
     path: Path = tmp_path_factory.mktemp("killed") / "large.xml"
     path.write_text(HEAD + nodes + TAIL)
-    assert path.stat().st_size > port.LARGE
+    assert path.stat().st_size > port.LARGE_XML
     return path
 
 

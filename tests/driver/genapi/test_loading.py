@@ -18,7 +18,7 @@ from grabbergui.driver.genapi.parse_cache import Known
 from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
-LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * port.LARGE}--></RegisterDescription>")
+LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * port.LARGE_XML}--></RegisterDescription>")
 VARIABLE = parse_cache._cache.name
 FOLDER = parse_cache._cache.folder
 

@@ -132,7 +132,7 @@ def _numbers(columns: NDArray[np.uint8], kind: str) -> NDArray[np.uint64]:
     return columns.view(kind)[:, 0].astype(np.uint64)
 
 
-# -- runs of packet ids ------------------------------------------------------------------------------
+# -- runs of packet ids --------------------------------------------------------------------------
 def id_runs(ids: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
     """Yield (first, last) of each run of consecutive ids among sorted ones."""
     if len(ids):
@@ -151,7 +151,7 @@ def run_ends(ids: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.repeat(ids[lasts] + 1, np.diff(lasts, prepend=-1))
 
 
-# -- packets for which no block is open --------------------------------------------------------------
+# -- packets for which no block is open ----------------------------------------------------------
 RESTART_DISTANCE = 100
 "A block id that jumps back so far, or a hundred times as far ahead, belongs to a new stream."
 REMEMBERED = 64

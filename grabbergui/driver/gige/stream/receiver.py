@@ -26,6 +26,7 @@ from grabbergui.driver.gige.stream.sockets import kernel_bytes, readable
 log = logging.getLogger(__name__)
 
 MAX_DATAGRAM = 65536
+"Bytes."
 BURST = 64
 "Datagrams taken before timers and finished frames have their turn."
 
@@ -70,6 +71,7 @@ class PlainSource(DatagramSource):
                 assembler.ignore(1)
 
 
+# -- pauses between batches ----------------------------------------------------------------------
 LONGEST_PAUSE = 0.03
 "Seconds. A wake-up costs as much as about a hundred packets; lost packets are requested only after it."
 SHORTEST_PAUSE = 0.0002
@@ -210,6 +212,7 @@ def _followed(known: float, seen: float, fall: float) -> float:
     return min(seen, RISE * known) if seen > known else known + fall * (seen - known)
 
 
+# -- batches -------------------------------------------------------------------------------------
 ANSWER_PAUSE = 0.001
 "Seconds that packets may gather while a block waits for lost ones."
 OVERRUN = 0.03
@@ -308,6 +311,7 @@ class PacedSource(DatagramSource):
         return True
 
 
+# -- the thread ----------------------------------------------------------------------------------
 IDLE_WAIT = 0.03
 "Seconds that the thread waits for a datagram before it checks whether to stop, as long as `Pace` pauses."
 
