@@ -85,7 +85,7 @@ def _xml(source: Input) -> None:
 def _chunks(source: Input) -> None:
     payload = np.frombuffer(source.rest(), np.uint8)
     for layout in DataLayout:
-        kept = genapi_port.without_pictures(payload, layout)
+        kept = genapi_port.without_images(payload, layout)
         if len(kept) > len(payload):
             raise AssertionError(kept)
 

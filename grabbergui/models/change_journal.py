@@ -58,16 +58,16 @@ class Change:
         return f"{self.key} {format_value(self.before)} → {format_value(self.after)}"
 
 
-MOST_CHANGES = 2000
-"Most changes kept in the log."
+# -- steps ---------------------------------------------------------------------------------------
 MOST_STEPS = 200
 "Most steps that can be undone."
 _MOST_SETTINGS = 5000
 "Most changes within one step; the first ones are kept."
-PAUSE = 1.0
+STEP_PAUSE = 1.0
 "Seconds without a write of a feature after which the next one is another step."
 
 Values = list[tuple[SettingKey, FeatureValue]]
+"Settings and what to write to them, in order."
 
 
 class Direction(Enum):
@@ -185,7 +185,12 @@ class _UndoHistory:
 
 def _goes_on(last: float, now: float, since: float | None) -> bool:
     """Return whether a write continues the previous one: soon after it, or within one interaction."""
-    return now - last < PAUSE or (since is not None and last >= since)
+    return now - last < STEP_PAUSE or (since is not None and last >= since)
+
+
+# -- the journal ---------------------------------------------------------------------------------
+MOST_CHANGES = 2000
+"Most changes kept in the log."
 
 
 class ChangeJournal:

@@ -187,6 +187,7 @@ class MessageModel:
         self.changed.emit()
 
 
+# -- messages about one source -------------------------------------------------------------------
 class CurrentMessages:
     """Posts messages about the source that is current at the time. Any thread."""
 
@@ -288,7 +289,9 @@ class LinkMessages:
         self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=ERROR_SECONDS)
 
 
-MOST_LINES = 2000
+# -- the log -------------------------------------------------------------------------------------
+MOST_LOG_LINES = 2000
+"Most entries kept; the oldest are dropped."
 
 
 @dataclass(frozen=True)
@@ -310,7 +313,7 @@ class LogBook(logging.Handler):
     added = Signal(LogLine)
     """A new entry; emitted on the thread that logged."""
 
-    def __init__(self, most: int = MOST_LINES) -> None:
+    def __init__(self, most: int = MOST_LOG_LINES) -> None:
         super().__init__(logging.INFO)
         self._lines: deque[LogLine] = deque(maxlen=most)
         self._emitting = threading.local()

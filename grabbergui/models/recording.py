@@ -24,6 +24,7 @@ from grabbergui.recording import DiskFullError, RecordingKind, SourceClosedError
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
 
+# -- recording -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class SourceRecording:
     """State of a source's recording; kept after its end until the next one begins."""
@@ -198,10 +199,12 @@ def _ended_text(progress: RecordingProgress) -> str:
     return text + translate("Recording", "; nothing was recorded")
 
 
-MOST_FRAMES = 100
-MOST_BYTES = 256 * 1024 * 1024
+# -- looking back --------------------------------------------------------------------------------
+HISTORY_FRAMES = 100
+HISTORY_BYTES = 256 * 1024 * 1024
 "Of all frames kept: 51 of five megapixels, a hundred of two and a half."
 FRAME_WAIT = 0.2
+"Seconds that the history's thread waits for a frame before it checks whether it should end."
 
 
 class FrameHistory:
@@ -210,7 +213,7 @@ class FrameHistory:
     All methods may be called from any thread.
     """
 
-    def __init__(self, most_frames: int = MOST_FRAMES, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, most_frames: int = HISTORY_FRAMES, most_bytes: int = HISTORY_BYTES) -> None:
         self._most_bytes = most_bytes
         self._frames: deque[Frame] = deque(maxlen=most_frames)
         self._bytes = 0
@@ -269,6 +272,7 @@ class FrameHistory:
             self._bytes = 0
 
 
+# -- playing -------------------------------------------------------------------------------------
 _PLAYBACK_FEATURES = {
     "playing": "PlaybackActive",
     "position": "PlaybackPosition",

@@ -33,6 +33,7 @@ from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.measuring import measurable, planes
 
+# -- the search for a value ----------------------------------------------------------------------
 STRONGEST = 8.0
 "Largest factor by which one step changes the light."
 NEARLY_BLACK = 0.01
@@ -143,6 +144,7 @@ def light_factor(mean: float, saturated: float, target: float) -> float:
     return factor * (1 - saturated) ** 2 if factor < 1 else factor
 
 
+# -- parameters of a camera ----------------------------------------------------------------------
 @dataclass
 class TuningParameter:
     """A number feature, perhaps behind a selector, and the search for its value."""
@@ -207,6 +209,7 @@ def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
     return auto if can else None
 
 
+# -- measuring light -----------------------------------------------------------------------------
 NEARLY_WHITE = 0.98
 "Part of the highest value from which a pixel counts as saturated: not every sensor reaches the top."
 
@@ -255,11 +258,12 @@ def _whole_cells(region: Region, frame: Frame) -> Region:
     return Region(x, y, right - x, bottom - y)
 
 
+# -- the run -------------------------------------------------------------------------------------
 T = TypeVar("T")
 
 STALE_FRAMES = 3
 "Frames after a write that may have been exposed before it: one exposing, one being read out, one on its way."
-MOST_FRAMES = 6
+MOST_COMPARED = 6
 "Most frames compared until two are alike; under flickering light none are."
 STEADY = 0.01
 "Difference of two frames' means, as a part of white, that counts as none."
@@ -267,8 +271,8 @@ FRAME_PATIENCE = 5.0
 "Seconds to wait for a frame."
 CALL_PATIENCE = 20.0
 "Seconds to wait for the camera's thread: longer than any call of a camera takes."
-LOOK = 0.05
-"Seconds between checks whether it was cancelled."
+CANCEL_PERIOD = 0.05
+"Seconds between checks whether the run was cancelled."
 
 
 class TuningError(GrabberError):
@@ -321,7 +325,7 @@ class TuningRun:
         for _ in range(STALE_FRAMES):
             self._frame()
         light = measure_light(self._frame(), region)
-        for _ in range(MOST_FRAMES):
+        for _ in range(MOST_COMPARED):
             before, light = light, measure_light(self._frame(), region)
             if abs(light.mean - before.mean) < STEADY:
                 break
@@ -337,7 +341,7 @@ class TuningRun:
         while time.monotonic() < deadline:
             self._check()
             try:
-                return self._frames.get(LOOK)
+                return self._frames.get(CANCEL_PERIOD)
             except FrameTimeoutError:
                 if self._frames.closed:
                     break

@@ -13,6 +13,7 @@ from grabbergui.models.language import localized
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
 
+# -- as text -------------------------------------------------------------------------------------
 DIGITS = 7
 """Significant digits of a fraction that is shown: what 32-bit floating point has."""
 
@@ -43,9 +44,6 @@ _POWERS = (
 
 _SHOWN_IN = (("s", "ms", "µs"), ("MHz", "kHz"), ("GBps", "MBps", "kBps"))
 """Of each of those families, the units that long numbers are shown in, largest first."""
-
-_NUMBER_BEGUN = re.compile(r"[+-]?(?:0[xX][0-9a-fA-F]*|[0-9]*[.,]?[0-9]*(?:[eE][+-]?[0-9]*)?)")
-"""A number, or the beginning of one."""
 
 
 def unit_text(unit: str) -> str:
@@ -103,6 +101,11 @@ def number_text(number: int | float, digits: int = DIGITS) -> str:
     decimals = digits - 1 - math.floor(math.log10(abs(number))) if number else 0
     text = f"{number:.{max(decimals, 0)}f}"
     return localized(text.rstrip("0").rstrip(".") if "." in text else text)
+
+
+# -- typed ---------------------------------------------------------------------------------------
+_NUMBER_BEGUN = re.compile(r"[+-]?(?:0[xX][0-9a-fA-F]*|[0-9]*[.,]?[0-9]*(?:[eE][+-]?[0-9]*)?)")
+"""A number, or the beginning of one."""
 
 
 def can_become_number(text: str, unit: str, shown_in: str) -> bool:
@@ -197,27 +200,17 @@ def _fraction(text: str) -> float:
     return number
 
 
-STEPS = 1000
+# -- on a slider ---------------------------------------------------------------------------------
+SLIDER_STEPS = 1000
 """Positions of a slider, less where an integer has fewer values."""
 
-HUGE = 1e9
+HUGE_RANGE = 1e9
 """A range from here on gets no slider: nobody would find a value in it."""
 
 PER_PIXEL = 0.025
 """Largest relative change of the number per pixel of a logarithmic track; coarser cannot be aimed."""
 
-STEP = 0.01
-"""One step of an arrow key, as a share of the range or the number."""
-
 _SLIDABLE = (Representation.LINEAR, Representation.LOGARITHMIC)
-
-
-class Pace(Enum):
-    """Size of one step: Shift makes it fine, Ctrl coarse."""
-
-    FINE = 0.1
-    USUAL = 1.0
-    COARSE = 10.0
 
 
 @dataclass(frozen=True)
@@ -242,7 +235,7 @@ class SliderScale:
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or feature.representation not in _SLIDABLE:
             return None
-        if not 0 < high - low < HUGE:
+        if not 0 < high - low < HUGE_RANGE:
             return None
         integer = feature.kind is FeatureKind.INTEGER
         increment = feature.increment or (1 if integer else 0)
@@ -255,8 +248,8 @@ class SliderScale:
     def steps(self) -> int:
         """The highest position."""
         if self.integer and not self.logarithmic:
-            return min(STEPS, int(self.maximum - self.minimum) // int(self.increment))
-        return STEPS
+            return min(SLIDER_STEPS, int(self.maximum - self.minimum) // int(self.increment))
+        return SLIDER_STEPS
 
     def around(self, number: int | float, pixels: int, share: float = 0.5) -> SliderScale:
         """Return the part of the range that a track of so many pixels shows, with `number` on it.
@@ -344,6 +337,19 @@ def nearest_allowed(feature: Feature, number: int | float) -> int | float:
     return snapped if high is None or snapped <= high else snapped - step
 
 
+# -- in steps of a key ---------------------------------------------------------------------------
+KEY_STEP = 0.01
+"""One step of an arrow key, as a share of the range or the number."""
+
+
+class Pace(Enum):
+    """Size of one step: Shift makes it fine, Ctrl coarse."""
+
+    FINE = 0.1
+    USUAL = 1.0
+    COARSE = 10.0
+
+
 def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
     """Return what one press of an arrow key adds: the increment, or about 1 %.
 
@@ -358,7 +364,7 @@ def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
         size = scale.maximum - scale.minimum
     else:
         size = abs(feature.value) if isinstance(feature.value, int | float) else 0
-    step: int | float = _significant(size * STEP, 1) if size and math.isfinite(size) else 1.0
+    step: int | float = _significant(size * KEY_STEP, 1) if size and math.isfinite(size) else 1.0
     # An increment that only a machine counts in (1e-6 dB) would take thousands of presses.
     if least and not feature.logarithmic and (integer or not linear or least * 1000 >= size):
         step = least

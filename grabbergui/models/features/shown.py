@@ -27,14 +27,9 @@ from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.models.features.numbers import CODED, quantity_text, unit_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 
+# -- which features ------------------------------------------------------------------------------
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
 """Commands that beginners have buttons for, which also start and stop receiving."""
-
-
-def _matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
-    """Return whether every word, in lower case, occurs in the name, the display name or the tooltip."""
-    haystack = f"{description.name}\n{description.display_name}\n{description.tooltip}".lower()
-    return all(word in haystack for word in words)
 
 
 def visible_names(
@@ -53,12 +48,6 @@ def visible_names(
     return list(found)
 
 
-def controlled_by(pinned: Collection[str], has: Callable[[str], bool]) -> frozenset[str]:
-    """Return the features that pinned controls set: those that are pinned, and their automatic modes."""
-    modes = (automatic_mode_of(name, has) for name in pinned)
-    return frozenset(pinned).union(mode for mode in modes if mode is not None)
-
-
 def _collect(
     category: Category,
     visibility: Visibility,
@@ -75,8 +64,21 @@ def _collect(
             found[member.name] = None
 
 
+def _matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
+    """Return whether every word, in lower case, occurs in the name, the display name or the tooltip."""
+    haystack = f"{description.name}\n{description.display_name}\n{description.tooltip}".lower()
+    return all(word in haystack for word in words)
+
+
+# -- pinned controls -----------------------------------------------------------------------------
 MOST_PINNED = 12
 "Most features that can be pinned."
+
+
+def controlled_by(pinned: Collection[str], has: Callable[[str], bool]) -> frozenset[str]:
+    """Return the features that pinned controls set: those that are pinned, and their automatic modes."""
+    modes = (automatic_mode_of(name, has) for name in pinned)
+    return frozenset(pinned).union(mode for mode in modes if mode is not None)
 
 
 def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
@@ -106,6 +108,7 @@ def moved(names: Sequence[str], name: str, steps: int) -> tuple[str, ...]:
     return (*others[:index], name, *others[index:])
 
 
+# -- texts ---------------------------------------------------------------------------------------
 _LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _ZERO_WIDTH_SPACE = "\u200b"
 

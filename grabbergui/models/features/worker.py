@@ -143,6 +143,7 @@ class FeatureWorker:
             log.exception("the feature worker could not report an error")
 
 
+# -- when writes are sent ------------------------------------------------------------------------
 class WriteThrottle:
     """Lets each feature be written once an interval, and keeps all writes in the order they were asked for.
 
@@ -181,6 +182,7 @@ class WriteThrottle:
         return tuple(self._waiting)
 
 
+# -- values over time ----------------------------------------------------------------------------
 MOST_SAMPLES = 36_000
 "Most samples of one value: an hour at ten a second. The oldest are dropped."
 
@@ -243,6 +245,7 @@ MOST_WATCHED = 12
 "Most features watched at once: nobody reads more curves, and each costs the camera a read."
 
 PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
+"Kinds of features whose values are numbers to draw."
 
 
 class ValueWatch:

@@ -24,10 +24,8 @@ from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.quantities import Quantity
 from grabbergui.models.picture.rendering import DisplaySettings, distorted_pixel
 
-MOST_BESIDE = 9
-"""Components that are shown side by side; more would be too small to be seen."""
 
-
+# -- choosing one --------------------------------------------------------------------------------
 def labels(frame: Frame) -> tuple[str, ...]:
     """Return the names of a frame's components in the user's language, each once; empty without a choice."""
     if len(frame.parts) < 2:
@@ -44,6 +42,20 @@ def labels(frame: Frame) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _name(part: Component) -> str:
+    return {
+        ComponentKind.INTENSITY: translate("Components", "Intensity"),
+        ComponentKind.INFRARED: translate("Components", "Infrared"),
+        ComponentKind.ULTRAVIOLET: translate("Components", "Ultraviolet"),
+        ComponentKind.RANGE: translate("Components", "Range"),
+        ComponentKind.REFLECTANCE: translate("Components", "Reflectance"),
+        ComponentKind.CONFIDENCE: translate("Components", "Confidence"),
+        ComponentKind.SCATTER: translate("Components", "Scatter"),
+        ComponentKind.DISPARITY: translate("Components", "Disparity"),
+        ComponentKind.MULTISPECTRAL: translate("Components", "Multispectral"),
+    }.get(part.kind, translate("Components", "Component"))
+
+
 def own_label(frame: Frame) -> str:
     """Return the label of the frame's own image; empty without a choice."""
     own = own_component(frame.parts)
@@ -58,23 +70,13 @@ def chosen(frame: Frame, label: str) -> Frame:
     return frame.of_component(frame.parts[known.index(label)])
 
 
+MOST_BESIDE = 9
+"""Components that are shown side by side; more would be too small to be seen."""
+
+
 def beside(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
     """Return the labels of the components to show beside that of `label`, at most `MOST_BESIDE` in all."""
     return tuple(other for other in labels if other != label)[: MOST_BESIDE - 1]
-
-
-def _name(part: Component) -> str:
-    return {
-        ComponentKind.INTENSITY: translate("Components", "Intensity"),
-        ComponentKind.INFRARED: translate("Components", "Infrared"),
-        ComponentKind.ULTRAVIOLET: translate("Components", "Ultraviolet"),
-        ComponentKind.RANGE: translate("Components", "Range"),
-        ComponentKind.REFLECTANCE: translate("Components", "Reflectance"),
-        ComponentKind.CONFIDENCE: translate("Components", "Confidence"),
-        ComponentKind.SCATTER: translate("Components", "Scatter"),
-        ComponentKind.DISPARITY: translate("Components", "Disparity"),
-        ComponentKind.MULTISPECTRAL: translate("Components", "Multispectral"),
-    }.get(part.kind, translate("Components", "Component"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +99,7 @@ class Picture:
     "The components beside it, the same part of each; empty unless all are shown side by side."
 
 
+# -- values as text ------------------------------------------------------------------------------
 MOST_VALUES = 2500
 "Pixels of a region beyond which nothing is written; they would be too small to read."
 
@@ -178,7 +181,8 @@ def _pixel_text(frame: Frame, quantity: Quantity | None, x: int, y: int) -> str:
     return "\n".join(map(_sample_text, value_at(frame, x, y)))
 
 
-SILENCE = 2.0
+# -- stream channels -----------------------------------------------------------------------------
+CHANNEL_SILENCE = 2.0
 "Seconds after which a channel that sends nothing is not shown any more."
 MOST_CHANNELS = 16
 
@@ -203,7 +207,9 @@ class StreamChannels:
         """
         self._latest[frame.stream_channel] = (frame, now)
         latest = {
-            channel: kept for channel, (kept, seen) in sorted(self._latest.items()) if now - seen < SILENCE
+            channel: kept
+            for channel, (kept, seen) in sorted(self._latest.items())
+            if now - seen < CHANNEL_SILENCE
         }
         if len(latest) != len(self._latest):
             self._latest = {channel: self._latest[channel] for channel in latest}
@@ -217,6 +223,7 @@ class StreamChannels:
         return replace(next(iter(latest.values())), parts=parts)
 
 
+# -- facts about the camera ----------------------------------------------------------------------
 _POLARISED = re.compile(r"Polar(i[sz]|Mono|Angle)", re.IGNORECASE)
 """`PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`: the makers' names."""
 

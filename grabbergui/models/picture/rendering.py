@@ -31,6 +31,7 @@ from grabbergui.models.picture.quantities import (
     quantity_of,
 )
 
+# -- the view turned and mirrored ----------------------------------------------------------------
 _ROTATIONS = {1: cv2.ROTATE_90_CLOCKWISE, 2: cv2.ROTATE_180, 3: cv2.ROTATE_90_COUNTERCLOCKWISE}
 
 
@@ -113,6 +114,7 @@ def scaled_region(region: Region, size: tuple[int, int], other: tuple[int, int])
     return Region(left, top, right - left, bottom - top)
 
 
+# -- the view without distortion -----------------------------------------------------------------
 Map = NDArray[np.float32]
 
 
@@ -163,11 +165,12 @@ def _scaled(matrix: NDArray[np.float64], scale: tuple[float, float]) -> NDArray[
     return scaled
 
 
+# -- clipping marks ------------------------------------------------------------------------------
 Mask = NDArray[np.uint8]
 
-SATURATED = (255, 60, 60)
+SATURATED_COLOUR = (255, 60, 60)
 "R G B of saturated pixels."
-BLACK = (70, 110, 255)
+BLACK_COLOUR = (70, 110, 255)
 "R G B of black pixels."
 
 
@@ -202,7 +205,7 @@ def _with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> N
     """
     rgb = cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGB) if pixels.ndim == 2 else pixels.copy()
     size = (pixels.shape[1], pixels.shape[0])
-    for mask, colour in ((black, BLACK), (saturated, SATURATED)):
+    for mask, colour in ((black, BLACK_COLOUR), (saturated, SATURATED_COLOUR)):
         if cv2.hasNonZero(mask):
             rgb[_reduced(mask, size) > 0] = colour
     return np.asarray(rgb, np.uint8)
@@ -239,6 +242,7 @@ def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
     return mask
 
 
+# -- display settings ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Appearance:
     """Levels and colours of one component."""
@@ -301,6 +305,14 @@ class DisplaySettings:
         return known if known and (known.width, known.height) == (frame.width, frame.height) else None
 
 
+def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:
+    """Return the settings with other levels, kept within the range and apart from each other."""
+    black = min(max(black, 0.0), 0.999)
+    white = min(max(white, black + 0.001), 1.0)
+    return replace(settings, levels=Levels(black, white))
+
+
+# -- rendering -----------------------------------------------------------------------------------
 def render(
     frame: Frame,
     region: Region | None,
@@ -389,10 +401,3 @@ def _stretch(levels: Levels) -> NDArray[np.uint8]:
     span = max(levels.white - levels.black, 1 / 255)
     values = (np.arange(256) / 255 - levels.black) / span
     return np.clip(np.round(values * 255), 0, 255).astype(np.uint8)
-
-
-def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:
-    """Return the settings with other levels, kept within the range and apart from each other."""
-    black = min(max(black, 0.0), 0.999)
-    white = min(max(white, black + 0.001), 1.0)
-    return replace(settings, levels=Levels(black, white))

@@ -171,12 +171,12 @@ def _shown(value: FeatureValue | None) -> str:
     return "(not in it)" if value is None else format_value(value)
 
 
+# -- the camera's user sets ----------------------------------------------------------------------
 _SELECTOR = "UserSetSelector"
 _LOAD = "UserSetLoad"
 _SAVE = "UserSetSave"
 _STARTS_WITH = ("UserSetDefault", "UserSetDefaultSelector", "DefaultStartupSet")
 "Feature for the set loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
-
 _FACTORY = ("Default", "Factory")
 "Prefixes of the names of sets that cannot be overwritten."
 

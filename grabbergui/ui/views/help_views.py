@@ -31,7 +31,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
-from grabbergui.models.messages import MOST_LINES, LogLine
+from grabbergui.models.messages import MOST_LOG_LINES, LogLine
 from grabbergui.ui.windows import fit_screen, load_form
 
 FIRST_PAGE = "window.md"
@@ -219,7 +219,7 @@ class LogPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("log_panel", self)
-        self.text.setMaximumBlockCount(MOST_LINES)
+        self.text.setMaximumBlockCount(MOST_LOG_LINES)
         self.levelBox.currentIndexChanged[int].connect(lambda _: self.levelChanged.emit())
         self.clearButton.clicked.connect(self.clearRequested)
         self.copyButton.clicked.connect(self._on_copy_clicked)

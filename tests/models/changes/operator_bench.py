@@ -1,6 +1,6 @@
 """A camera with an operator at work on it."""
 
-from grabbergui.models.change_journal import PAUSE, ChangeJournal, Direction, Origin
+from grabbergui.models.change_journal import STEP_PAUSE, ChangeJournal, Direction, Origin
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, revert
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
@@ -20,7 +20,7 @@ class Bench:
     def value(self, name):
         return self.grabber.feature(name).value
 
-    def write(self, name, value, wait=PAUSE):
+    def write(self, name, value, wait=STEP_PAUSE):
         self.tracked_grabber.write_feature(name, value)
         self.now += wait
 

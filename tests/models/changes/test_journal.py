@@ -7,7 +7,7 @@ from operator_bench import CAMERA, NETWORK, OPERATOR, UNDO, Bench
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.change_journal import MOST_STEPS, PAUSE
+from grabbergui.models.change_journal import MOST_STEPS, STEP_PAUSE
 
 
 def test_a_write_is_noted_with_its_time_and_both_values(bench):
@@ -47,7 +47,7 @@ def test_a_drag_is_one_change_and_one_step(bench):
 def test_a_control_in_hand_is_one_step_however_slow(bench):
     bench.journal.hold("Gain")
     for value in (2, 3, 4):
-        bench.write("Gain", value, wait=10 * PAUSE)
+        bench.write("Gain", value, wait=10 * STEP_PAUSE)
     bench.journal.release("Gain")
     bench.write("Gain", 5)
     assert bench.log == [("Gain 1 → 4", OPERATOR), ("Gain 4 → 5", OPERATOR)]
@@ -60,7 +60,7 @@ def test_what_is_typed_later_is_another_step_though_typing_holds_the_control(ben
         bench.journal.hold("Gain")
         bench.write("Gain", value, wait=0.01)
         bench.journal.release("Gain")
-        bench.now += 10 * PAUSE
+        bench.now += 10 * STEP_PAUSE
     assert bench.log == [("Gain 1 → 2", OPERATOR), ("Gain 2 → 3", OPERATOR)]
     bench.revert(UNDO)
     assert bench.value("Gain") == 2

@@ -5,8 +5,8 @@ from frames import frame_of
 from grabbergui.core.pixels import Region, for_display
 from grabbergui.models.picture.quantities import COLOUR_MAPS, Levels
 from grabbergui.models.picture.rendering import (
-    BLACK,
-    SATURATED,
+    BLACK_COLOUR,
+    SATURATED_COLOUR,
     DisplaySettings,
     Orientation,
     clipping_masks,
@@ -74,8 +74,8 @@ def test_one_clipped_pixel_of_a_large_image_is_seen_when_it_is_reduced():
     picture[333, 444], picture[700, 100] = 255, 0
     image = render(frame_of(picture), None, (100, 100), DisplaySettings(show_clipping=True))
     assert image.pixels.shape == (100, 100, 3)
-    assert tuple(image.pixels[33, 44]) == SATURATED
-    assert tuple(image.pixels[70, 10]) == BLACK
+    assert tuple(image.pixels[33, 44]) == SATURATED_COLOUR
+    assert tuple(image.pixels[70, 10]) == BLACK_COLOUR
     assert tuple(image.pixels[50, 50]) == (90, 90, 90)
 
 
