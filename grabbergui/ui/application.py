@@ -36,23 +36,8 @@ from grabbergui.ui.theme import Theme, window_icon
 
 qt_log = logging.getLogger("Qt")
 
-STOP_POLL_MS = 200
-"Also how often Python gets to run its signal handlers, which it does between its own instructions only."
 
-_LEVELS = {
-    QtMsgType.QtDebugMsg: logging.DEBUG,
-    QtMsgType.QtInfoMsg: logging.INFO,
-    QtMsgType.QtWarningMsg: logging.WARNING,
-    QtMsgType.QtCriticalMsg: logging.ERROR,
-    QtMsgType.QtFatalMsg: logging.CRITICAL,
-}
-
-EXIT_FATAL = 1
-
-_HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR not set")
-"""Beginnings of messages that are no warnings: platforms without a display or a desktop lack these."""
-
-
+# -- making and stopping it ----------------------------------------------------------------------
 def application() -> QApplication:
     """Return the one application of this process; make it if there is none.
 
@@ -90,6 +75,10 @@ def look(theme: Theme, screenshot: bool = False) -> Theme:
     return Theme.LIGHT if screenshot else Preferences.of_user().theme
 
 
+STOP_POLL_MS = 200
+"Also how often Python gets to run its signal handlers, which it does between its own instructions only."
+
+
 @contextmanager
 def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iterator[None]:
     """Call `close` once an event is set, by a signal or another thread.
@@ -111,6 +100,22 @@ def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iter
         timer.stop()
 
 
+# -- Qt's messages -------------------------------------------------------------------------------
+_LEVELS = {
+    QtMsgType.QtDebugMsg: logging.DEBUG,
+    QtMsgType.QtInfoMsg: logging.INFO,
+    QtMsgType.QtWarningMsg: logging.WARNING,
+    QtMsgType.QtCriticalMsg: logging.ERROR,
+    QtMsgType.QtFatalMsg: logging.CRITICAL,
+}
+
+_HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR not set")
+"""Beginnings of messages that are no warnings: platforms without a display or a desktop lack these."""
+
+EXIT_FATAL = 1
+"Exit status after a message for which Qt would abort."
+
+
 def log_qt_messages() -> None:
     """Send Qt's messages to the logger `Qt` from now on. May be called again."""
     qInstallMessageHandler(_log)
@@ -125,6 +130,7 @@ def _log(kind: QtMsgType, context: QMessageLogContext, message: str | None) -> N
         os._exit(EXIT_FATAL)
 
 
+# -- the language --------------------------------------------------------------------------------
 WRITTEN_IN = "en"
 "The language of the texts in the sources."
 _PREFIX, _SUFFIX = "grabbergui_", ".qm"
@@ -179,7 +185,9 @@ def _ours(language: str, parent: QObject) -> QTranslator:
     return translator
 
 
+# -- the user's preferences ----------------------------------------------------------------------
 MOST_RECENT = 10
+"Most sources remembered that were opened."
 LAYOUT_VERSION = 2
 "Raised when docks change so much that an old layout makes no sense."
 

@@ -23,10 +23,8 @@ from PyQt5.QtWidgets import QFileDialog, QScrollArea, QWidget
 
 from grabbergui.ui.theme import apply_icons
 
+# -- forms ---------------------------------------------------------------------------------------
 _FORMS = Path(__file__).with_name("forms")
-
-TITLE_BAR = 40
-"Pixels that a window manager may take of the screen's height for a window's title."
 
 
 def load_form(name: str, into: QWidget) -> None:
@@ -80,6 +78,11 @@ class _FormLoader(SourceFileLoader):
         return super().source_to_code(source.getvalue().encode(), path)
 
 
+# -- the screen ----------------------------------------------------------------------------------
+TITLE_BAR = 40
+"Pixels that a window manager may take of the screen's height for a window's title."
+
+
 def fit_screen(window: QWidget) -> None:
     """Make a window no larger than the screen, where its last buttons would be out of reach."""
     if has_screen() and (screen := window.screen()) is not None:
@@ -91,6 +94,7 @@ def has_screen() -> bool:
     return QGuiApplication.platformName() != "offscreen"
 
 
+# -- files ---------------------------------------------------------------------------------------
 class FileDialogs:
     """Qt's modal dialogs for files, over a window. Implements `bases.FileQuestions`."""
 
@@ -114,6 +118,7 @@ class FileDialogs:
         return Path(chosen) if chosen else None
 
 
+# -- the Tab key ---------------------------------------------------------------------------------
 LINE_HEIGHT = 12
 "Pixels of height within which controls stand on one line."
 
@@ -174,6 +179,7 @@ def _bring_into_view(widget: QWidget) -> None:
         above = above.parentWidget()
 
 
+# -- other keys, and the wheel -------------------------------------------------------------------
 class StopKeys(QObject):
     """Catches its keys in a window and all of its children, before any of these handles them."""
 

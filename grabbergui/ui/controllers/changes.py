@@ -27,6 +27,7 @@ from grabbergui.ui.views.bases import FileQuestions, UndoActions
 from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
+# -- longer work ---------------------------------------------------------------------------------
 T = TypeVar("T")
 
 Work = Callable[[ChangeTrackingGrabber, Progress, threading.Event], T]
@@ -45,7 +46,7 @@ class CameraWork(QObject):
         self._tasks = tasks
         self._connection = connection
         self._bridge = Bridge(self)
-        self._under_way: dict[threading.Event, OpenSource] = {}
+        self._in_progress: dict[threading.Event, OpenSource] = {}
         # Not over the bridge: work in progress has to stop before the camera is closed.
         connection.ending.connect(self._on_connection_ending)
 
@@ -88,7 +89,7 @@ class CameraWork(QObject):
         row = self._tasks.begin(title)
         row.setText(text)
         row.cancelRequested.connect(cancelled.set)
-        self._under_way[cancelled] = source
+        self._in_progress[cancelled] = source
         progress = self._progress(row)
 
         def job() -> T:
@@ -98,7 +99,7 @@ class CameraWork(QObject):
                 return work(grabber, progress, cancelled)
 
         def end(report: Callable[[], None]) -> None:
-            self._under_way.pop(cancelled, None)
+            self._in_progress.pop(cancelled, None)
             self._tasks.end(row)
             report()
 
@@ -124,11 +125,12 @@ class CameraWork(QObject):
         return progress
 
     def _on_connection_ending(self, ending: OpenSource) -> None:
-        for cancelled, source in tuple(self._under_way.items()):
+        for cancelled, source in tuple(self._in_progress.items()):
             if source is ending:
                 cancelled.set()
 
 
+# -- actions that only some cameras support ------------------------------------------------------
 class CameraAbility(QObject):
     """Enables actions while the current camera supports them and may be changed."""
 
@@ -174,6 +176,7 @@ class CameraAbility(QObject):
             action.setEnabled(self._present and self._connection.state.connected)
 
 
+# -- changes -------------------------------------------------------------------------------------
 MOST_SHOWN = 60
 "Characters of a step's text in the menu."
 

@@ -35,6 +35,7 @@ from grabbergui.ui.windows import FileDialogs
 
 log = logging.getLogger(__name__)
 
+# -- hand–eye calibration ------------------------------------------------------------------------
 ENDING_S = 10.0
 """Seconds that a computation in progress may take to end after the dialog is closed."""
 
@@ -191,6 +192,7 @@ def _file_name(robot: str) -> str:
     return "-".join(robot.lower().split())
 
 
+# -- servoing ------------------------------------------------------------------------------------
 CURVES_MS = 150
 "Between two paintings of the curves."
 

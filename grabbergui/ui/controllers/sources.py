@@ -17,6 +17,7 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
+from grabbergui.sources import SourceKind
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
@@ -27,7 +28,7 @@ from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
 log = logging.getLogger(__name__)
 
-SIMULATED = "sim"
+# -- the list ------------------------------------------------------------------------------------
 SHOWN_AFTER_MS = 300
 "Of opening in place of the current source: a shorter notice would only make the picture jump."
 
@@ -126,7 +127,7 @@ class SourcesController(QObject):
         if state is LinkState.OPEN and source is not None:
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
-        self._view.hintLabel.setVisible(source is None or source.uri.scheme == SIMULATED)
+        self._view.hintLabel.setVisible(source is None or source.uri.scheme == SourceKind.SIM)
 
     def _on_connection_pending_changed(self, pending: OpenSource | None) -> None:
         if self._row is not None:
@@ -150,6 +151,7 @@ class SourcesController(QObject):
         )
 
 
+# -- the tiles -----------------------------------------------------------------------------------
 TILE_PERIOD_MS = 100
 "Between two pictures of a tile: enough to see what goes on there, at a tenth of the cost."
 
@@ -182,9 +184,9 @@ class GalleryController(QObject):
 
     def take_next(self) -> None:
         """Make the next open source current, starting over after the last."""
-        sources, at_hand = self._connection.sources, self._connection.source
-        if at_hand in sources and len(sources) > 1:
-            self._connection.make_current(sources[(sources.index(at_hand) + 1) % len(sources)])
+        sources, current = self._connection.sources, self._connection.source
+        if current in sources and len(sources) > 1:
+            self._connection.make_current(sources[(sources.index(current) + 1) % len(sources)])
 
     def _show(self) -> None:
         tiles = self._model.tiles
@@ -218,7 +220,9 @@ class GalleryController(QObject):
                 tile.picture.set_viewport(None, room)
 
 
+# -- the status ----------------------------------------------------------------------------------
 STATUS_PERIOD_MS = 200
+"Between two readings of the models."
 _RUNNING = (Condition.STARTING, Condition.LIVE, Condition.PLAYING, Condition.STALLED)
 "Conditions in which a picture is to be expected."
 
@@ -320,7 +324,7 @@ class StatusController(QObject):
         lost = status.condition is Condition.LOST and last is not None
         self._view.setAge(time.monotonic() - last if lost and last is not None else None)
 
-    # -- what hinders the picture ----------------------------------------------------------------------
+    # -- what hinders the picture ----------------------------------------------------------------
     def _explain(self, source: OpenSource | None, status: SourceStatus) -> None:
         """Say it in the middle of an empty view, else in a message: nothing lies over a picture."""
         note = self._note(source, status)
@@ -375,7 +379,7 @@ class StatusController(QObject):
             )
         )
 
-    # -- triggering ------------------------------------------------------------------------------------
+    # -- triggering ------------------------------------------------------------------------------
     def _note_trigger(self, source: OpenSource, status: SourceStatus) -> None:
         """From the first wait on, until the trigger is switched off: triggering again and again needs it."""
         trigger = status.facts.trigger_source

@@ -20,7 +20,7 @@ from grabbergui.ui.widgets.messages import PictureNote
 from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
 from grabbergui.ui.widgets.picture_items import as_qimage
-from grabbergui.ui.widgets.plots import MARGIN, ScaleBar, place_scale
+from grabbergui.ui.widgets.plots import SCALE_MARGIN, ScaleBar, place_scale
 from grabbergui.ui.windows import load_form
 
 NOTE_WIDTH = 560
@@ -213,7 +213,7 @@ class PictureView(QWidget):
     def _place_scale(self) -> None:
         place = self.paneArea.canvasPlace
         beside = bool(self.paneArea.panes)
-        text = place_scale(self.scaleBar, place, MARGIN if beside else NOTE_MARGIN, needed=not beside)
+        text = place_scale(self.scaleBar, place, SCALE_MARGIN if beside else NOTE_MARGIN, needed=not beside)
         self.paneArea.setScaleText(text)
 
     def _on_pane_chosen(self, label: str) -> None:

@@ -32,11 +32,11 @@ from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Out
 from grabbergui.ui.widgets.plots import ChannelPlot
 from grabbergui.ui.windows import fit_screen, load_form
 
-NAME_WIDTH = 160
-"Pixels of a file's name on a button; the tooltip has the whole name."
+# -- what was loaded, and what differs -----------------------------------------------------------
 _TICK_WIDTH = 24
 "Width of the check boxes, which the style sheet makes larger than Qt expects."
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
+"Of a row that can be ticked: its `SettingKey`."
 
 
 class SettingsReport(QDialog):
@@ -128,6 +128,10 @@ class SettingsReport(QDialog):
         self.close()
 
 
+NAME_WIDTH = 160
+"Pixels of a file's name on a button; the tooltip has the whole name."
+
+
 class SettingsDifference(QDialog):
     """Lists differences; offers to write the ticked values of either set."""
 
@@ -192,6 +196,26 @@ class SettingsDifference(QDialog):
         self.close()
 
 
+def _make_checkable(row: QTreeWidgetItem, key: SettingKey) -> None:
+    """Give a row a check box, ticked at first."""
+    row.setFlags(row.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+    row.setCheckState(0, Qt.CheckState.Checked)
+    row.setData(0, _KEY_ROLE, key)
+
+
+def _checked_keys(table: QTreeWidget) -> list[SettingKey]:
+    """Return the settings of the ticked rows."""
+    rows = (table.topLevelItem(index) for index in range(table.topLevelItemCount()))
+    return [
+        row.data(0, _KEY_ROLE)
+        for row in rows
+        if row is not None
+        and row.data(0, _KEY_ROLE) is not None
+        and row.checkState(0) == Qt.CheckState.Checked
+    ]
+
+
+# -- the camera's user sets ----------------------------------------------------------------------
 _SET_ROLE = Qt.ItemDataRole.UserRole
 
 
@@ -271,28 +295,11 @@ class UserSetsDialog(QDialog):
         self.startButton.setEnabled(chosen is not None and chosen.startable and not chosen.starts)
 
 
-def _make_checkable(row: QTreeWidgetItem, key: SettingKey) -> None:
-    """Give a row a check box, ticked at first."""
-    row.setFlags(row.flags() | Qt.ItemFlag.ItemIsUserCheckable)
-    row.setCheckState(0, Qt.CheckState.Checked)
-    row.setData(0, _KEY_ROLE, key)
-
-
-def _checked_keys(table: QTreeWidget) -> list[SettingKey]:
-    """Return the settings of the ticked rows."""
-    rows = (table.topLevelItem(index) for index in range(table.topLevelItemCount()))
-    return [
-        row.data(0, _KEY_ROLE)
-        for row in rows
-        if row is not None
-        and row.data(0, _KEY_ROLE) is not None
-        and row.checkState(0) == Qt.CheckState.Checked
-    ]
-
-
+# -- the look-up table ---------------------------------------------------------------------------
 _MOST_POINTS = 2048
 "Most points of a curve that are drawn; no screen shows more."
 _EDITED = "#3e7bfa"
+"Colour of the edited curve."
 
 
 class LutDialog(QDialog):

@@ -1,21 +1,141 @@
-"""Messages as lines, in the status strip with its figures, and over the image as notes."""
+"""Messages: in full; the first one in a line, in the status strip with its figures; notes over the image."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PyQt5.QtCore import QCoreApplication, QPoint, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QPoint, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.models.diagnosis import Stage
-from grabbergui.models.language import localized
+from grabbergui.models.language import localized, translate
 from grabbergui.models.messages import Message, MessageModel, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.windows import load_form
 
+# -- in full -------------------------------------------------------------------------------------
+_ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
+"Names of the icons before messages."
+
+
+def _fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
+    """Fill a layout with a button for each offer."""
+    while (item := layout.takeAt(0)) is not None:
+        if (old := item.widget()) is not None:
+            old.hide()
+            old.deleteLater()
+    for offer in offers:
+        button = QPushButton(offer.label)
+        button.setObjectName("offerButton")
+        button.clicked.connect(lambda _, act=offer.act: act())
+        layout.addWidget(button)
+
+
+class MessageBar(QFrame):
+    """One message, in as many lines as it takes."""
+
+    dismissed = pyqtSignal()
+
+    iconLabel: QLabel
+    textLabel: QLabel
+    offersLayout: QHBoxLayout
+    closeButton: QToolButton
+
+    def __init__(self, message: Message, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("message_bar", self)
+        self.setProperty("message", message.severity.value)
+        self.textLabel.setText(message.sentence)
+        self.setAccessibleName(message.sentence)
+        self.iconLabel.setPixmap(icon_pixmap(_ICONS[message.severity], self, 18))
+        _fill_offers(self.offersLayout, message.offers)
+        self.closeButton.clicked.connect(self.dismissed)
+
+
+class MessageList(QWidget):
+    """A list of messages, the first on top."""
+
+    dismissed = pyqtSignal(Message)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._bars: list[MessageBar] = []
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.setSpacing(1)
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Replace the messages shown."""
+        for old in self._bars:
+            self._layout.removeWidget(old)
+            old.hide()
+            old.deleteLater()
+        self._bars = [MessageBar(message, self) for message in messages]
+        for bar, message in zip(self._bars, messages, strict=True):
+            bar.dismissed.connect(lambda message=message: self.dismissed.emit(message))
+            self._layout.addWidget(bar)
+
+
+MOST_STACKED = 4
+"Most messages shown at once."
+EXPIRY_MS = 500
+"Milliseconds between two checks for expired messages."
+
+
+class MessageStack(MessageList):
+    """The messages of one window, the newest on top; hidden while there are none."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._model = MessageModel()
+        self._model.changed.connect(self._on_model_changed)
+        self.dismissed.connect(self._model.dismiss)
+        self._timer = QTimer(self)
+        self._timer.setInterval(EXPIRY_MS)
+        self._timer.timeout.connect(self._model.expire)
+        self.hide()
+
+    @property
+    def messages(self) -> list[str]:
+        """The texts shown, the newest first."""
+        return [message.text for message in self._model.shown(None)[:MOST_STACKED]]
+
+    def showError(self, text: str) -> None:
+        """Show an error message until it is dismissed."""
+        self._model.post(Message(text, Severity.ERROR))
+
+    def showNotice(self, text: str) -> None:
+        """Show a message that goes away by itself."""
+        self._model.notice(text)
+
+    def showOffer(self, text: str, label: str, act: Callable[[], None]) -> Message:
+        """Show a message with a button for its remedy, until it is dismissed."""
+        message = Message(text, offers=(Offer(label, act),))
+        self._model.post(message)
+        return message
+
+    def dismiss(self, message: Message) -> None:
+        """Remove a message; does nothing if it is gone already."""
+        self._model.dismiss(message)
+
+    def dismissAll(self) -> None:
+        """Remove every message."""
+        self._model.dismiss_all()
+
+    def _on_model_changed(self) -> None:
+        messages = self._model.shown(None)[:MOST_STACKED]
+        self.setMessages(messages)
+        self.setVisible(bool(messages))
+        if messages and not self._timer.isActive():
+            self._timer.start()
+        elif not messages:
+            self._timer.stop()
+
+
+# -- in one line ---------------------------------------------------------------------------------
 LIST_WIDTH = 560
 "Width of the list of all messages in pixels."
 
@@ -97,7 +217,7 @@ class MessageLine(QFrame):
         self.setAccessibleName(self.textLabel.text())
         _fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:
-            self.iconLabel.setPixmap(icon_pixmap(_message_icon(message.severity), self, 18))
+            self.iconLabel.setPixmap(icon_pixmap(_ICONS[message.severity], self, 18))
         restyle(self, "message", message.severity.value if message is not None else "")
 
     def _show_more(self) -> None:
@@ -117,129 +237,7 @@ class MessageLine(QFrame):
             self.dismissed.emit(self._messages[0])
 
 
-MOST_STACKED = 4
-"Most messages shown at once."
-EXPIRY_MS = 500
-"Milliseconds between two checks for expired messages."
-_ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
-
-
-def _message_icon(severity: Severity) -> str:
-    """Return the name of the icon before a message."""
-    return _ICONS[severity]
-
-
-def _fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
-    """Fill a layout with a button for each offer."""
-    while (item := layout.takeAt(0)) is not None:
-        if (old := item.widget()) is not None:
-            old.hide()
-            old.deleteLater()
-    for offer in offers:
-        button = QPushButton(offer.label)
-        button.setObjectName("offerButton")
-        button.clicked.connect(lambda _, act=offer.act: act())
-        layout.addWidget(button)
-
-
-class MessageBar(QFrame):
-    """One message, in as many lines as it takes."""
-
-    dismissed = pyqtSignal()
-
-    iconLabel: QLabel
-    textLabel: QLabel
-    offersLayout: QHBoxLayout
-    closeButton: QToolButton
-
-    def __init__(self, message: Message, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        load_form("message_bar", self)
-        self.setProperty("message", message.severity.value)
-        self.textLabel.setText(message.sentence)
-        self.setAccessibleName(message.sentence)
-        self.iconLabel.setPixmap(icon_pixmap(_message_icon(message.severity), self, 18))
-        _fill_offers(self.offersLayout, message.offers)
-        self.closeButton.clicked.connect(self.dismissed)
-
-
-class MessageList(QWidget):
-    """A list of messages, the first on top."""
-
-    dismissed = pyqtSignal(Message)
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._bars: list[MessageBar] = []
-        self._layout = QVBoxLayout(self)
-        self._layout.setContentsMargins(0, 0, 0, 0)
-        self._layout.setSpacing(1)
-
-    def setMessages(self, messages: Sequence[Message]) -> None:
-        """Replace the messages shown."""
-        for old in self._bars:
-            self._layout.removeWidget(old)
-            old.hide()
-            old.deleteLater()
-        self._bars = [MessageBar(message, self) for message in messages]
-        for bar, message in zip(self._bars, messages, strict=True):
-            bar.dismissed.connect(lambda message=message: self.dismissed.emit(message))
-            self._layout.addWidget(bar)
-
-
-class MessageStack(MessageList):
-    """The messages of one window, the newest on top; hidden while there are none."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._model = MessageModel()
-        self._model.changed.connect(self._on_model_changed)
-        self.dismissed.connect(self._model.dismiss)
-        self._timer = QTimer(self)
-        self._timer.setInterval(EXPIRY_MS)
-        self._timer.timeout.connect(self._model.expire)
-        self.hide()
-
-    @property
-    def messages(self) -> list[str]:
-        """The texts shown, the newest first."""
-        return [message.text for message in self._model.shown(None)[:MOST_STACKED]]
-
-    def showError(self, text: str) -> None:
-        """Show an error message until it is dismissed."""
-        self._model.post(Message(text, Severity.ERROR))
-
-    def showNotice(self, text: str) -> None:
-        """Show a message that goes away by itself."""
-        self._model.notice(text)
-
-    def showOffer(self, text: str, label: str, act: Callable[[], None]) -> Message:
-        """Show a message with a button for its remedy, until it is dismissed."""
-        message = Message(text, offers=(Offer(label, act),))
-        self._model.post(message)
-        return message
-
-    def dismiss(self, message: Message) -> None:
-        """Remove a message; does nothing if it is gone already."""
-        self._model.dismiss(message)
-
-    def dismissAll(self) -> None:
-        """Remove every message."""
-        self._model.dismiss_all()
-
-    def _on_model_changed(self) -> None:
-        messages = self._model.shown(None)[:MOST_STACKED]
-        self.setMessages(messages)
-        self.setVisible(bool(messages))
-        if messages and not self._timer.isActive():
-            self._timer.start()
-        elif not messages:
-            self._timer.stop()
-
-
-translate = QCoreApplication.translate
-
-
+# -- over the image ------------------------------------------------------------------------------
 class PictureNote(QFrame):
     """Shows why there is no image, the remedy, and the stage at which the image is lost."""
 
@@ -264,7 +262,19 @@ class PictureNote(QFrame):
         self.setVisible(bool(summary))
 
 
-def _name(stage: Stage) -> str:
+def _way(end: Stage) -> str:
+    """Return the stages: those passed, the one that fails, which is marked, and the rest."""
+    stages = list(Stage)
+    parts = []
+    for index, stage in enumerate(stages):
+        before, at = index < stages.index(end), stage is end
+        mark = "✓" if before else "✗" if at else "·"
+        text = f"{mark} {_stage_name(stage)}"
+        parts.append(f"<b>{text}</b>" if at else text)
+    return "&nbsp;&nbsp; ".join(parts)
+
+
+def _stage_name(stage: Stage) -> str:
     names = {
         Stage.CONTROL: translate("PictureNote", "control"),
         Stage.PACKETS: translate("PictureNote", "packets"),
@@ -275,18 +285,7 @@ def _name(stage: Stage) -> str:
     return names[stage]
 
 
-def _way(end: Stage) -> str:
-    """Return the stages: those passed, the one that fails, which is marked, and the rest."""
-    stages = list(Stage)
-    parts = []
-    for index, stage in enumerate(stages):
-        before, at = index < stages.index(end), stage is end
-        mark = "✓" if before else "✗" if at else "·"
-        text = f"{mark} {_name(stage)}"
-        parts.append(f"<b>{text}</b>" if at else text)
-    return "&nbsp;&nbsp; ".join(parts)
-
-
+# -- the status strip ----------------------------------------------------------------------------
 LEAST_TITLE = 60
 "Pixels kept for the title before figures are hidden for it."
 TEXT_ROOM = 20

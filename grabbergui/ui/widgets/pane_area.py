@@ -14,14 +14,11 @@ from grabbergui.models.picture.components import Picture
 from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_items import DIMMED, CursorMark, PictureItem
-from grabbergui.ui.widgets.plots import MARGIN, ScaleBar, place_scale
+from grabbergui.ui.widgets.plots import SCALE_MARGIN, ScaleBar, place_scale
 
+# -- one pane ------------------------------------------------------------------------------------
 _PAD = 6
 "Between a caption and its edge, pixels."
-GAP = 4
-"Pixels between two panes."
-FRAME = 2
-"Pixels of the frame around the chosen one."
 
 
 class PaneCaption(QWidget):
@@ -55,7 +52,7 @@ class PaneCaption(QWidget):
         self._lines = [line for line in ([name, value, scale] if long else [first, scale]) if line]
         width = max(map(self.fontMetrics().horizontalAdvance, self._lines), default=0)
         height = self.fontMetrics().height() * len(self._lines)
-        self.setGeometry(MARGIN, MARGIN, min(width, room) + 2 * _PAD, height + _PAD)
+        self.setGeometry(SCALE_MARGIN, SCALE_MARGIN, min(width, room) + 2 * _PAD, height + _PAD)
         self.setVisible(bool(name))
         self.update()
 
@@ -74,7 +71,7 @@ class PaneCaption(QWidget):
 
     def _room(self) -> int:
         parent = self.parentWidget()
-        return max(40, (parent.width() if parent is not None else 0) - 2 * MARGIN - 2 * _PAD)
+        return max(40, (parent.width() if parent is not None else 0) - 2 * SCALE_MARGIN - 2 * _PAD)
 
 
 class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
@@ -210,6 +207,13 @@ def columns_for(count: int, width: int, height: int, aspect: float) -> int:
         return min(width / columns / aspect, height / lines)
 
     return max(range(1, max(1, count) + 1), key=size)
+
+
+# -- all panes -----------------------------------------------------------------------------------
+GAP = 4
+"Pixels between two panes."
+FRAME = 2
+"Pixels of the frame around the chosen one."
 
 
 class PaneArea(QWidget):

@@ -269,6 +269,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self.cursorLeft.emit()
 
 
+# -- drawing on it -------------------------------------------------------------------------------
 LEAST_DRAG = 2.0
 "Shortest drag, in pixels of the picture; a shorter one was a slip."
 

@@ -15,6 +15,7 @@ from PyQt5.sip import voidptr
 
 from grabbergui.core.pixels import DisplayImage
 
+# -- the image -----------------------------------------------------------------------------------
 DIMMED = 0.35
 "Opacity of a picture that is not current."
 
@@ -98,6 +99,7 @@ def as_qimage(image: DisplayImage) -> QImage:
     return cast(QImage, qimage)
 
 
+# -- what lies over it ---------------------------------------------------------------------------
 class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """An item in the picture's coordinates: x to the right, y down, one unit a pixel."""
 

@@ -19,10 +19,8 @@ from grabbergui.models.language import localized
 from grabbergui.models.picture.quantities import NO_DATA, ColourScale
 from grabbergui.ui.windows import load_form
 
-COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
+CHANNEL_COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
 """Colours of the channels that have one; others are drawn in the colour of text."""
-
-
 LABEL_ROOM = 44
 "Width of a time's label beneath a plot in pixels."
 
@@ -129,7 +127,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
             axis.setTextPen(ink)
         text = self.palette().color(QPalette.ColorRole.WindowText)
         for name, line in self._lines.items():
-            colour = QColor(self._colours.get(name) or COLOURS.get(name) or text)
+            colour = QColor(self._colours.get(name) or CHANNEL_COLOURS.get(name) or text)
             line.setPen(pg.mkPen(colour, width=1))
             colour.setAlphaF(0.25)
             line.setFillLevel(0 if self._filled else None)
@@ -171,10 +169,12 @@ class PlotPlace(QWidget):
         super().showEvent(event)
 
 
+# -- one value over time -------------------------------------------------------------------------
 AXIS_WIDTH = 56
 """Width of the value axis, the same for all, so that the curves of several rows are aligned."""
 
 RANGE_DIGITS = 5
+"Significant digits of the ends of the range shown."
 STEADY_MARGIN = 0.1
 """Share of a constant value that is shown above and below it."""
 
@@ -243,7 +243,8 @@ class CurveRow(QWidget):
         self.rangeLabel.clear()
 
 
-MARGIN = 6
+# -- the scale of false colours ------------------------------------------------------------------
+SCALE_MARGIN = 6
 "Between a scale and the edge of its picture, pixels."
 _SCALE_HEIGHT = 260
 _LEAST_ROOM = 4
@@ -331,7 +332,7 @@ class ScaleBar(QWidget):
         return self.tr("no data")
 
 
-def place_scale(bar: ScaleBar, room: QRect, margin: int = MARGIN, *, needed: bool = False) -> str:
+def place_scale(bar: ScaleBar, room: QRect, margin: int = SCALE_MARGIN, *, needed: bool = False) -> str:
     """Put a scale at the right edge of `room`.
 
     Return its text instead where it would hide the picture, unless it is `needed`.

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
 from grabbergui.models.features.numbers import (
-    STEPS,
+    SLIDER_STEPS,
     Pace,
     SliderScale,
     natural_step,
@@ -59,7 +59,7 @@ def test_the_ends_are_exact_and_positions_grow_with_values(pair):
     assert values == sorted(values)
 
 
-@given(scales(), st.integers(0, STEPS))
+@given(scales(), st.integers(0, SLIDER_STEPS))
 def test_a_position_comes_back_from_its_value(pair, position):
     made, scale = pair
     position = min(position, scale.steps)
@@ -91,7 +91,7 @@ def test_zero_has_a_place_of_its_own_on_a_logarithmic_slider():
     assert scale.to_position(0.0) == 0
     assert scale.to_position(1e-9) == 1
     integers = SliderScale.of(feature(0, 65535, representation=LOG))
-    assert [integers.to_value(0), integers.to_value(1), integers.to_value(STEPS)] == [0, 1, 65535]
+    assert [integers.to_value(0), integers.to_value(1), integers.to_value(SLIDER_STEPS)] == [0, 1, 65535]
 
 
 def test_a_minimum_that_is_as_good_as_zero_is_taken_for_zero():

@@ -13,7 +13,13 @@ from grabbergui.core.features import AccessMode, Category, EnumEntry, Feature, F
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_code, by_name
 from grabbergui.core.scan3d import may_change
-from grabbergui.models.picture.components import SILENCE, CameraWatch, StreamChannels, is_polarised, labels
+from grabbergui.models.picture.components import (
+    CHANNEL_SILENCE,
+    CameraWatch,
+    StreamChannels,
+    is_polarised,
+    labels,
+)
 from grabbergui.models.picture.quantities import is_mosaic
 
 
@@ -46,11 +52,11 @@ def test_a_channel_that_ended_is_not_shown_any_more():
     channels.merged(frame(1, 1), 0.0)
     assert len(channels.merged(frame(0, 1), 0.1).components) == 2
     alone = frame(0, 2)
-    assert channels.merged(alone, SILENCE + 0.05) is alone
-    channels.merged(frame(1, 2), SILENCE + 0.1)
+    assert channels.merged(alone, CHANNEL_SILENCE + 0.05) is alone
+    channels.merged(frame(1, 2), CHANNEL_SILENCE + 0.1)
     channels.clear()
     alone = frame(0, 3)
-    assert channels.merged(alone, SILENCE + 0.2) is alone
+    assert channels.merged(alone, CHANNEL_SILENCE + 0.2) is alone
 
 
 class Camera:
