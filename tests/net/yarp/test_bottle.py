@@ -10,8 +10,16 @@ from yarp_transcripts import read, streams
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
 from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, decode_name_size, encode_number
-from grabbergui.net.yarp.os.framing import LINE_LIMIT, BottleScanner, LineReader, Receiver, TextBottle
+from grabbergui.net.yarp.os.framing import (
+    CONTINUED_LINES,
+    LINE_LIMIT,
+    BottleScanner,
+    LineReader,
+    Receiver,
+    TextBottle,
+)
 from grabbergui.net.yarp.os.values import (
+    MAX_DEPTH,
     MAX_ITEMS,
     Dialect,
     Float32,
@@ -21,6 +29,7 @@ from grabbergui.net.yarp.os.values import (
     Nesting,
     Vocab,
     Vocab64,
+    word,
 )
 from patience import attempts
 
@@ -106,7 +115,7 @@ def test_every_truncation_is_refused_and_the_scanner_finds_the_end(bottle, diale
     scanner = BottleScanner(dialect)
     for size in range(len(data)):
         assert scanner.scan(data[:size]) > size
-        with pytest.raises(RemoteProtocolError):
+        with pytest.raises(RemoteProtocolError, match="a Bottle"):
             Bottle.decode(data[:size], dialect)
     assert scanner.scan(data) == len(data)
 
@@ -157,14 +166,53 @@ def test_text_round_trip(values):
         ('"a\\"b\\n"', 'a"b\n'),
         ("{1 2 255}", b"\x01\x02\xff"),
         ("{nan (1) 300}", b"\0\0\x2c"),
-        ("(1 (2))", [1, [2]]),
+        ("(1 (2))", Bottle([1, Bottle([2])])),
         ("-inf", float("-inf")),
+        ("2147483647", 2**31 - 1),
+        ("2147483648", Int64(2**31)),
+        ("-2147483648", -(2**31)),
+        ("-2147483649", Int64(-(2**31) - 1)),
+        ("99999999999999999999", Int64(2**63 - 1)),
+        ("-99999999999999999999", Int64(-(2**63))),
+        ("[longer]", Vocab("long")),
     ],
 )
 def test_tokens_are_what_yarp_takes_them_for(text, value):
     (item,) = Bottle.from_text(text)
-    assert item == value
-    assert isinstance(item, float) == isinstance(value, float)
+    assert typed(item) == typed(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("[four]", Vocab("four")), ("[longer]", Vocab64("longer")), ("[toolongbyfar]", Vocab64("toolongb"))],
+)
+def test_vocabs_of_yarp_4_have_up_to_eight_letters(text, value):
+    (item,) = Bottle.from_text(text, Dialect.YARP4)
+    assert typed(item) == typed(value)
+
+
+def test_commands_are_matched_as_text_whether_strings_or_vocabs():
+    assert [word(item) for item in ("get", Vocab("get"), Vocab64("getall"), 5, b"get", ["get"])] == [
+        "get", "get", "getall", "", "", "",
+    ]  # fmt: skip
+    assert repr(Bottle([Vocab("get"), 8])) == "Bottle([Vocab('get'), 8])"
+
+
+@pytest.mark.parametrize(
+    ("items", "value"),
+    [
+        (["w", 640], 640),
+        ([["w", 640]], 640),
+        ([1, "h", 480, "w", 640], 640),
+        ([["h", 480], ["w", 640, 641]], 640),
+        ([[], ["w"], 5, ["w", 640]], 640),
+        (["h", "w"], None),
+        (["h", 480], None),
+        ([], None),
+    ],
+)
+def test_values_are_found_by_key(items, value):
+    assert Bottle(items).find("w") == value
 
 
 @pytest.mark.parametrize(
@@ -186,8 +234,29 @@ def test_claims_beyond_the_message_are_refused_at_once(message):
 def test_bottomless_nesting_is_refused():
     with pytest.raises(RemoteProtocolError, match="nested"):
         Bottle.decode(bytes.fromhex("0001000001000000") + bytes.fromhex("0001000001000000") * 5000)
-    with pytest.raises(RemoteProtocolError, match="nested"):
-        Bottle.from_text("(" * 500 + ")" * 500)
+    for opening, closing in ("()", "{}", ("({", "})")):
+        with pytest.raises(RemoteProtocolError, match="nested"):
+            Bottle.from_text(opening * 2000 + closing * 2000)
+
+
+@pytest.mark.parametrize(("opening", "closing"), ["()", "{}"])
+def test_lists_are_nested_as_deep_as_allowed(opening, closing):
+    Bottle.from_text(opening * MAX_DEPTH + "x" + closing * MAX_DEPTH)
+    with pytest.raises(RemoteProtocolError, match=f"deeper than {MAX_DEPTH}"):
+        Bottle.from_text(opening * (MAX_DEPTH + 1) + "x" + closing * (MAX_DEPTH + 1))
+
+
+@pytest.mark.parametrize("kind", [Bottle, Properties])
+def test_binary_lists_are_nested_as_deep_as_allowed(kind):
+    bottle = Bottle()
+    for _ in range(MAX_DEPTH):
+        bottle = Bottle([kind(bottle)])
+    data = bottle.encode()
+    assert Bottle.decode(data) == bottle and BottleScanner().scan(data) == len(data)
+    data = Bottle([kind(bottle)]).encode()
+    for attempt in (Bottle.decode, BottleScanner().scan):
+        with pytest.raises(RemoteProtocolError, match=f"deeper than {MAX_DEPTH}"):
+            attempt(data)
 
 
 def test_dictionaries_and_long_vocabs():
@@ -196,7 +265,6 @@ def test_dictionaries_and_long_vocabs():
     assert isinstance(again[0], Properties) and str(again[1]) == "longer"
     with pytest.raises(LocalProtocolError, match="four letters"):
         bottle.encode(Dialect.YARP3)
-    assert Bottle([["w", 640], "h", 480]).find("w") == 640 and Bottle(["h", 480]).find("h") == 480
 
 
 HOSTILE_LINES = {
@@ -232,14 +300,70 @@ def test_a_bottle_over_many_lines_takes_no_longer_than_on_one():
     assert found == ["a"] * 8000
 
 
-@pytest.mark.parametrize("end", ["", "\n"])
+@pytest.mark.parametrize(
+    ("data", "lines", "rest"),
+    [
+        (b"a \r\nb\t\n", ["a ", "b\t"], b""),
+        (b"/MAX\n/MAX\r\n", ["/MAX", "/MAX"], b""),
+        (b"/\xe9\xff\r\n", ["/\udce9\udcff"], b""),
+        (b"0123456789\n0123456789", ["0123456789"], b"0123456789"),
+        (b"\nshort\n0123456789", ["", "short"], b"0123456789"),
+    ],
+)
+def test_lines_as_they_were_written_up_to_the_limit(data, lines, rest):
+    for step in (1, len(data)):
+        reader, buffer, found = LineReader(10), bytearray(), []
+        for start in range(0, len(data), step):
+            buffer += data[start : start + step]
+            while (line := reader.take(buffer)) is not None:
+                found.append(line)
+        assert found == lines and buffer == rest
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\nb"])
 def test_a_line_longer_than_the_limit_is_refused(end):
     with pytest.raises(RemoteProtocolError, match=f"more than {LINE_LIMIT} bytes"):
         LineReader().take(bytearray(b"a" * (LINE_LIMIT + 1) + end.encode()))
+
+
+HALF = "a" * (LINE_LIMIT // 2 - 1)
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [
+        (["(a", "b)"], "(a\nb)"),
+        (["{1", "2}"], "{1\n2}"),
+        (['"a', 'b"'], '"a\nb"'),
+        (["((a", "b)", ")"], "((a\nb)\n)"),
+        (["a \\", "b"], "a b"),
+        (['"( {" a'], '"( {" a'),
+        ([r"\( \" \{"], r"\( \" \{"),
+        ([r"\) (", ")"], "\\) (\n)"),
+        ([r'"\"("'], r'"\"("'),
+        (["a\\\\", "(b"], "a\\(b"),  # YARP 3.12 reads "a(b" from it
+        (["(" + HALF, HALF + ")"], None),
+        (["a" * (LINE_LIMIT - 1) + "\\", ""], "a" * (LINE_LIMIT - 1)),
+        (["(", *[""] * (CONTINUED_LINES - 2), ")"], "(" + "\n" * (CONTINUED_LINES - 1) + ")"),
+    ],
+    ids=lambda value: repr(value)[:20],
+)
+def test_a_bottle_over_several_lines(lines, text):
     bottle = TextBottle()
+    assert [bottle.add(line) for line in lines[:-1]] == [None] * (len(lines) - 1)
+    assert bottle.add(lines[-1]) == (text or "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [["(" + HALF, HALF + "a)"], ["a" * LINE_LIMIT + "\\"], ["(", *[""] * (CONTINUED_LINES - 1)]],
+    ids=["size", "size of one line", "lines"],
+)
+def test_a_bottle_beyond_the_limits_is_refused(lines):
+    bottle = TextBottle()
+    assert [bottle.add(line) for line in lines[:-1]] == [None] * (len(lines) - 1)
     with pytest.raises(RemoteProtocolError, match="without an end"):
-        for _ in range(100):
-            assert bottle.add("(" + "a" * (LINE_LIMIT // 10)) is None
+        bottle.add(lines[-1])
 
 
 @pytest.mark.parametrize(
@@ -248,6 +372,7 @@ def test_a_line_longer_than_the_limit_is_refused(end):
         ("f(a b) (c (d)) {1 (2) x 300}", ["f(a b)", ["c", ["d"]], bytes((1, 0, 0, 44))]),
         ("{} { } {0,255, 256 10} {010 0x10 -1}", [b"", b"", bytes((0, 255, 0, 10)), bytes((8, 16, 255))]),
         (r"a\ b \( c", ["a b", "(", "c"]),
+        ('f(a (b "c) d")) e', ['f(a (b "c) d"))', "e"]),
         ('a"b c"d ",(" ()', ['a"b c"d', ",(", []]),
     ],
 )

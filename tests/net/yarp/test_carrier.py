@@ -1,5 +1,7 @@
+from contextlib import nullcontext
+
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from yarp_transcripts import read, streams
 
@@ -85,22 +87,57 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
                 body = bytes(message.body)
                 ours = split_datagrams(wire.encode_message(message.command, [body[:60], body[60:]]))
                 assert [b"".join(parts) for parts in ours] == recorded[-(recorded[-1][4] + 1) :]
-            assert not joiner.damaged
         assert count
+
+
+def datagrams(command, body, limit=65499):
+    return [b"".join(parts) for parts in split_datagrams(wire.encode_message(command, [body]), limit)]
 
 
 @given(st.binary(min_size=0, max_size=300), st.integers(20, 60), st.sets(st.integers(0, 40)))
 def test_lost_datagrams_cost_their_message_only(body, limit, lost):
     joiner = Reassembler(fresh, 1 << 16)
-    first = [b"".join(parts) for parts in split_datagrams(wire.encode_message("D 1 2", [body]), limit)]
-    for number, datagram in enumerate(first):
-        if number not in lost:
-            message = joiner.datagram(datagram)
-            assert message is None or (message.body == body and not lost & set(range(len(first))))
-    second = [
-        joiner.datagram(b"".join(parts)) for parts in split_datagrams(wire.encode_message("D", [b"next"]))
-    ]
-    assert second[-1].body == b"next"
+    first = datagrams("D 1 2", body, limit)
+    assert {len(datagram) for datagram in first[:-1]} <= {limit} and len(first[-1]) <= limit
+    messages = [joiner.datagram(datagram) for number, datagram in enumerate(first) if number not in lost]
+    arrived = [bytes(message.body) for message in messages if message is not None]
+    assert arrived == ([] if lost & set(range(len(first))) else [body])
+    assert joiner.datagram(*datagrams("D", b"next")).body == b"next"
+
+
+def damaged(datagram):
+    return datagram[:-1] + bytes((datagram[-1] ^ 1,))
+
+
+BODY = bytes(range(100))
+FIRST = datagrams("D", BODY, 40)
+WAKE_UP = b"\0\0\0\0\xff\xff\xff\xff"
+
+
+@pytest.mark.parametrize(
+    ("sequence", "bodies"),
+    [
+        (FIRST, [BODY]),
+        (FIRST * 2, [BODY, BODY]),
+        ([*FIRST[:2], damaged(FIRST[2]), *FIRST[3:], *FIRST], [BODY]),
+        ([damaged(FIRST[0]), *FIRST[1:], *FIRST], [BODY]),
+        ([FIRST[0], FIRST[2], FIRST[1], *FIRST[3:], *FIRST], [BODY]),
+        ([*FIRST[:2], *FIRST], [BODY]),
+        ([*FIRST[:2], WAKE_UP, *FIRST[2:], *FIRST], [BODY, BODY]),
+        ([*FIRST[:2], b"short", *FIRST[2:]], [BODY]),
+        ([*datagrams("D", bytes(101), 40), *FIRST], [BODY]),
+    ],
+    ids=[
+        "whole", "twice", "damaged", "damaged first", "out of order", "broken off", "wake-up", "foreign",
+        "too long",
+    ],
+)  # fmt: skip
+def test_messages_are_joined_from_datagrams_that_are_whole_and_in_order(sequence, bodies):
+    made = []
+    joiner = Reassembler(lambda size: made.append(fresh(size)) or made[-1], len(BODY) + 8)
+    arrived = [message for datagram in sequence if (message := joiner.datagram(datagram)) is not None]
+    assert [bytes(message.body) for message in arrived] == bodies
+    assert all(any(message.body.obj is memory.obj for memory in made) for message in arrived)
 
 
 @given(st.binary(max_size=400))
@@ -120,24 +157,83 @@ def test_random_bytes_never_break_the_receivers(data):
     st.text(st.characters(blacklist_characters="\0", codec="utf-8"), min_size=2),
     st.lists(st.binary(), max_size=300),
 )
+@example("D 1", [b"xy"] * 255)
 def test_messages_round_trip(command, parts):
     data = b"".join(wire.encode_message(command, parts))
     (message,) = feed(Receiver(), data)
     assert message.command == command and message.body == b"".join(parts)
 
 
-def test_enormous_messages_are_refused_before_they_come():
-    head = wire.encode_number(wire.INDEX_MAGIC) + b"\x01\x01" + b"\xff" * 8
-    for lengths in (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\0"):
-        with pytest.raises(RemoteProtocolError, match="bytes"):
-            feed(Receiver(), head + lengths + b"\0\0\0\0")
-    with pytest.raises(RemoteProtocolError, match="name"):
-        wire.decode_name_size(b"\xff\xff\xff\x7f")
+def head(*lengths, blocks=None, number=wire.INDEX_MAGIC):
+    """The start of a message whose blocks have these lengths."""
+    sizes = b"".join(length.to_bytes(4, "little", signed=True) for length in lengths)
+    return wire.encode_number(number) + bytes((blocks or len(lengths), 1)) + b"\xff" * 8 + sizes + bytes(4)
 
 
-def test_unknown_carriers_are_named():
-    with pytest.raises(RemoteProtocolError, match="shmem is not supported"):
-        wire.identify(wire.encode_number(wire.MAGIC_BASE + 14))
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (head(2**31 - 1), "message of 2147483647 bytes, allowed are 8 to 1000"),
+        (head(8, 993), "message of 1001 bytes"),
+        (head(1000, -1), "message of 999 bytes"),
+        (head(7), "message of 7 bytes"),
+        (head()[:-4] + bytes(8), "message of no blocks"),
+        (head(8, number=11), "must begin with number 10"),
+        (b"GET / HTTP/1.1\r\n\r\n", "where YA....RP was expected"),
+        (head(8) + b"\0\0\0\0-d\0\1", "port command .*-d"),
+        (head(8) + b"\0\0\0\0~d\1\1", "port command .*~d"),
+        (head(8) + b"\0\0\0\0~d\0\0", "port command .*~d"),
+        (head(8, 4) + b"\5\0\0\0~\0\0\1", "port command of 5 bytes, in a message of 4"),
+        (head(8, 4) + b"\0\0\0\0~\0\0\1", "port command of 0 bytes"),
+        (head(8, 4) + b"\xff\xff\xff\xff~\0\0\1", "port command of -1 bytes"),
+    ],
+)
+def test_impossible_messages_are_refused_before_they_come(data, reason):
+    for step in (1, len(data)):
+        with pytest.raises(RemoteProtocolError, match=reason):
+            feed(Receiver(limit=1000), data, step)
+
+
+def test_port_commands_have_a_limit():
+    for size, allowed in ((wire.COMMAND_LIMIT, True), (wire.COMMAND_LIMIT + 1, False)):
+        data = b"".join(wire.encode_message("/" + "n" * (size - 2)))
+        with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="port command of 4001"):
+            assert len(feed(Receiver(), data)) == 1
+
+
+@pytest.mark.parametrize(
+    ("envelope", "stamp"),
+    [
+        ("3 4.5", Stamp(3, 4.5)),
+        ("2147483647 0", Stamp(2**31 - 1, 0.0)),
+        ("2147483648 0", None),
+        ("-1 0", None),
+        ("3 inf", None),
+        ("3 nan", None),
+        ("3", None),
+        ("three 4.5", None),
+        ("", None),
+    ],
+)
+def test_an_envelope_that_is_no_stamp_is_none(envelope, stamp):
+    assert Stamp.decode(envelope) == stamp
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [
+        (wire.encode_number(wire.MAGIC_BASE + 1), "mcast"),
+        (wire.encode_number(wire.MAGIC_BASE + 14), "shmem"),
+        (wire.encode_number(wire.MAGIC_BASE + 77), "with code 77"),
+        (b"UNIX_STR", "unix_stream"),
+    ],
+)
+def test_unknown_carriers_are_named(header, name):
+    with pytest.raises(RemoteProtocolError, match=f"carrier {name} is not supported, use one of tcp, fast_"):
+        wire.identify(header)
+
+
+def test_unknown_carriers_are_named_to_who_wants_them():
     with pytest.raises(LocalProtocolError, match="carrier bluetooth is not supported, use one of tcp"):
         wire.by_name("bluetooth+recv.x")
 

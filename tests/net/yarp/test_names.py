@@ -1,9 +1,15 @@
 import pytest
 from yarp_transcripts import read
 
-from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import LocalProtocolError, SourceNotFoundError, SourceUnavailableError, UsageError
 from grabbergui.net.yarp.os import name_client
-from grabbergui.net.yarp.os.carrier import Target, check_port_name
+from grabbergui.net.yarp.os.carrier import (
+    PORT_NAME_LIMIT,
+    TCP,
+    Target,
+    by_name,
+    check_port_name,
+)
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import (
     ASKER_LIMIT,
@@ -124,18 +130,34 @@ def test_without_a_configuration_one_on_this_machine_is_used(monkeypatch):
         ("udp:/reader/deep", Target("/reader/deep", "udp")),
         ("fast_tcp+recv.bayer+order.bggr://r", Target("/r", "fast_tcp+recv.bayer+order.bggr")),
         ("tcp://127.0.0.1:99/", Target("//127.0.0.1:99", "tcp")),
+        ("udp://[::1]:65535", Target("//::1:65535", "udp")),
+        ("//h:1/", Target("//h:1", "tcp")),
+        ("tcp://h:0/", Target("/h:0/", "tcp")),
+        ("tcp://h:65536", Target("/h:65536", "tcp")),
+        ("/udp:/Xsens", Target("/Xsens", "udp")),
+        ("udp://Xsens:/b", Target("/Xsens:/b", "udp")),
+        ("/a/b:/c", Target("/a/b:/c", "tcp")),
     ],
 )
 def test_targets_in_yarps_spellings(text, target):
     assert Target.parse(text) == target
+    assert Target.parse(text, "fast_tcp") == Target(target.name, "fast_tcp")
+
+
+def test_a_target_without_a_slash_names_no_port():
+    with pytest.raises(LocalProtocolError, match="'reader' names no port"):
+        Target.parse("reader")
 
 
 def test_modifiers_travel_in_the_senders_name():
-    sender = Target.parse("tcp+recv.portmonitor+type.none://reader").sender("/grabber")
-    assert sender == "/grabber (recv portmonitor) (type none)"
+    target = Target.parse("tcp+recv.portmonitor+file.my.lua+log://reader")
+    assert target.modifiers == {"recv": "portmonitor", "file": "my.lua", "log": ""}
+    assert target.sender("/grabber") == "/grabber (recv portmonitor) (file my.lua) (log 1)"
+    assert by_name(target.carrier) is TCP
 
 
-@pytest.mark.parametrize("name", ["", "x", "/", "/a b", "/a\nregister /b", '/"'])
+@pytest.mark.parametrize("name", ["", "x", "/", "/a b", "/a\nregister /b", '/"', "/" + PORT_NAME_LIMIT * "n"])
 def test_bad_port_names_never_reach_the_server(name):
-    with pytest.raises(UsageError):
+    with pytest.raises(UsageError, match="cannot name a port"):
         check_port_name(name)
+    assert check_port_name("/" + (PORT_NAME_LIMIT - 1) * "n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import string
 from contextlib import nullcontext
 
 import pytest
@@ -13,8 +14,10 @@ from yarp_transcripts import Conversation, read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import codecs
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Ack, Closed, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.codecs import NAMES_LIMIT, TextCodec
 from grabbergui.net.yarp.os.connection import (
     NEED_DATA,
     PAUSED,
@@ -51,6 +54,7 @@ TURNS = {
         ("acceptor", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
         ("opener", [Message("D 3 4.5", BINARY)], message(b"\x08\0\0\0~\0\0\1D 3 4.5\0", BINARY)),
         ("acceptor", [Ack()], b"YA\0\0\0\0RP"),
+        ("opener", [Message("/\udcffX")], message(b"\4\0\0\0~\0\0\1/\xffX\0")),
     ],
     "fast_tcp": [
         ("opener", [Header(wire.FAST_TCP, "/a (b c)")], b"YA\x64\x1e\0\0RP\x09\0\0\0/a (b c)\0"),
@@ -71,9 +75,16 @@ TURNS = {
         ("opener", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
         ("acceptor", [Message("q")], message(b"\2\0\0\0~\0\0\1q\0")),
     ],
+    "fast_tcp, reversed": [
+        ("opener", [Header(wire.FAST_TCP, "/a")], b"YA\x64\x1e\0\0RP\x03\0\0\0/a\0"),
+        ("acceptor", [HeaderReply(1)], b"YA\1\0\0\0RP"),
+        ("opener", [Message("r"), Reply(BINARY)], message(b"\0\0\0\0~r\0\1") + BINARY),
+        ("acceptor", [Message("d", BINARY)], message(D, BINARY)),
+        ("opener", [Reply(BINARY)], bytes(BINARY)),
+    ],
     "text": [
-        ("opener", [Header(wire.TEXT, "me")], b"CONNECT me\r\n"),
-        ("acceptor", [HeaderReply(sender="me")], b"Welcome me\r\n"),
+        ("opener", [Header(wire.TEXT, "/a (b c)")], b"CONNECT /a (b c)\r\n"),
+        ("acceptor", [HeaderReply(sender="/a (b c)")], b"Welcome /a (b c)\r\n"),
         ("opener", [Message("d", text=TEXT)], b"d\r\n" + TEXT.encode() + b"\r\n"),
         ("acceptor", [Reply(text=TEXT)], TEXT.encode() + b"\r\n"),
         ("opener", [Message("/in"), Message("D 3 4.5", text="a")], b"/in\r\nD 3 4.5\r\na\r\n"),
@@ -82,8 +93,8 @@ TURNS = {
         ("acceptor", [Message("D", text="b")], b"D\r\nb\r\n"),
     ],
     "text_ack": [
-        ("opener", [Header(wire.TEXT_ACK, "admin")], b"CONNACK admin\r\n"),
-        ("acceptor", [HeaderReply(sender="admin")], b"Welcome admin\r\n"),
+        ("opener", [Header(wire.TEXT_ACK, "\udcff")], b"CONNACK \xff\r\n"),
+        ("acceptor", [HeaderReply(sender="\udcff")], b"Welcome \xff\r\n"),
         ("opener", [Message("a", text="[list] [in]")], b"a\r\n[list] [in]\r\n"),
         ("acceptor", [Reply(text=""), Ack()], b"\r\n<ACK>\r\n"),
         ("opener", [Message("*")], b"*\r\n"),
@@ -92,13 +103,16 @@ TURNS = {
         ("acceptor", [Ack()], b"<ACK>\r\n"),
     ],
     "udp": [
-        ("opener", [Header(wire.UDP, "/a")], b"YA\x61\x1e\0\0RP\x03\0\0\0/a\0"),
+        ("opener", [Header(wire.UDP, "/\udcffX")], b"YA\x61\x1e\0\0RP\x04\0\0\0/\xffX\0"),
         ("acceptor", [HeaderReply(40000)], b"YA\x40\x9c\0\0RP"),
     ],
 }
 """The acting side, its events, and their bytes, by carrier."""
 
 STEPS = pytest.mark.parametrize("step", [1, 7, 1 << 20], ids=["byte by byte", "7 bytes", "whole"])
+
+
+MJPEG = wire.STREAM_REQUEST % b"127.0.0.1"
 
 
 def comparable(event):
@@ -178,10 +192,12 @@ def test_a_name_servers_lines(step):
         ("query /a", "registration name /a ip 127.0.0.1 port 10002 type tcp\r\n*** end of message\r\n"),
         ("announce /a", "[ok]\r\n"),
         ("bot list", "ports\r\n"),
+        ("bot query /a", 'port (name "/a") (ip "127.0.0.1") (port_number 10002) (carrier tcp)\r\n'),
+        ("query /\udcff", "registration name /\udcff\r\n*** end of message\r\n"),
     ]
     for command, answer in exchanges:
         data = b"".join(client.send(Message("d", text=f"NAME_SERVER {command}")))
-        assert data == f"NAME_SERVER {command}\r\n".encode()
+        assert data == f"NAME_SERVER {command}\r\n".encode("utf-8", "surrogateescape")
         *header, asked = arriving(server, data, step)
         assert header in ([], [Header(wire.NAME_SER, "name client")])
         assert asked == Message("d", text=f"NAME_SERVER {command}")
@@ -216,6 +232,7 @@ def test_http_follows_the_header_reply(request_, header, reply, step):
 def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
     reader = Connection(opener=True)
     assert reader.send(Header(wire.MJPEG, "127.0.0.1")) == [wire.STREAM_REQUEST % b"127.0.0.1"]
+    assert reader.next_event() is NEED_DATA
     assert arriving(reader, b"HTTP/1.0 200 OK\r\n") == [HeaderReply()]
     assert reader.trailing_data == b"HTTP/1.0 200 OK\r\n" and reader.phase is Phase.SWITCHED
 
@@ -237,7 +254,7 @@ def replayed(conversation: Conversation, dialect: Dialect, step: int):
                 while not isinstance(event := reader.next_event(), Wait | Closed):
                     found.append((side, event))
                     writer.send(event)
-                    opener.expect_replies(dialect)
+                    opener.expect_replies(dialect, raw=False)
 
     for side, data in conversation.turns:
         for start in range(0, len(data), step):
@@ -301,6 +318,62 @@ def test_events_out_of_turn_are_refused_by_name():
         next_phase(Phase.READY, Who.RECEIVER, Message)
 
 
+@pytest.mark.parametrize(
+    "header", [*(turns[0][2] for turns in TURNS.values()), MJPEG, b"NAME_SERVER list\r\n"]
+)
+def test_what_has_no_form_on_a_carrier_is_refused_by_name(header):
+    acceptor = Connection(opener=False)
+    acceptor.receive_data(header)
+    assert isinstance(acceptor.next_event(), Header)
+    with pytest.raises(LocalProtocolError, match="a Closed has no form"):
+        acceptor.send(Closed())
+    assert acceptor.phase is Phase.ERROR
+
+
+def tcp_header(name):
+    return b"YA\xe4\x1e\0\0RP" + len(name).to_bytes(4, "little") + name
+
+
+@pytest.mark.parametrize(
+    ("data", "header"),
+    [
+        (tcp_header(b"\0"), Header(wire.TCP, "")),
+        (tcp_header(b"n" * 999 + b"\0"), Header(wire.TCP, "n" * 999)),
+        (tcp_header(b""), "name of 0 bytes"),
+        (tcp_header(b"n" * 1000 + b"\0"), "name of 1001 bytes"),
+        (b"CONNECT " + b"n" * 1000 + b"\r\n", Header(wire.TEXT, "n" * 1000)),
+        (b"CONNECT " + b"n" * 1001 + b"\r\n", "name of 1001 characters"),
+        (b"GET / HTTP/1.1\n" + b"a: b\n" * 99 + b"\n", Header(wire.HTTP, "browser", "GET / HTTP/1.1")),
+        (b"GET / HTTP/1.1\n" + b"a: b\n" * 100, "HTTP request without an end"),
+        (b"GET /" + b"a" * 8187 + b"\n\n", Header(wire.HTTP, "browser", "GET /" + "a" * 8187)),
+        (b"GET /" + b"a" * 8188 + b"\n\n", "line of more than 8192 bytes"),
+        (b"GET /\xff HTTP/1.1\n\n", Header(wire.HTTP, "browser", "GET /\udcff HTTP/1.1")),
+    ],
+    ids=lambda value: repr(value)[:30],
+)
+def test_headers_at_their_limits(data, header):
+    acceptor = Connection(opener=False)
+    acceptor.receive_data(data)
+    if isinstance(header, Header):
+        assert acceptor.next_event() == header
+        if not header.request:
+            assert Connection(opener=True).send(header) == [data]
+    else:
+        with pytest.raises(RemoteProtocolError, match=header):
+            acceptor.next_event()
+
+
+def test_a_name_that_no_peer_would_take_is_not_sent():
+    with pytest.raises(LocalProtocolError, match="name of 1001 bytes"):
+        Connection(opener=True).send(Header(wire.TCP, "n" * 1000))
+
+
+def test_on_text_only_what_carries_a_bottle_is_followed_by_one():
+    for letter in set(string.printable) - set("adD" + string.whitespace):
+        _, acceptor = ready(wire.TEXT)
+        assert arriving(acceptor, letter.encode() + b"\r\n") == [Message(letter)]
+
+
 def ready(carrier=wire.TCP, **options):
     opener, acceptor = Connection(opener=True), Connection(opener=False, **options)
     arriving(acceptor, b"".join(opener.send(Header(carrier, "/a"))))
@@ -338,6 +411,57 @@ def test_a_reply_that_is_no_bottle_is_all_before_the_acknowledgement():
         found = arriving(opener, reply + wire.ACK, 3)
         assert [bytes(event.body) for event in found if isinstance(event, Reply)] == [reply] * bool(reply)
         assert found[-1] == Ack()
+
+
+@pytest.mark.parametrize(
+    "piece", [b"\r\n", b"a\r\n", b"four\r\n"], ids=["empty lines", "short lines", "lines"]
+)
+def test_a_reply_of_many_lines_has_a_limit(piece, monkeypatch):
+    monkeypatch.setattr(TextCodec, "_limit", 12)
+    for count, allowed in ((12 // len(piece), True), (12 // len(piece) + 1, False)):
+        opener, _ = ready(wire.TEXT_ACK)
+        for _ in range(2):  # each reply has the whole limit
+            opener.send(Message("d", text=""))
+            with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="more than 12 bytes"):
+                (reply, ack) = arriving(opener, piece * count + b"<ACK>\r\n")
+                assert reply.text + "\r\n" == (piece * count).decode() and ack == Ack()
+            if not allowed:
+                break
+
+
+def test_a_name_servers_answer_has_a_limit():
+    client = Connection(opener=True)
+    client.send(Header(wire.NAME_SER, ""))
+    client.send(Message("d", text="NAME_SERVER list"))
+    line = b"registration name /a" + b"a" * 50_000 + b"\r\n"
+    for _ in range(NAMES_LIMIT // len(line)):
+        assert arriving(client, line) == []
+    with pytest.raises(RemoteProtocolError, match=f"more than {NAMES_LIMIT} bytes"):
+        arriving(client, line)
+
+
+def test_a_reply_that_is_no_bottle_has_a_limit(monkeypatch):
+    monkeypatch.setattr(codecs, "REPLY_LIMIT", 100)
+    for size, allowed in ((100, True), (101, False)):
+        opener, _ = ready()
+        opener.expect_replies(Dialect.YARP3, raw=True)
+        opener.send(Message("d", BINARY))
+        with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="more than 100 bytes"):
+            assert arriving(opener, bytes(size) + wire.ACK)[1] == Ack()
+
+
+def test_the_end_of_the_stream_may_be_read_where_a_message_is_wanted():
+    _, acceptor = ready()
+    acceptor.received(0)
+    assert acceptor.next_event() == Closed()
+    _, acceptor = ready()
+    data = message(D, BINARY)[:-1]
+    acceptor.wanted[: len(data)] = data
+    acceptor.received(len(data))
+    assert acceptor.next_event() is NEED_DATA and acceptor.in_body
+    acceptor.received(0)
+    with pytest.raises(TransportError, match="within a message"):
+        acceptor.next_event()
 
 
 def test_bodies_are_read_into_their_memory_and_written_from_theirs():

@@ -52,15 +52,13 @@ class ReceiveBuffer:
 class Codec:
     """Reads and writes the events of one kind of carrier; this one, of none."""
 
-    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
+    def __init__(self) -> None:
         self.dialect = Dialect.YARP3
         "Of the Bottles in replies."
         self.raw_replies = False
         "Whether a reply is any bytes before an acknowledgement."
         self.missing = 1
         "Bytes that the next event lacks at least."
-        self._allocate = allocate
-        self._limit = limit
 
     @property
     def idle(self) -> bool:
@@ -103,8 +101,8 @@ class Codec:
 class HeaderCodec(Codec):
     """Reads the header of any carrier, which decides about the codec of what follows."""
 
-    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
-        super().__init__(allocate, limit)
+    def __init__(self) -> None:
+        super().__init__()
         self._lines = LineReader()
         self._request: list[str] = []
         self._request_lines = LineReader(wire.REQUEST_LINE_LIMIT)
@@ -161,7 +159,9 @@ class BinaryCodec(Codec):
     """tcp, fast_tcp, and the header of udp."""
 
     def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
-        super().__init__(allocate, limit)
+        super().__init__()
+        self._allocate = allocate
+        self._limit = limit
         self._receiver: Receiver | None = None
         self._scanner: BottleScanner | None = None
 
@@ -198,6 +198,8 @@ class BinaryCodec(Codec):
                 return Reply(data.take(size), bottle=bottle)
         if self.raw_replies:
             size, complete = available - len(wire.ACK), data.data.endswith(wire.ACK)
+            if size > REPLY_LIMIT:
+                raise RemoteProtocolError(f"reply of more than {REPLY_LIMIT} bytes")
         else:
             self._scanner = self._scanner or BottleScanner(self.dialect, REPLY_LIMIT)
             size = self._scanner.scan(data.data)
@@ -244,14 +246,16 @@ class BinaryCodec(Codec):
 class TextCodec(Codec):
     """text and text_ack: lines."""
 
-    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
-        super().__init__(allocate, limit)
+    _limit = TEXT_REPLY_LIMIT
+
+    def __init__(self) -> None:
+        super().__init__()
         self._lines = LineReader()
-        self._reply_lines = LineReader(TEXT_REPLY_LIMIT)
+        self._reply_lines = LineReader(self._limit)
         self._command = ""
         self._bottle: TextBottle | None = None
         self._reply: list[str] = []
-        self._acknowledged = False
+        self._reply_size = 0
 
     @property
     def idle(self) -> bool:
@@ -285,19 +289,14 @@ class TextCodec(Codec):
     def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
         """Read the lines before `<ACK>`, or that line if there is no reply."""
         while (line := self._reply_lines.take(data.data)) is not None:
-            if line != _ACK_LINE:
-                self._reply.append(line)
-                continue
-            if not self._reply:
-                return Ack()
-            text, self._reply, self._acknowledged = "\r\n".join(self._reply), [], True
-            return Reply(text=text)
+            if line == _ACK_LINE:
+                return self._whole_reply() if self._reply else _ACK
+            self._add_to_reply(line)
         return None
 
     def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
         """Return the acknowledgement that ended the reply."""
-        acknowledged, self._acknowledged = self._acknowledged, False
-        return Ack() if acknowledged else None
+        return _ACK
 
     def write(self, event: Event) -> list[Buffer]:
         """Return the event's lines."""
@@ -316,9 +315,21 @@ class TextCodec(Codec):
                 return _encode_lines(_ACK_LINE)
         return super().write(event)
 
+    def _add_to_reply(self, line: str) -> None:
+        self._reply.append(line)
+        self._reply_size += len(line) + 2  # and its end, or empty lines would cost nothing
+        if self._reply_size > self._limit:
+            raise RemoteProtocolError(f"reply of more than {self._limit} bytes")
+
+    def _whole_reply(self) -> Reply:
+        lines, self._reply, self._reply_size = self._reply, [], 0
+        return Reply(text="\r\n".join(lines))
+
 
 class NameCodec(TextCodec):
     """A name server's line protocol."""
+
+    _limit = NAMES_LIMIT
 
     def read_message(self, data: ReceiveBuffer) -> Message | None:
         """Read a request, which is one line."""
@@ -328,13 +339,9 @@ class NameCodec(TextCodec):
     def read_reply(self, data: ReceiveBuffer) -> Reply | None:
         """Read lines up to the one that ends an answer."""
         while (line := self._reply_lines.take(data.data)) is not None:
-            self._reply.append(line)
-            first, last = self._reply[0], self._reply[-1]
-            if last.startswith(("*", "[")) or first.startswith(("port (", "ports")):
-                lines, self._reply = self._reply, []
-                return Reply(text="\r\n".join(lines))
-        if len(data.data) + sum(map(len, self._reply)) > NAMES_LIMIT:
-            raise RemoteProtocolError("its answer has no end")
+            self._add_to_reply(line)
+            if line.startswith(("*", "[")) or self._reply[0].startswith(("port (", "ports")):
+                return self._whole_reply()
         return None
 
     def write(self, event: Event) -> list[Buffer]:
@@ -352,8 +359,8 @@ class NameCodec(TextCodec):
 class HttpCodec(Codec):
     """mjpeg and a browser's request: the header reply is the head of the HTTP response."""
 
-    def __init__(self, carrier: Carrier, allocate: Callable[[int], memoryview], limit: int) -> None:
-        super().__init__(allocate, limit)
+    def __init__(self, carrier: Carrier) -> None:
+        super().__init__()
         self._carrier = carrier
 
     def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
@@ -373,10 +380,10 @@ class HttpCodec(Codec):
 def codec_for(carrier: Carrier, allocate: Callable[[int], memoryview], limit: int) -> Codec:
     """Return the codec of what follows a header."""
     if carrier.pull:
-        return HttpCodec(carrier, allocate, limit)
+        return HttpCodec(carrier)
     if carrier is wire.NAME_SER:
-        return NameCodec(allocate, limit)
-    return TextCodec(allocate, limit) if carrier.text else BinaryCodec(allocate, limit)
+        return NameCodec()
+    return TextCodec() if carrier.text else BinaryCodec(allocate, limit)
 
 
 def _encode_lines(*lines: str) -> list[Buffer]:

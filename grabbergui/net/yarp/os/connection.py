@@ -154,7 +154,7 @@ class Connection:
         self.carrier: Carrier | None = None
         "Known once the header was sent or received."
         self._allocate, self._limit = allocate, limit
-        self._codec: Codec = HeaderCodec(allocate, limit)
+        self._codec: Codec = HeaderCodec()
         self._data = ReceiveBuffer()
         self._receiver: Receiver | None = None
         self._ended = self._acknowledged = False
@@ -165,7 +165,7 @@ class Connection:
     # -- receiving -------------------------------------------------------------------------------
     def receive_data(self, data: Buffer) -> None:
         """Store bytes that arrived; none of them means that the peer closed the connection."""
-        self._ended |= not data
+        self._ended = not data
         self._data.add(data)
 
     @property
@@ -183,7 +183,7 @@ class Connection:
 
     def received(self, count: int) -> None:
         """Accept `count` bytes in `wanted`; 0 means that the peer closed the connection."""
-        self._ended |= not count
+        self._ended = not count
         assert self._receiver, "`wanted` was None"
         self._receiver.received(count)
 
@@ -224,7 +224,7 @@ class Connection:
             raise
         return event
 
-    def expect_replies(self, dialect: Dialect, *, raw: bool = False) -> None:
+    def expect_replies(self, dialect: Dialect, *, raw: bool) -> None:
         """Read replies as Bottles of this dialect; if `raw` as any bytes before an acknowledgement."""
         self._codec.dialect, self._codec.raw_replies = dialect, raw
 
@@ -258,7 +258,7 @@ class Connection:
         kind = type(event)
         phase = next_phase(self.phase, who, kind)
         if isinstance(event, Message):
-            self._reversing |= event.command[:1] == "r"
+            self._reversing = event.code == "r"
         elif kind is Reply and phase is Phase.READY and self._acknowledged:
             raise LocalProtocolError("a reply without a message before it")
         elif isinstance(event, Header):

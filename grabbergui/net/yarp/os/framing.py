@@ -163,7 +163,7 @@ class LineReader:
         """
         end = data.find(b"\n", self._searched)
         self._searched = len(data)
-        if max(end, self._searched if end < 0 else 0) > self._limit:
+        if (len(data) if end < 0 else end) > self._limit:
             raise RemoteProtocolError(f"line of more than {self._limit} bytes")
         if end < 0:
             return None
@@ -176,17 +176,16 @@ class LineReader:
 class TextBottle:
     """Joins the lines of a Bottle, which goes on after a backslash and while brackets or quotes are open."""
 
-    def __init__(self, limit: int = LINE_LIMIT) -> None:
+    def __init__(self) -> None:
         self._nesting = Nesting()
         self._text = ""
         self._size = self._lines = 0
-        self._limit = limit
 
     def add(self, line: str) -> str | None:
         """Add a line; return the text once it is complete. Raises RemoteProtocolError if it has no end."""
         self._size += len(line)
         self._lines += 1
-        if self._size <= self._limit:
+        if self._size <= LINE_LIMIT:
             continued = line.endswith("\\")
             line = line[:-1] if continued else line
             self._nesting.feed(line)
@@ -194,7 +193,7 @@ class TextBottle:
             if not continued and not self._nesting.open:
                 return self._text
             self._text += "" if continued else "\n"
-        if self._size > self._limit or self._lines >= CONTINUED_LINES:
+        if self._size > LINE_LIMIT or self._lines >= CONTINUED_LINES:
             raise RemoteProtocolError("text of a Bottle without an end")
         return None
 
@@ -343,8 +342,6 @@ class Reassembler:
     """Reassembles messages from datagrams. A damaged or missing datagram costs its message."""
 
     def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
-        self.damaged = 0
-        "Messages lost to wrong checksums or missing datagrams."
         self._allocate = allocate
         self._limit = limit
         self._restart()
@@ -358,24 +355,19 @@ class Reassembler:
             return None
         body = memoryview(data)[_DATAGRAM_START.size :]
         if counter == 0 and self._next:
-            self._drop()  # the rest of the last message was lost
+            self._restart()  # the rest of the last message was lost
         if counter != self._next or zlib.crc32(body) != crc:
-            self._drop()
+            self._restart()
             return None
         self._next += 1
         try:
             message = next(self._receiver.feed(body), None)
         except RemoteProtocolError:
-            self._drop()
+            self._restart()
             return None
         if message is not None:
             self._restart()
         return message
-
-    def _drop(self) -> None:
-        if self._next or not self._receiver.idle:
-            self.damaged += 1
-        self._restart()
 
     def _restart(self) -> None:
         self._next = 0

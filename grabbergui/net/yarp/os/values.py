@@ -166,6 +166,8 @@ class Nesting:
     def __init__(self) -> None:
         self._depth = {"(": 0, "{": 0}
         self._quoted = False
+        self._escape = ""
+        "A backslash at the end of what was fed, which escapes the first character of the next line."
 
     @property
     def open(self) -> bool:
@@ -174,7 +176,9 @@ class Nesting:
 
     def feed(self, line: str) -> None:
         """Read on. A backslash escapes the character behind it."""
-        for mark in _MARK.findall(line):
+        marks = _MARK.findall(self._escape + line)
+        self._escape = "\\" if marks[-1:] == ["\\"] else ""
+        for mark in marks:
             if mark == '"':
                 self._quoted = not self._quoted
             elif self._quoted or mark[0] == "\\":
