@@ -239,7 +239,10 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             if stream is not None and not stream.connected:
                 stream.connect()
             if stream is not None and self._looks % LOOKS_PER_SEARCH == 0:
-                stream.look()
+                try:
+                    stream.look()
+                except _GONE as error:  # without a name server what is open goes on
+                    log.info("%s: its components are not searched for: %s", self._name, error)
             self._looks += 1
         if changed and late:  # a server may answer before it has its camera
             self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} has its camera")

@@ -139,6 +139,27 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     ]
 
 
+def test_a_name_server_that_ends_loses_nothing_that_is_open(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states: list[ConnectionState] = []
+    asked: list[str] = []
+
+    def no_answer(self: name_client.NameClient, prefix: str = "") -> None:
+        asked.append(prefix)
+        raise SourceUnavailableError("no YARP name server")
+
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        remote.connection_changed.connect(lambda state, reason: states.append(state))
+        monkeypatch.setattr(name_client.NameClient, "list", no_answer)
+        remote.start()
+        until(lambda: len(asked) > 1, "two searches for components")
+        assert states == [] and remote.open_queue(1).get(PATIENCE).complete
+        remote.close()
+
+
 def test_a_stream_that_is_started_while_the_server_is_away_starts_when_it_is_back(scene: Stage) -> None:
     """As after a file of settings whose loading the loss broke off, with the stream paused for it."""
     states: list[ConnectionState] = []
