@@ -68,7 +68,9 @@ class App:
         before = link.source
         self.program.sources.connect_to(uri)
         self.until(lambda: link.source is not before and link.state is LinkState.STREAMING)
-        QApplication.processEvents()  # the window has heard of it too
+        # The window hears of it later, perhaps much later on a busy machine; until then its buttons are off.
+        self.until(self.window.recordingBar.recordButton.isEnabled)
+        QApplication.processEvents()
 
     def watch(self, pictures=3):
         """Wait until so many more pictures are painted."""

@@ -135,6 +135,7 @@ def test_the_bar_goes_with_the_recording(player):
 )
 def test_a_recording_ends_at_its_limit(app, limit, amount, check):
     app.connect("sim:?width=320&height=240&fps=60")
+    app.watch()  # half a second may pass between the first frames of a stream that starts on a busy machine
     bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.TIFF))
     bar.limitBox.setFocus()
