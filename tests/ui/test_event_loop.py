@@ -82,7 +82,7 @@ def open_sections(app, count):
             for name in panel.watched
         )
 
-    app.until(built, 30)
+    app.until(built)
 
 
 def longest_turns(attempt):
