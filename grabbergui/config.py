@@ -10,7 +10,7 @@ themselves. The environment variables are YARP's: YARP_CONFIG_HOME, YARP_DATA_HO
 YARP_DATA_DIRS (colon-separated).
 
 Keys of `serve` are ours and those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`,
-`terminal`); the command line wins over the file.
+`terminal`); the command line wins over the file. `AllowedAddresses` says whose requests are answered.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ from grabbergui.core.uri import SIMULATED
 
 log = logging.getLogger(__name__)
 
-_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
-
+# -- .ini files ----------------------------------------------------------------------------------
 _ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
 """`key value`, and `key = value` for those used to other dialects."""
 _MAX_BYTES = 1024 * 1024
@@ -129,6 +128,7 @@ def _folders(environment: Mapping[str, str], yarp: str, xdg: str, default: str) 
     return [Path(part) / "yarp" for part in (environment.get(xdg) or default).split(":") if part]
 
 
+# -- options of serve ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class ServeOptions:
     """One camera and how it is shared."""
@@ -251,6 +251,10 @@ def _switch(text: str) -> bool:
     if lowered in ("0", "false", "off", "no"):
         return False
     raise ValueError(text)
+
+
+# -- addresses that are answered -----------------------------------------------------------------
+_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 class AllowedAddresses:

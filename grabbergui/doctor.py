@@ -29,16 +29,8 @@ from grabbergui.setup.parts import UDEV_RULES, installed_udev_rule
 if TYPE_CHECKING:
     from grabbergui.driver.gige.discovery import FoundDevice, Interface
 
-SYSCTL = Path("/proc/sys/net")
-WANTED_RMEM = 32 * 1024 * 1024
-"""Bytes; a quarter of a second of a full 1 GbE line, so that a busy moment loses nothing."""
-JUMBO_MTU = 9000
-USBFS_MEMORY = Path("/sys/module/usbcore/parameters/usbfs_memory_mb")
-WANTED_USBFS_MB = 256
-"""Eight frames of 32 MB in flight."""
-SHARED_MEMORY = Path("/dev/shm")
 
-
+# -- findings ------------------------------------------------------------------------------------
 class Level(Enum):
     """Severity of a finding."""
 
@@ -79,6 +71,13 @@ def check() -> Iterator[Finding]:
     yield from check_usb()
     yield from check_software()
     yield from shared_memory(SHARED_MEMORY)
+
+
+# -- GigE Vision ---------------------------------------------------------------------------------
+SYSCTL = Path("/proc/sys/net")
+WANTED_RMEM = 32 * 1024 * 1024
+"""Bytes; a quarter of a second of a full 1 GbE line, so that a busy moment loses nothing."""
+JUMBO_MTU = 9000
 
 
 def check_network() -> Iterator[Finding]:
@@ -185,6 +184,12 @@ def gige_cameras(found: Sequence[FoundDevice]) -> Iterator[Finding]:
             )
 
 
+# -- USB3 Vision ---------------------------------------------------------------------------------
+USBFS_MEMORY = Path("/sys/module/usbcore/parameters/usbfs_memory_mb")
+WANTED_USBFS_MB = 256
+"""Eight frames of 32 MB in flight."""
+
+
 def check_usb() -> Iterator[Finding]:
     """The udev rule, transfer memory and cameras of USB3 Vision."""
     yield from udev_rule(UDEV_RULES)
@@ -234,6 +239,7 @@ def usb_cameras() -> Iterator[Finding]:
         yield note("no USB3 Vision camera is plugged in")
 
 
+# -- software ------------------------------------------------------------------------------------
 def check_software() -> Iterator[Finding]:
     """The display, YARP and ROS 2."""
     yield from display(os.environ, sys.platform)
@@ -275,6 +281,8 @@ def ros2() -> Iterator[Finding]:
         yield good("ROS 2 is installed")
 
 
+# -- memory that ROS 2 left ----------------------------------------------------------------------
+SHARED_MEMORY = Path("/dev/shm")
 _YOUNGEST = 10.0
 """Seconds; a younger segment may not be complete and locked yet."""
 _FAST_DDS = re.compile(r"(?:sem\.)?(?P<thing>fastdds_(?:[0-9a-f]{16}|port\d+))(?P<part>_el|_sl|_mutex)?")

@@ -27,6 +27,7 @@ from typing import Any
 from grabbergui.core.environment import RESOURCES, cache_home, config_home, data_home
 from grabbergui.core.errors import UsageError
 
+# -- scripts of the shells -----------------------------------------------------------------------
 _BASH = """\
 # Completion of grabbergui for bash; written by `grabbergui setup completion`.
 _grabbergui() {
@@ -126,7 +127,9 @@ def remove(shell: str, environment: Mapping[str, str] = os.environ) -> Path | No
     return file
 
 
+# -- words ---------------------------------------------------------------------------------------
 TABLE = RESOURCES / "completion" / "commands.json"
+"""All commands with their arguments."""
 _FRESH = 60.0
 """Seconds for which the cameras found by a search are proposed without another search."""
 _SEARCH_TIME = 0.25
@@ -257,7 +260,7 @@ def _matching(words: dict[str, str], word: str, directive: str = "words") -> Ans
     return Answer({each: meaning for each, meaning in words.items() if each.startswith(word)}, directive)
 
 
-# -- what was seen ---------------------------------------------------------------------------------
+# -- what was seen -------------------------------------------------------------------------------
 _SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
 _LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")
 _CATEGORY = re.compile(r'<Category Name="(\w+)"')
@@ -336,7 +339,7 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else 0.0
 
 
-# -- shells ----------------------------------------------------------------------------------------
+# -- answers to the shells -----------------------------------------------------------------------
 def typed_in_bash(line: str) -> list[str]:
     """Split bash's line up to the cursor, where a quotation may still be open; drop the program's name."""
     if not line or line[-1].isspace():

@@ -22,6 +22,7 @@ from pathlib import Path
 from grabbergui.core.environment import RESOURCES, sudo_command
 from grabbergui.core.errors import AccessDeniedError, GrabberError, SourceUnavailableError, UsageError
 
+# -- desktop entry -------------------------------------------------------------------------------
 _SHIPPED = {
     "applications/grabbergui.desktop": "desktop/grabbergui.desktop",
     "icons/hicolor/scalable/apps/grabbergui.svg": "icons/grabbergui.svg",
@@ -100,6 +101,7 @@ def _quoted(argument: str) -> str:
     return '"{}"'.format(quoted.replace("\\", "\\\\"))
 
 
+# -- udev rule -----------------------------------------------------------------------------------
 UDEV_RULE_NAME = "70-grabbergui-u3v.rules"
 UDEV_RULE = RESOURCES / "udev" / UDEV_RULE_NAME
 UDEV_RULES = Path("/etc/udev/rules.d")
@@ -155,6 +157,7 @@ def _reload_udev() -> None:
             subprocess.run([udevadm, *arguments], check=False, capture_output=True, timeout=10)
 
 
+# -- ROS 2 ---------------------------------------------------------------------------------------
 INTERFACES = RESOURCES / "ros2" / "grabber_interfaces"
 """The source of the ROS 2 package that defines our services."""
 

@@ -39,6 +39,7 @@ from grabbergui.driver.device import StreamRequest
 
 log = logging.getLogger(__name__)
 
+# -- the library ---------------------------------------------------------------------------------
 NAME = "aravis-0.8"
 PACKAGE = "aravis"
 "The importable name of aravis-python."
@@ -175,8 +176,9 @@ class Failure:
             raise error
 
 
-# Aravis keeps one list for the whole process.
+# -- cameras -------------------------------------------------------------------------------------
 _list_lock = threading.Lock()
+"Aravis keeps one list for the whole process."
 
 
 @dataclass(frozen=True)
@@ -235,6 +237,7 @@ def _text(raw: bytes | None) -> str:
     return (raw or b"").decode("utf-8", "replace")
 
 
+# -- streams -------------------------------------------------------------------------------------
 MAX_PAYLOAD_BYTES = 1 << 30
 QUEUED = 8
 "Buffers that Aravis holds, being filled or to be filled."

@@ -42,6 +42,7 @@ from grabbergui.driver.device import StreamRequest
 
 log = logging.getLogger(__name__)
 
+# -- errors --------------------------------------------------------------------------------------
 GONE = (gentl.IoException, gentl.InvalidHandleException, gentl.ClosedException, gentl.NotInitializedException)
 """Exceptions that producers raise for a handle whose camera is gone."""
 
@@ -89,6 +90,7 @@ def reason_of(error: Exception) -> str:
     return (match[1].strip() if match else "") or text
 
 
+# -- the producer and its cameras ----------------------------------------------------------------
 SEARCH_MS = 1000
 """A producer may look for interfaces or cameras so long where nobody said otherwise."""
 
@@ -203,6 +205,7 @@ def text_of(module: Any, attribute: str) -> str:
         return ""
 
 
+# -- streams -------------------------------------------------------------------------------------
 BUFFERS = 16
 LOOK_PERIOD = 0.001
 """Seconds between checks for filled buffers: waiting inside the producer would keep the GIL."""

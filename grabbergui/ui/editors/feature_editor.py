@@ -200,6 +200,7 @@ class CodedNumberEditor(TextEditor):
         return nearest_allowed(feature, parse_coded(text, feature.representation))
 
 
+# -- choices -------------------------------------------------------------------------------------
 LONG_LIST = 12
 """Lists with more entries can be searched."""
 
@@ -297,6 +298,7 @@ class ChoiceEditor(FeatureEditor):
         self.valueEdited.emit(self._entries[index].name)
 
 
+# -- an automatic mode ---------------------------------------------------------------------------
 class AutoButton(QToolButton):
     """Lit while the automatic mode is on. A click toggles it; its menu has every mode, Once included."""
 

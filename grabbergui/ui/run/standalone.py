@@ -165,6 +165,7 @@ def servo(
         app.processEvents()
 
 
+# -- servoing in a process of its own ------------------------------------------------------------
 WINDOW_PROGRAM = ["-m", "grabbergui.ui.run.standalone"]
 "Python's arguments for the window's process."
 HELD = "ready: nothing moves until Start is pressed"
