@@ -98,7 +98,7 @@ def _picture(source: Input) -> None:
 
 def _calibration(source: Input) -> None:
     text = source.rest().decode("utf-8", "replace")
-    values = erring(camera_info.read, text, "input")
+    values = erring(camera_info.read_yaml, text, "input")
     calibration = erring(camera_info.parse, text)
     if calibration is not None:
         again = camera_info.parse(camera_info.dump(calibration))

@@ -23,25 +23,14 @@ from typing_extensions import override
 from grabbergui.calibration.markers import Grey, dictionary_by_name
 from grabbergui.core.errors import UsageError
 
+# -- boards, and finding them --------------------------------------------------------------------
 Points = NDArray[np.float32]
 
 _FEWEST_CORNERS = 8
+"Of a ChArUco board, which may be partly out of the image."
 SEARCH_PIXELS = 1_600_000
 "An image is halved until it is no larger than this before a board is searched in it."
 KINDS = ("charuco", "chessboard")
-
-_PAPERS = {"A4": (210, 297), "A3": (297, 420), "A2": (420, 594), "A1": (594, 841), "A0": (841, 1189)}
-"Width and height, mm."
-_MARGIN = 10.0
-"Of white around the board, mm, which detectors need and printers too."
-_FOOT = 10.0
-"For rule and title below the board, mm."
-_RULE = 100.0
-"Length of the rule, mm."
-_DPI = 300
-"Of a PNG."
-_POINTS = 72 / 25.4
-"In a millimetre."
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,6 +240,21 @@ def _refined(grey: Grey, board: Points, picture: Points, factor: int, square: fl
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.005)
     found = cv2.cornerSubPix(grey, full.reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria)
     return np.asarray(found, np.float32).reshape(-1, 2)
+
+
+# -- printing ------------------------------------------------------------------------------------
+_PAPERS = {"A4": (210, 297), "A3": (297, 420), "A2": (420, 594), "A1": (594, 841), "A0": (841, 1189)}
+"Width and height, mm."
+_MARGIN = 10.0
+"Of white around the board, mm, which detectors need and printers too."
+_FOOT = 10.0
+"For rule and title below the board, mm."
+_RULE = 100.0
+"Length of the rule, mm."
+_DPI = 300
+"Of a PNG."
+_POINTS = 72 / 25.4
+"In a millimetre."
 
 
 @dataclass(frozen=True)

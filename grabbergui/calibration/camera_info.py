@@ -1,6 +1,7 @@
 """The calibration that goes with an image, and its file: what ROS's camera_info_manager is to a driver.
 
-A `FittedCalibration` adapts the calibration of a file to binning and region of each frame.
+A `FittedCalibration` adapts the calibration of a file to binning and region of each frame. A
+`CalibrationChoice` is one that can be exchanged while it is in use.
 
 Files are camera_info YAML, as camera_info_manager and camera_calibration write it. PyYAML reads them,
 restricted to what such a file needs: mappings, lists, text and numbers as YAML 1.2 has them (`1e-3` is a
@@ -34,7 +35,7 @@ from grabbergui.core.sfnc import Role
 
 log = logging.getLogger(__name__)
 
-_MAX_FILE_BYTES = 64 * 1024
+# -- the calibration of each frame ---------------------------------------------------------------
 _FULL_SIZE = ("WidthMax", "HeightMax")
 """The largest image with the camera's present binning (SFNC, Image Format Control)."""
 _OFFSET = ("OffsetX", "OffsetY")
@@ -153,6 +154,7 @@ def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair |
     return calibration.scaled_to(*(full_size or size)).cut_out(*offset, *size)
 
 
+# -- a choice that may change --------------------------------------------------------------------
 CalibrationFor = Callable[[int, int], Calibration]
 "Width and height of images to their calibration. Raises UsageError for a size that it does not fit."
 
@@ -182,6 +184,7 @@ class CalibrationChoice:
         self._chosen = other._chosen
 
 
+# -- files ---------------------------------------------------------------------------------------
 def load(path: Path) -> Calibration:
     """Read a camera_info file. Raises UsageError, OSError."""
     return parse(text_of(path), str(path))
@@ -194,7 +197,7 @@ def save(calibration: Calibration, path: Path) -> None:
 
 def dump(calibration: Calibration) -> str:
     """Return the text of a camera_info file."""
-    return write(
+    return write_yaml(
         {
             "image_width": calibration.width,
             "image_height": calibration.height,
@@ -210,7 +213,7 @@ def dump(calibration: Calibration) -> str:
 
 def parse(text: str, where: str = "calibration") -> Calibration:
     """Read a camera_info file's text. Raises UsageError naming `where` and the fault."""
-    values = read(text, where)
+    values = read_yaml(text, where)
     model = _text(values, "distortion_model", "plumb_bob")
     if model not in DISTORTION_LENGTH:
         raise UsageError(
@@ -273,6 +276,9 @@ def _size(values: dict[str, Any], key: str, where: str) -> int:
     return value
 
 
+_MAX_FILE_BYTES = 64 * 1024
+
+
 def text_of(path: Path) -> str:
     """Return the text of a calibration's file, of any kind of calibration. Raises UsageError, OSError."""
     with path.open("rb") as file:
@@ -282,6 +288,7 @@ def text_of(path: Path) -> str:
     return content.decode("utf-8", "replace")
 
 
+# -- YAML of calibrations ------------------------------------------------------------------------
 _TAG = "tag:yaml.org,2002:"
 _OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
 "The first line of OpenCV's files, which YAML would write with a blank."
@@ -318,7 +325,7 @@ _Dumper.add_representer(list, _in_brackets)
 _Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_map)
 
 
-def read(text: str, where: str) -> dict[str, Any]:
+def read_yaml(text: str, where: str) -> dict[str, Any]:
     """Return the mapping that a text contains; empty if there is none. Raises UsageError with the line."""
     try:
         values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
@@ -332,7 +339,7 @@ def read(text: str, where: str) -> dict[str, Any]:
     return values or {}
 
 
-def write(values: dict[str, Any]) -> str:
+def write_yaml(values: dict[str, Any]) -> str:
     """Return the text of a mapping; lists of numbers go in brackets."""
     text: str = yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
     return text

@@ -34,6 +34,7 @@ from grabbergui.calibration.hand_eye_model import (
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
+# -- the fit -------------------------------------------------------------------------------------
 FEWEST_VIEWS = 5
 LEAST_NOISE = 0.01
 "Pixels below which no detection of corners is."
@@ -50,8 +51,6 @@ _METHODS = {
     "Andreff": cv2.CALIB_HAND_EYE_ANDREFF,
 }
 _ITERATIONS = 60
-_LONGEST_LIST = 100
-"In a file: joints of a robot, with room to spare."
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +246,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
     return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE), chosen
 
 
+# -- the file ------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class Placement:
     """The link that carries the camera, in the names of tf."""
@@ -336,7 +336,7 @@ def load(path: Path) -> HandEyeResult:
 
 
 def _content(path: Path) -> dict[str, Any]:
-    content = camera_info.read(camera_info.text_of(path), str(path))
+    content = camera_info.read_yaml(camera_info.text_of(path), str(path))
     if not content:
         raise UsageError(f"{path} holds no hand–eye calibration; `grabbergui hand-eye` writes one")
     return content
@@ -374,6 +374,10 @@ def _numbers(content: dict[str, Any], key: str, shape: tuple[int, ...] | None, p
         size = "a list" if shape is None else "×".join(map(str, shape)) or "one number"
         raise UsageError(f"{path}: {key} must be {size} of finite numbers")
     return numbers
+
+
+_LONGEST_LIST = 100
+"In a file: joints of a robot, with room to spare."
 
 
 def _is_small(entry: object, dimensions: int = 2) -> bool:

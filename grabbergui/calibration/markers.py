@@ -30,25 +30,9 @@ from grabbergui.core.errors import UsageError
 Grey = NDArray[np.uint8]
 "(rows, columns), one byte a pixel."
 
+# -- single markers ------------------------------------------------------------------------------
 SEARCH_PIXELS = 700_000
 "An image is halved until it is no larger than this before markers are searched in it."
-BOARD_KINDS = ("grid", "charuco")
-FEWEST_POINTS = 6
-"Corners that must be seen of a board: two markers of a grid, or six corners of ChArUco fields."
-GAP = 0.25
-"Of a marker's edge, between the markers of a grid and around those of a ChArUco board, unless it is given."
-STEEPEST_VIEW = math.radians(72)
-"Beyond this angle between the marker's face and the line of sight it is seen edge-on."
-AMBIGUITY_RATIO = 1.5
-"The second pose's reprojection error over the first's, below which they cannot be distinguished."
-AMBIGUITY_ANGLE = math.radians(12)
-"Two poses nearer to each other than this are as good as one."
-LARGEST_ERROR = 0.03
-"Reprojection error over the marker's edge beyond which its corners are no square's."
-CORNER_NOISE = 0.2
-"Pixels by which a corner is expected to be off, standard deviation of each coordinate."
-CORNER_TRUST = 20
-"As many residuals as that expectation is worth beside the measured ones: four corners leave only two."
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +134,14 @@ def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np
         grey, corners.astype(np.float32).reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria
     )
     return np.asarray(found, np.float64).reshape(4, 2)
+
+
+# -- boards of markers ---------------------------------------------------------------------------
+BOARD_KINDS = ("grid", "charuco")
+FEWEST_POINTS = 6
+"Corners that must be seen of a board: two markers of a grid, or six corners of ChArUco fields."
+GAP = 0.25
+"Of a marker's edge, between the markers of a grid and around those of a ChArUco board, unless it is given."
 
 
 @dataclass(frozen=True)
@@ -282,6 +274,21 @@ def _around(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the corners of the box around points, clockwise from the upper left one."""
     (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
     return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+
+
+# -- poses ---------------------------------------------------------------------------------------
+STEEPEST_VIEW = math.radians(72)
+"Beyond this angle between the marker's face and the line of sight it is seen edge-on."
+AMBIGUITY_RATIO = 1.5
+"The second pose's reprojection error over the first's, below which they cannot be distinguished."
+AMBIGUITY_ANGLE = math.radians(12)
+"Two poses nearer to each other than this are as good as one."
+LARGEST_ERROR = 0.03
+"Reprojection error over the marker's edge beyond which its corners are no square's."
+CORNER_NOISE = 0.2
+"Pixels by which a corner is expected to be off, standard deviation of each coordinate."
+CORNER_TRUST = 20
+"As many residuals as that expectation is worth beside the measured ones: four corners leave only two."
 
 
 def located(

@@ -25,17 +25,11 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.scan3d import Scan3d
 
-T = TypeVar("T")
-
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
-VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
-MAX_LINE = 4096
-"Characters of one note."
-MAX_SIDE = 65536
-"Pixels; more is no image."
 
 
+# -- kinds of recordings -------------------------------------------------------------------------
 class RecordingKind(Enum):
     """The kind of a recording's files."""
 
@@ -86,6 +80,7 @@ def kind_of(path: Path, *, movie: RecordingKind = RecordingKind.H264) -> Recordi
     return RecordingKind.PNG
 
 
+# -- errors --------------------------------------------------------------------------------------
 class RecordingError(GrabberError):
     """A recording could not be written or read."""
 
@@ -116,6 +111,7 @@ class UnfinishedFileError(RecordingError):
         self.cause = cause
 
 
+# -- what every recording is ---------------------------------------------------------------------
 class Recording(ABC):
     """Frames with times, in any order of access. One thread at a time."""
 
@@ -144,6 +140,11 @@ class Recording(ABC):
         return (self.times_ns[-1] - self.times_ns[0]) / 1e9 if self.times_ns else 0.0
 
 
+# -- times ---------------------------------------------------------------------------------------
+_CLOCK_SET = 1_000_000_000
+"Nanoseconds: a longer way back is a clock that was set."
+
+
 class Rising:
     """Times of frames, one after the other, on a clock that is never set back."""
 
@@ -163,13 +164,13 @@ class Rising:
         return self._highest
 
 
-_CLOCK_SET = 1_000_000_000
-
-
 def rising(times: list[int]) -> list[int]:
     """Return the times of frames as `Rising` has them."""
     clock = Rising()
     return [clock.next(time) for time in times]
+
+
+T = TypeVar("T")
 
 
 def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:
@@ -183,6 +184,11 @@ def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:
         stretches[-1].append(item)
         latest = max(latest, time(item))
     return [item for stretch in stretches for item in sorted(stretch, key=time)]
+
+
+# -- opening -------------------------------------------------------------------------------------
+VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
+"Endings of movies that are played."
 
 
 def open_recording(path: Path) -> Recording:
@@ -212,6 +218,13 @@ def _opened(path: Path) -> Recording:
     raise UsageError(
         f"{path} is no recording; there are folders of pictures, .mcap and {', '.join(VIDEO_SUFFIXES)}"
     )
+
+
+# -- notes, and frames made of them --------------------------------------------------------------
+MAX_LINE = 4096
+"Characters of one note."
+MAX_SIDE = 65536
+"Pixels; more is no image."
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -38,20 +38,8 @@ from grabbergui.recording import (
 
 log = logging.getLogger(__name__)
 
-Result = TypeVar("Result")
 
-QUEUE_DEPTH = 16
-"Frames that may wait for the disk: half the buffers of a stream, so that others still get theirs."
-RESERVE_BYTES = 32 << 20
-"Kept free on the disk, so that any file can be finished."
-RESERVE_FRAMES = 4
-"Frames more that must fit besides the reserve."
-ON_ITS_WAY = 1.0
-"Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
-NOTICE_PERIOD = 0.2
-"Seconds between signals of progress."
-
-
+# -- writers -------------------------------------------------------------------------------------
 class RecordingWriter(ABC):
     """Where recorded frames go. A writer overwrites nothing."""
 
@@ -113,6 +101,10 @@ def create_writer(
         raise RecordingError(f"{path} could not be made: {error.strerror or error}") from error
 
 
+# -- work on several threads, in order -----------------------------------------------------------
+Result = TypeVar("Result")
+
+
 class OrderedWork(Generic[Result]):
     """A few pieces of work at a time, for what releases the GIL: compressing, writing.
 
@@ -148,6 +140,19 @@ class OrderedWork(Generic[Result]):
         self._pool.shutdown()
         if failure is not None:
             raise failure
+
+
+# -- the recorder --------------------------------------------------------------------------------
+QUEUE_DEPTH = 16
+"Frames that may wait for the disk: half the buffers of a stream, so that others still get theirs."
+RESERVE_BYTES = 32 << 20
+"Kept free on the disk, so that any file can be finished."
+RESERVE_FRAMES = 4
+"Frames more that must fit besides the reserve."
+ON_ITS_WAY = 1.0
+"Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
+NOTICE_PERIOD = 0.2
+"Seconds between signals of progress."
 
 
 @dataclass(frozen=True)

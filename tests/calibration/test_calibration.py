@@ -111,7 +111,7 @@ def test_no_text_does_worse_than_be_refused(text):
     )
 )
 def test_numbers_survive_the_way_there_and_back(values):
-    assert camera_info.read(camera_info.write(values), "test") == values
+    assert camera_info.read_yaml(camera_info.write_yaml(values), "test") == values
 
 
 def test_a_field_of_view_gives_a_pinhole():

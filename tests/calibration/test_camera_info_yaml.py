@@ -17,18 +17,18 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_survives_the_way_there_and_back(name):
     text = camera_info.dump(Calibration.from_field_of_view(64, 48)).replace("camera_name: camera\n", "")
-    text += camera_info.write({"camera_name": name})
+    text += camera_info.write_yaml({"camera_name": name})
     assert camera_info.parse(text).camera_name == name
 
 
 @given(st.text(alphabet=st.characters(codec="utf-8", exclude_categories=["Cc", "Zl", "Zp"]), max_size=40))
 def test_any_text_survives_the_way_there_and_back(text):
-    assert camera_info.read(camera_info.write({"name": text}), "test") == {"name": text}
+    assert camera_info.read_yaml(camera_info.write_yaml({"name": text}), "test") == {"name": text}
 
 
 def test_a_line_cannot_end_within_a_name():
-    text = camera_info.write({"name": "left\nimage_width: 7", "image_width": 640})
-    assert camera_info.read(text, "test") == {"name": "left\nimage_width: 7", "image_width": 640}
+    text = camera_info.write_yaml({"name": "left\nimage_width: 7", "image_width": 640})
+    assert camera_info.read_yaml(text, "test") == {"name": "left\nimage_width: 7", "image_width": 640}
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_a_line_cannot_end_within_a_name():
     ],
 )
 def test_quotes_and_comments_as_yaml_has_them(line, value):
-    assert camera_info.read(line, "test") == {"name": value}
+    assert camera_info.read_yaml(line, "test") == {"name": value}
 
 
 def test_comments_may_stand_behind_everything():
@@ -49,7 +49,7 @@ def test_comments_may_stand_behind_everything():
         "---  # begin\ndata:  # below\n  rows: 1 # one\n  data: [1, # first\n  2] # last\n"
         "list: # dashes\n- 3 # three\n"
     )
-    assert camera_info.read(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
+    assert camera_info.read_yaml(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
 
 
 def test_a_number_of_rows_that_is_huge_by_aliases_is_not_written_out():
