@@ -15,7 +15,6 @@ from typing import Any
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
-from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 
 log = logging.getLogger(__name__)
@@ -54,11 +53,17 @@ Published = Mapping[str, Callable[[], int]]
 """The number of images sent, by network."""
 
 
-def exposition(statistics: StreamStatistics, streaming: bool, source: str, published: Published) -> str:
+def exposition(grabber: FrameGrabber, published: Published) -> str:
     """Return the page: each metric with help, type and value, labelled with the source's URI."""
-    label = f'source="{_escaped(source)}"'
-    lines = _metric("streaming", "gauge", "Whether the stream is on.", {label: int(streaming)})
-    values = statistics.as_dict()
+    label = f'source="{_escaped(grabber.info.uri)}"'
+    lines = _metric("streaming", "gauge", "Whether the stream is on.", {label: int(grabber.streaming)})
+    lines += _metric(
+        "camera_lost",
+        "gauge",
+        "Whether the camera is lost and searched for.",
+        {label: int(bool(grabber.lost))},
+    )
+    values = grabber.statistics().as_dict()
     for kind, table in (("gauge", _GAUGES), ("counter", _COUNTERS)):
         for field, (name, meaning) in table.items():
             lines += _metric(name, kind, meaning, {label: values[field]})
@@ -130,8 +135,7 @@ class MetricsServer:
                 if self.path.partition("?")[0] != "/metrics":
                     self.send_error(404, "the figures are at /metrics")
                     return
-                page = exposition(grabber.statistics(), grabber.streaming, grabber.info.uri, published)
-                body = page.encode()
+                body = exposition(grabber, published).encode()
                 self.send_response(200)
                 self.send_header("Content-Type", CONTENT_TYPE)
                 self.send_header("Content-Length", str(len(body)))

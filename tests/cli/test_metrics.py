@@ -7,6 +7,7 @@ import socket
 import urllib.error
 import urllib.request
 from contextlib import ExitStack
+from types import SimpleNamespace
 
 import pytest
 
@@ -16,6 +17,7 @@ from grabbergui.cli.process import JsonFormatter
 from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.identity import DeviceInfo
 from patience import PATIENCE
 
 
@@ -50,11 +52,17 @@ def test_the_counters_of_a_stream(camera):
     assert re.search(r"^grabbergui_streaming\{.*\} 1$", page, re.M)
 
 
-def test_every_counter_is_there():
-    page = exposition(StreamStatistics(frames=3), False, 'a"b\\', {})
+@pytest.mark.parametrize("lost", ["", "the camera did not answer for 1.2 s"])
+def test_every_counter_is_there(lost):
+    statistics = StreamStatistics(frames=3)
+    grabber = SimpleNamespace(
+        info=DeviceInfo('a"b\\'), streaming=False, lost=lost, statistics=lambda: statistics
+    )
+    page = exposition(grabber, {})
 
     samples = [line for line in page.splitlines() if not line.startswith("#")]
-    assert len(samples) == len(StreamStatistics().as_dict()) + 1
+    assert len(samples) == len(statistics.as_dict()) + 2
+    assert rf'grabbergui_camera_lost{{source="a\"b\\"}} {int(bool(lost))}' in samples
     assert r'grabbergui_frames_total{source="a\"b\\"} 3' in samples
 
 
