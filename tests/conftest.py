@@ -28,6 +28,7 @@ settings.register_profile("patient", deadline=None, suppress_health_check=[Healt
 # The same examples in every run, so that a failure is of the change that shows it;
 # `pytest --hypothesis-profile exploring` looks for more.
 settings.register_profile("steady", settings.get_profile("patient"), derandomize=True)
+settings.register_profile("few", settings.get_profile("steady"), max_examples=20)  # make mutants
 settings.register_profile("exploring", settings.get_profile("patient"), max_examples=1000)
 settings.load_profile("steady")
 

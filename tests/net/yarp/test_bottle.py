@@ -1,3 +1,4 @@
+import struct
 import time
 from contextlib import suppress
 from itertools import pairwise
@@ -89,7 +90,7 @@ items = st.recursive(
         st.binary(max_size=40),
         st.text("abcXYZ09_", max_size=4).map(Vocab),
     ),
-    lambda inner: st.lists(inner, max_size=5).map(Bottle),
+    lambda inner: st.one_of(st.lists(inner, max_size=5).map(kind) for kind in (Bottle, Properties)),
     max_leaves=20,
 )
 bottles = st.lists(items, max_size=8).map(Bottle)
@@ -97,6 +98,98 @@ bottles = st.lists(items, max_size=8).map(Bottle)
 
 def typed(item):
     return (type(item), [typed(part) for part in item]) if isinstance(item, list) else (type(item), item)
+
+
+class Word(str):
+    pass
+
+
+class Number(int):
+    pass
+
+
+def wire_form(item, dialect):
+    """Type code and value of a Bottle's only item."""
+    data = Bottle([item]).encode(dialect, specialise=False)
+    assert data[:8] == struct.pack("<ii", 256, 1)
+    return struct.unpack_from("<i", data, 8)[0], data[12:]
+
+
+@pytest.mark.parametrize("dialect", Dialect)
+@pytest.mark.parametrize(
+    ("item", "code", "value"),
+    [
+        (True, 9, b"1\0\0\0"),
+        (False, 9, bytes(4)),
+        (2**31 - 1, 1, b"\xff\xff\xff\x7f"),
+        (-(2**31), 1, b"\0\0\0\x80"),
+        (2**31, 17, b"\0\0\0\x80\0\0\0\0"),
+        (-(2**31) - 1, 17, b"\xff\xff\xff\x7f\xff\xff\xff\xff"),
+        (Number(7), 1, b"\7\0\0\0"),
+        (Number(-(2**31)), 1, b"\0\0\0\x80"),
+        (Number(2**31), 17, b"\0\0\0\x80\0\0\0\0"),
+        (Word("a\udcff"), 4, b"\2\0\0\0a\xff"),
+        ((1,), 256, b"\1\0\0\0\1\0\0\0\1\0\0\0"),
+        (bytearray(b"ab"), 12, b"\2\0\0\0ab"),
+        (memoryview(b"ab"), 12, b"\2\0\0\0ab"),
+    ],
+)
+def test_pythons_types_on_the_wire(item, code, value, dialect):
+    assert wire_form(item, dialect) == (code, value)
+
+
+@pytest.mark.parametrize(
+    ("item", "reason"),
+    [
+        (None, "a NoneType cannot go into a Bottle"),
+        (2**63, "9223372036854775808 does not fit a Bottle's int"),
+        (Int8(128), "128 does not fit a Bottle's Int8"),
+        (Float32(1e300), "1e.300 does not fit a Bottle's Float32"),
+    ],
+)
+def test_values_that_have_no_form_are_refused(item, reason):
+    with pytest.raises(LocalProtocolError, match=reason):
+        Bottle([item]).encode()
+
+
+def test_a_large_blob_is_not_copied():
+    image = bytes(5000)
+    before, sent, after = Bottle(["w", image, 5]).encode_parts()
+    assert sent.obj is image
+    assert b"".join((before, sent, after)) == Bottle(["w", bytearray(image), 5]).encode()
+    assert len(Bottle([b"small", 5]).encode_parts()) == 1
+
+
+def test_the_dialect_of_a_bottle_shows_in_its_type_codes():
+    for item, shown in ((0.5, Dialect.YARP4), (Vocab64("longer"), Dialect.YARP4), (5, None)):
+        data = Bottle(["a", item]).encode(Dialect.YARP4)
+        assert Bottle.decode(data).dialect is shown
+        assert Bottle.decode(data, Dialect.YARP4).dialect is Dialect.YARP4
+    assert Bottle([0.5]).dialect is None
+
+
+def test_what_follows_a_bottle_is_no_part_of_it():
+    data = Bottle([1, "a"]).encode()
+    for dialect in (None, *Dialect):
+        with pytest.raises(RemoteProtocolError, match=f"Bottle of {len(data)} bytes in a message of"):
+            Bottle.decode(data + b"x", dialect)
+    assert Bottle.decode_from(b"x" + data + b"x", 1) == ([1, "a"], len(data) + 1)
+
+
+@pytest.mark.parametrize("items", [[5], ["a"], [["a"]], [Properties(["a"])], [5, "a"]], ids=str)
+def test_a_message_has_as_many_items_as_allowed(items):
+    """However they are nested: those of inner lists count, too."""
+    count = sum(2 if isinstance(item, list) else 1 for item in items)
+    bottle = Bottle(items * (MAX_ITEMS // count))
+    for reader in (BottleScanner().scan, Bottle.decode):
+        reader(bottle.encode())
+    Bottle.from_text(bottle.to_text())
+    bottle.append(5)
+    for attempt in (BottleScanner().scan, Bottle.decode):
+        with pytest.raises(RemoteProtocolError, match=str(MAX_ITEMS)):
+            attempt(bottle.encode())
+    with pytest.raises(RemoteProtocolError, match=f"more than {MAX_ITEMS} items"):
+        Bottle.from_text(bottle.to_text())
 
 
 @given(bottles, st.sampled_from(Dialect), st.booleans())
@@ -227,8 +320,14 @@ def test_values_are_found_by_key(items, value):
     ],
 )
 def test_claims_beyond_the_message_are_refused_at_once(message):
-    with pytest.raises(RemoteProtocolError):
-        Bottle.decode(bytes.fromhex(message))
+    for attempt in (Bottle.decode, BottleScanner().scan):
+        with pytest.raises(RemoteProtocolError, match="a Bottle"):
+            attempt(bytes.fromhex(message))
+
+
+def test_the_size_of_a_list_of_numbers_is_known_from_its_count():
+    data = Bottle(range(1000)).encode()
+    assert BottleScanner().scan(data[:8]) == len(data)
 
 
 def test_bottomless_nesting_is_refused():
@@ -346,8 +445,11 @@ HALF = "a" * (LINE_LIMIT // 2 - 1)
         (["a" * (LINE_LIMIT - 1) + "\\", ""], "a" * (LINE_LIMIT - 1)),
         (["(", *[""] * (CONTINUED_LINES - 2), ")"], "(" + "\n" * (CONTINUED_LINES - 1) + ")"),
     ],
-    ids=lambda value: repr(value)[:20],
-)
+    ids=[
+        "list", "blob", "string", "lists", "backslash", "brackets in quotes", "escapes", "escape and list",
+        "escape in quotes", "escape over the end", "longest", "longest continued", "most lines",
+    ],
+)  # fmt: skip
 def test_a_bottle_over_several_lines(lines, text):
     bottle = TextBottle()
     assert [bottle.add(line) for line in lines[:-1]] == [None] * (len(lines) - 1)

@@ -349,8 +349,12 @@ def tcp_header(name):
         (b"GET /" + b"a" * 8188 + b"\n\n", "line of more than 8192 bytes"),
         (b"GET /\xff HTTP/1.1\n\n", Header(wire.HTTP, "browser", "GET /\udcff HTTP/1.1")),
     ],
-    ids=lambda value: repr(value)[:30],
-)
+    ids=[
+        "tcp without a name", "tcp, longest", "tcp, no size", "tcp, too long", "text, longest",
+        "text, too long", "http, most lines", "http, too many lines", "http, longest line",
+        "http, too long a line", "http, not UTF-8",
+    ],
+)  # fmt: skip
 def test_headers_at_their_limits(data, header):
     acceptor = Connection(opener=False)
     acceptor.receive_data(data)
