@@ -409,7 +409,7 @@ def test_a_second_reply_is_the_peers_fault():
 
 def test_a_reply_that_is_no_bottle_is_all_before_the_acknowledgement():
     opener, _ = ready()
-    for reply in (b"\0" * 16, b""):
+    for reply in (b"\0" * 16, bytes(BINARY) + b"and more", b""):
         opener.expect_replies(Dialect.YARP3, raw=True)
         opener.send(Message("d", BINARY))
         found = arriving(opener, reply + wire.ACK, 3)
@@ -444,14 +444,50 @@ def test_a_name_servers_answer_has_a_limit():
         arriving(client, line)
 
 
-def test_a_reply_that_is_no_bottle_has_a_limit(monkeypatch):
-    monkeypatch.setattr(codecs, "REPLY_LIMIT", 100)
-    for size, allowed in ((100, True), (101, False)):
+@pytest.mark.parametrize(
+    ("allowed", "too_long", "raw"),
+    [
+        (bytes(100), bytes(101), True),
+        (Bottle([bytes(84)]).encode(), Bottle([bytes(85)]).encode(), False),
+    ],
+    ids=["any bytes", "a Bottle"],
+)
+def test_a_binary_reply_has_a_limit(allowed, too_long, raw, monkeypatch):
+    monkeypatch.setattr(codecs, "REPLY_LIMIT", len(allowed))
+    for reply in (allowed, too_long):
         opener, _ = ready()
-        opener.expect_replies(Dialect.YARP3, raw=True)
+        opener.expect_replies(Dialect.YARP3, raw=raw)
         opener.send(Message("d", BINARY))
-        with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="more than 100 bytes"):
-            assert arriving(opener, bytes(size) + wire.ACK)[1] == Ack()
+        with nullcontext() if reply is allowed else pytest.raises(RemoteProtocolError, match="bytes"):
+            assert arriving(opener, reply + wire.ACK, 1)[-1] == Ack()
+
+
+@pytest.mark.parametrize("dialect", Dialect)
+def test_a_short_reply_is_decoded_once(dialect):
+    opener, _ = ready()
+    opener.expect_replies(dialect, raw=False)
+    opener.send(Message("d", BINARY))
+    data = Bottle([1, 2.5, "a"]).encode(dialect)
+    reply, ack = arriving(opener, data + wire.ACK)
+    assert reply.bottle == [1, 2.5, "a"] and reply.body == data and ack == Ack()
+    assert opener.missing == 1
+
+
+def test_an_acknowledgement_within_a_reply_does_not_end_it():
+    opener, _ = ready()
+    opener.send(Message("d", BINARY))
+    data = Bottle(["a", wire.ACK, 5]).encode()
+    reply, ack = arriving(opener, data + wire.ACK, 1)
+    assert reply.body == data and ack == Ack()
+
+
+@pytest.mark.parametrize("carrier", [wire.TCP, wire.FAST_TCP])
+def test_a_message_longer_than_the_acceptor_allows_is_refused(carrier):
+    for size, allowed in ((92, True), (93, False)):
+        opener, acceptor = ready(carrier, limit=100)
+        data = b"".join(opener.send(Message("D", parts=[bytes(size)])))
+        with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="allowed are 8 to 100"):
+            assert len(arriving(acceptor, data)) == 1
 
 
 def test_the_end_of_the_stream_may_be_read_where_a_message_is_wanted():
@@ -497,7 +533,7 @@ def test_a_long_reply_is_not_copied_when_it_is_complete():
     opener.receive_data(reply[100_000:] + wire.ACK)
     held = opener._data.data
     assert opener.next_event().body.obj is held
-    assert opener.next_event() == Ack()
+    assert opener.missing == 1 and opener.next_event() == Ack()
 
 
 @given(
