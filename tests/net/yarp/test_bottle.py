@@ -441,13 +441,15 @@ HALF = "a" * (LINE_LIMIT // 2 - 1)
         ([r"\) (", ")"], "\\) (\n)"),
         ([r'"\"("'], r'"\"("'),
         (["a\\\\", "(b"], "a\\(b"),  # YARP 3.12 reads "a(b" from it
+        (["(1) a\\\\", "(b"], "(1) a\\(b"),
         (["(" + HALF, HALF + ")"], None),
         (["a" * (LINE_LIMIT - 1) + "\\", ""], "a" * (LINE_LIMIT - 1)),
         (["(", *[""] * (CONTINUED_LINES - 2), ")"], "(" + "\n" * (CONTINUED_LINES - 1) + ")"),
     ],
     ids=[
         "list", "blob", "string", "lists", "backslash", "brackets in quotes", "escapes", "escape and list",
-        "escape in quotes", "escape over the end", "longest", "longest continued", "most lines",
+        "escape in quotes", "escape over the end", "escape over the end after a list", "longest",
+        "longest continued", "most lines",
     ],
 )  # fmt: skip
 def test_a_bottle_over_several_lines(lines, text):
@@ -474,6 +476,7 @@ def test_a_bottle_beyond_the_limits_is_refused(lines):
         ("f(a b) (c (d)) {1 (2) x 300}", ["f(a b)", ["c", ["d"]], bytes((1, 0, 0, 44))]),
         ("{} { } {0,255, 256 10} {010 0x10 -1}", [b"", b"", bytes((0, 255, 0, 10)), bytes((8, 16, 255))]),
         (r"a\ b \( c", ["a b", "(", "c"]),
+        ("f() g{} h", ["f()", "g{}", "h"]),
         ('f(a (b "c) d")) e', ['f(a (b "c) d"))', "e"]),
         ('a"b c"d ",(" ()', ['a"b c"d', ",(", []]),
     ],

@@ -403,7 +403,7 @@ def test_a_second_reply_is_the_peers_fault():
     with pytest.raises(RemoteProtocolError, match="acknowledgement"):
         arriving(opener, bytes(BINARY) * 2)
     assert opener.phase is Phase.ERROR
-    with pytest.raises(TransportError):
+    with pytest.raises(TransportError, match="broken"):
         opener.next_event()
 
 
