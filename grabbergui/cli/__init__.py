@@ -31,6 +31,7 @@ from grabbergui.cli.process import (
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import is_ip_address
 
+# -- running a command ---------------------------------------------------------------------------
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
@@ -63,9 +64,6 @@ FAMILIES = {
 A command imports its own family alone, within `main`: the imports take long enough for a Ctrl-C.
 """
 COMMANDS = tuple(command for commands in FAMILIES.values() for command in commands)
-
-_NARROWEST = 40
-"""Columns below which help is not wrapped any further."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -146,6 +144,7 @@ def _give_up_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+# -- parsers -------------------------------------------------------------------------------------
 def shared_options() -> list[argparse.Action]:
     """Return the options that every command has, as `grabbergui --help` explains them."""
     parser = argparse.ArgumentParser(prog="grabbergui", add_help=False)
@@ -160,6 +159,10 @@ def command_parsers() -> dict[str, tuple[str, CommandParser]]:
     _add_families(commands, FAMILIES)
     summaries = {action.dest: action.help or "" for action in commands._choices_actions}
     return {name: (summaries.get(name, ""), command) for name, command in commands.choices.items()}
+
+
+_NARROWEST = 40
+"""Columns below which help is not wrapped any further."""
 
 
 def columns() -> int:
@@ -268,6 +271,7 @@ def _command_place(arguments: list[str]) -> int:
     return place
 
 
+# -- types of arguments --------------------------------------------------------------------------
 def count(text: str) -> int:
     """Parse a whole number of at least 1."""
     return _whole(text, 1, None)

@@ -37,13 +37,6 @@ _LOOK = 0.5
 _POLL = 0.1
 "Seconds between checks whether the user wants to end, or the recording has ended."
 _QUEUE_DEPTH = 16
-_CODECS = {
-    kind.value: kind
-    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
-}
-_SELECTOR, _SWITCH = "EventSelector", "EventNotification"
-_MOST_WAITING = 1000
-"Most events that wait for a slow reader; further ones are dropped."
 
 
 def add_commands(commands: Any) -> None:
@@ -123,6 +116,7 @@ def _awaited_source(options: argparse.Namespace) -> Iterator[_AwaitedSource]:
             source.outage.close()
 
 
+# -- grab ----------------------------------------------------------------------------------------
 def _add_grab(commands: Any) -> None:
     parser = commands.add_parser(
         "grab", help="grab frames; count them, save them", example="grabbergui grab gige: -n 100 --out frames"
@@ -185,6 +179,13 @@ def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namesp
         "seconds": seconds,
         "bytes": payload_bytes,
     }
+
+
+# -- record --------------------------------------------------------------------------------------
+_CODECS = {
+    kind.value: kind
+    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
+}
 
 
 def _add_record(commands: Any) -> None:
@@ -269,6 +270,12 @@ def _kind(options: argparse.Namespace) -> RecordingKind:
 def _limits(options: argparse.Namespace) -> RecordingLimits:
     size = None if options.size is None else round(options.size * 1e6)
     return RecordingLimits(options.frames, options.seconds, size)
+
+
+# -- events --------------------------------------------------------------------------------------
+_SELECTOR, _SWITCH = "EventSelector", "EventNotification"
+_MOST_WAITING = 1000
+"Most events that wait for a slow reader; further ones are dropped."
 
 
 def _add_events(commands: Any) -> None:

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from grabbergui.net.yarp.os.name_client import Contact, NameClient
     from grabbergui.net.yarp.os.name_server import NameServer
 
-_NAME_SERVER = "127.0.0.1:10000"
-"""The default address of our name server."""
-
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
@@ -32,6 +29,7 @@ def add_commands(commands: Any) -> None:
     _add_yarp_server(commands)
 
 
+# -- cameras -------------------------------------------------------------------------------------
 def _add_camera(commands: Any) -> None:
     parser = commands.add_parser(
         "simulate",
@@ -151,6 +149,7 @@ def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., 
     )
 
 
+# -- robots --------------------------------------------------------------------------------------
 def _add_teo(commands: Any) -> None:
     parser = commands.add_parser(
         "simulate-teo",
@@ -260,6 +259,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     return 0
 
 
+# -- name servers --------------------------------------------------------------------------------
 def _add_yarp_server(commands: Any) -> None:
     parser = commands.add_parser(
         "yarp-server", help="run a small YARP name server", example="grabbergui yarp-server --host 0.0.0.0"
@@ -291,6 +291,10 @@ def _serve_names(options: argparse.Namespace) -> int:
     with stop_on_signals() as stop, _running(server):
         stop.wait()
     return 0
+
+
+_NAME_SERVER = "127.0.0.1:10000"
+"""The default address of our name server."""
 
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:

@@ -27,6 +27,7 @@ from grabbergui.core.pfnc import Layout
 
 _log = logging.getLogger(__name__)
 
+# -- unpacking -----------------------------------------------------------------------------------
 Unpacker = Callable[[NDArray[Any], NDArray[Any]], None]
 "Packed bytes into samples: contiguous, four samples for each whole group of bytes."
 YuvConverter = Callable[..., None]
@@ -173,7 +174,7 @@ def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]
     return words
 
 
-# -- compiled by numba ------------------------------------------------------------------------------
+# -- compiling -----------------------------------------------------------------------------------
 class _Kernels:
     """The loops, once they are compiled. Any thread."""
 
@@ -231,8 +232,7 @@ def disable(disabled: bool) -> None:
     _kernels.disabled = disabled
 
 
-# -- the loops -----------------------------------------------------------------------------------
-
+# -- the loops that numba compiles ---------------------------------------------------------------
 _Maker = Callable[..., Any]
 _Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -32,9 +32,6 @@ _COORDINATES = "ABC"
 _LONGEST = 64
 "Characters of a mode's name."
 _AXES = re.compile(r"Coord3D_([ABC]+)")
-_POSITION = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
-_COLOUR = [("red", "u1"), ("green", "u1"), ("blue", "u1")]
-_TYPES = {"<f4": "float", "u1": "uchar"}
 
 
 @dataclass(frozen=True)
@@ -251,6 +248,13 @@ def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
     return points
 
 
+# -- points --------------------------------------------------------------------------------------
+_POSITION = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+_COLOUR = [("red", "u1"), ("green", "u1"), ("blue", "u1")]
+_TYPES = {"<f4": "float", "u1": "uchar"}
+"Of a PLY file, by numpy's names."
+
+
 @dataclass(frozen=True, eq=False)
 class PointCloud:
     """Measured points, in the order of the image's lines."""
@@ -310,6 +314,7 @@ def _colours(part: Component, image: Component) -> bool:
     return same and part.kind is ComponentKind.INTENSITY and part.pixel_format.convertible
 
 
+# -- following a camera --------------------------------------------------------------------------
 def may_change(names: Iterable[str]) -> bool:
     """Return whether a `Scan3d` must be read again when features of these names have changed."""
     # Reading under the selector changes the selector itself: that must not start the next reading.

@@ -36,14 +36,7 @@ from grabbergui.core.sfnc import AUTO_ONCE, Companions, is_on
 if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
 
-MAX_INSTANCES = 4096
-"Of one feature under its selectors: a look-up table of 12 bits. More is left out and reported."
-MAX_PASSES = 6
-"Of writing: more than any chain of dependencies among SFNC's features is long."
-BATCH = 16
-"Settings that are written in one go; other callers wait that long."
-_TOLERANCE = 1e-6
-"Relative: other programs print seven digits of a float, and a camera rounds to its register."
+# -- a setting -----------------------------------------------------------------------------------
 _NAME = r"[^\s\[\]=,]+"  # GenICam allows letters, digits and _; parameters of ROS nodes have dots too
 _KEY = re.compile(rf"({_NAME})(?:\[([^\]]*)\])?")
 _ASSIGNMENT = re.compile(r"([^=\[]+(?:\[[^\]]*\]\s*)?)=(.*)", re.DOTALL)
@@ -112,6 +105,7 @@ class WriteResult:
     """
 
 
+# -- selectors -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Selectors:
     """The selectors of each feature in a camera's feature tree. Asks no camera."""
@@ -158,6 +152,10 @@ def setting_names(selectors: Selectors) -> list[str]:
     return [n for n, d in known.items() if d.kind is not FeatureKind.COMMAND and n not in selectors.names]
 
 
+MAX_INSTANCES = 4096
+"Of one feature under its selectors: a look-up table of 12 bits. More is left out and reported."
+
+
 def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
     """Return every combination of the selectors' entries, and the reason if some are omitted.
 
@@ -187,6 +185,11 @@ def selector_entries(selector: Feature) -> Sequence[str]:
         # Only the beginning is made, enough to see that there are too many.
         return [str(number) for number in itertools.islice(numbers, MAX_INSTANCES + 1)]
     return [format_value(selector.value)]
+
+
+# -- values --------------------------------------------------------------------------------------
+_TOLERANCE = 1e-6
+"Relative: other programs print seven digits of a float, and a camera rounds to its register."
 
 
 def same_value(first: FeatureValue, second: FeatureValue) -> bool:
@@ -220,6 +223,13 @@ def _number(value: FeatureValue) -> int | float | None:
         return float(text)
     except ValueError:
         return None
+
+
+# -- several settings ----------------------------------------------------------------------------
+MAX_PASSES = 6
+"Of writing: more than any chain of dependencies among SFNC's features is long."
+BATCH = 16
+"Settings that are read or written in one go; other callers wait that long."
 
 
 class Settled(Enum):

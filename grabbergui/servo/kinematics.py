@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from grabbergui.calibration.geometry import Pose, Vector, diff
 from grabbergui.core.errors import UsageError
 
+# -- chains --------------------------------------------------------------------------------------
 AT_LIMIT = 1e-3
 "Radians from a joint's limit within which the joint counts as being at it."
 STRETCHED = 0.05
@@ -122,6 +123,7 @@ class Chain(ABC):
         return outwards
 
 
+# -- distances -----------------------------------------------------------------------------------
 _SAMPLES = 65
 "Points of a segment whose distances to boxes are computed."
 _SHARES = np.linspace(0.0, 1.0, _SAMPLES)[:, None]

@@ -31,6 +31,7 @@ from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
 
 
+# -- targets -------------------------------------------------------------------------------------
 class JointHistory:
     """Joint angles of the last moments, to know where the head looked when a picture was exposed."""
 
@@ -157,7 +158,7 @@ class MarkerTrack:
 
 
 class FaceTrack:
-    """The nearest head, as a point in the robot's base."""
+    """The nearest face, as a point in the robot's base."""
 
     def __init__(self, config: TrackConfig) -> None:
         self._config = config
@@ -171,11 +172,11 @@ class FaceTrack:
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
         """Take in what a picture showed."""
-        head = sighting.nearest_face
-        if head is None or camera is None or not np.isfinite(head.position).all() or head.position[2] <= 0:
+        face = sighting.nearest_face
+        if face is None or camera is None or not np.isfinite(face.position).all() or face.position[2] <= 0:
             self._streak = 0
             return
-        seen = camera[:3, :3] @ np.array(head.position) + camera[:3, 3]
+        seen = camera[:3, :3] @ np.array(face.position) + camera[:3, 3]
         # The distance is estimated from a box whose width flickers, so only the direction is compared.
         if self._point is None or _apart(self._point, seen, camera[:3, 3]) > self._config.jump * 2:
             self._streak, self._point = 0, seen
@@ -190,6 +191,7 @@ def _apart(before: Vector, after: Vector, eye: Vector) -> float:
     return math.acos(min(1.0, max(-1.0, cosine)))
 
 
+# -- the filter of a marker's pose ---------------------------------------------------------------
 Covariance = NDArray[np.float64]
 "(6, 6): metres along, then radians about the base's axes."
 
@@ -271,6 +273,7 @@ def _covariance_in_base(
     return np.asarray(covariance + np.diag(moved**2), np.float64)
 
 
+# -- the motion of a target ----------------------------------------------------------------------
 _Matrix = NDArray[np.float64]
 
 _WINDOW_S = 0.6

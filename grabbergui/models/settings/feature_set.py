@@ -18,6 +18,7 @@ from grabbergui.core.features import AccessMode, FeatureKind, FeatureValue, form
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
 from grabbergui.core.settings import (
+    BATCH,
     Selected,
     Selectors,
     SettingKey,
@@ -29,9 +30,6 @@ from grabbergui.core.settings import (
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
-
-BATCH = 16
-"Settings that are read in one go; other callers wait that long."
 
 Progress = Callable[[int, int], None]
 "Called with how much is done and of how much."

@@ -225,6 +225,7 @@ def _range(descriptor: Any) -> tuple[Any, Any, Any]:
     return None, None, None
 
 
+# -- arrays as text ------------------------------------------------------------------------------
 _MOST_CHARACTERS = 1 << 20
 
 

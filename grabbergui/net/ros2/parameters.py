@@ -17,7 +17,7 @@ from grabbergui.core.sfnc import as_editable
 
 log = logging.getLogger(__name__)
 
-
+# -- values and descriptors ----------------------------------------------------------------------
 _NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
 """Of `rcl_interfaces/msg/ParameterType`, whose rest are arrays. No feature is an array."""
 
@@ -126,6 +126,7 @@ def _fits_a_slider(low: float, high: float) -> bool:
     return 0 < span < math.inf and max(abs(low), abs(high)) / span < _SLIDER.stop / 100
 
 
+# -- changes -------------------------------------------------------------------------------------
 class ParameterEvents:
     """Follows a grabber's features, and publishes their values from a thread of its own.
 
@@ -197,6 +198,7 @@ def _is_publishable(value: FeatureValue) -> bool:
     return not isinstance(value, int) or value in _SLIDER
 
 
+# -- services ------------------------------------------------------------------------------------
 _QOS_OVERRIDES = "qos_overrides."
 _NULL = "null"
 """The value in a parameter file for a parameter that was not set when the file was dumped."""
@@ -235,7 +237,7 @@ class FeatureParameters:
         """Release the grabber. May be called twice."""
         self._events.stop()
 
-    # -- what there is -------------------------------------------------------------------------------
+    # -- what there is ---------------------------------------------------------------------------
     def _list(self, request: Any, answer: Any) -> Any:
         """List all but hidden parameters; feature names have no dots, so each prefix is a whole name."""
         answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
@@ -306,7 +308,7 @@ class FeatureParameters:
         auto = self._grabber.feature(feature.auto) if feature.auto else None
         return as_editable(feature, auto).access.writable
 
-    # -- from ROS to the camera ----------------------------------------------------------------------
+    # -- from ROS to the camera ------------------------------------------------------------------
     def _set(self, request: Any, answer: Any) -> Any:
         with self._together():
             answer.results = [self._set_one(parameter) for parameter in request.parameters]

@@ -181,6 +181,7 @@ def _fill(header: Any, stamp: tuple[int, int], frame_id: str) -> None:
     header.frame_id = frame_id
 
 
+# -- components ----------------------------------------------------------------------------------
 _FIELDS = (("x", 0), ("y", 4), ("z", 8), ("rgb", 12))
 _POINT = np.dtype([("position", "<f4", (3,)), ("rgb", "<u4")])
 _MILLIMETRES = np.float32(1000)
@@ -269,6 +270,7 @@ class ComponentTopics:
         return message
 
 
+# -- images without copies in between ------------------------------------------------------------
 _LENGTH_BYTES = 4
 """Of the number of bytes, which comes before them."""
 

@@ -34,6 +34,7 @@ _OURS = "<transport_id>pictures</transport_id>"
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
+# -- what to do without ROS 2 --------------------------------------------------------------------
 def require_ros2() -> None:
     """Raise SourceUnavailableError, in one line, where rclpy is missing."""
     try:
@@ -89,6 +90,7 @@ def _load_libraries(package: Path) -> None:
             log.debug("%s: %s", library, error)
 
 
+# -- the node ------------------------------------------------------------------------------------
 class Ros2Node:
     """A node in a context of its own, spun by one thread until closed.
 
@@ -209,6 +211,7 @@ def _is_ours(profiles: str) -> bool:
         return False
 
 
+# -- its log -------------------------------------------------------------------------------------
 _MOST_RECORDS = 100
 """Records that wait to be published; more than that at once, and the rest is only in the log."""
 
@@ -267,6 +270,7 @@ class RosoutHandler(logging.Handler):
         return message
 
 
+# -- static frames -------------------------------------------------------------------------------
 class StaticFrame:
     """Publishes where one frame sits on another, until it is closed. `open` and `close` from one thread."""
 

@@ -127,7 +127,7 @@ class Ros2GrabberServer:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    # -- calibration ---------------------------------------------------------------------------------
+    # -- calibration -----------------------------------------------------------------------------
     def _declare(self, frame_id: str) -> None:
         """Declare the two parameters that ROS's camera drivers share. Raises UsageError for a wrong type.
 
@@ -175,6 +175,7 @@ class Ros2GrabberServer:
         return answer
 
 
+# -- services ------------------------------------------------------------------------------------
 class GrabberServices:
     """Offers the services of `grabber_interfaces` below the node's name. Failures are replies.
 
@@ -204,7 +205,7 @@ class GrabberServices:
         """Release the grabber."""
         self._tree.close()
 
-    # -- the five ----------------------------------------------------------------------------------
+    # -- the five --------------------------------------------------------------------------------
     def _has(self, request: Any, answer: Any) -> None:
         if request.name:
             answer.has_feature = self._grabber.has_feature(request.name)
@@ -284,7 +285,7 @@ class GrabberServices:
         elif isinstance(value, (bool, int, float)):
             answer.value = float(value)
 
-    # -- the tree ----------------------------------------------------------------------------------
+    # -- the tree --------------------------------------------------------------------------------
     def _ask(self, request: Any, answer: Any) -> Any:
         try:
             answer.result = dumps(self._tree.perform(request.verb, *request.arguments))
@@ -332,6 +333,7 @@ def _of_kind(feature: Feature, value: float) -> float | bool | str:
     return value
 
 
+# -- diagnostics ---------------------------------------------------------------------------------
 _DIAGNOSTICS_PERIOD = 1.0
 """Seconds."""
 

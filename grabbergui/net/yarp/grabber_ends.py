@@ -56,9 +56,7 @@ from grabbergui.net.yarp.os.values import Dialect
 
 log = logging.getLogger(__name__)
 
-TIMEOUT = 2.0
-"""Seconds for one request to a server of YARP's own."""
-
+# -- the service ---------------------------------------------------------------------------------
 FRAME_TIMEOUT = 1.0
 """Seconds that an image request waits for the next frame."""
 
@@ -119,7 +117,7 @@ class GrabberService:
             status = next((status for kind, status in _STATUS if isinstance(error, kind)), Status.FAILED)
             return Reply(status=status, text=str(error) if isinstance(error, UsageError) else "")
 
-    # -- YARP's interfaces -------------------------------------------------------------------------
+    # -- YARP's interfaces -----------------------------------------------------------------------
     def _make_actions(self) -> dict[Operation, Callable[..., tuple[Value, ...]]]:
         numbered = self._features
         return {
@@ -190,7 +188,7 @@ class GrabberService:
             raise FeatureAccessError(f"{role.names[0]} cannot be read at the moment", role.names[0])
         return value
 
-    # -- images --------------------------------------------------------------------------------------
+    # -- images ----------------------------------------------------------------------------------
     def _frame(self) -> Frame:
         """Return the next frame; a camera that does not stream has none."""
         with self._image_lock:
@@ -214,7 +212,7 @@ class GrabberService:
             raise UsageError(_CROP_OUTSIDE)
         return (capability.item(frame, (left, top, right + 1, bottom + 1)),)
 
-    # -- our own vocabulary --------------------------------------------------------------------------
+    # -- our own vocabulary ----------------------------------------------------------------------
     def _answer_tree(self, request: Bottle) -> Bottle:
         verb, *arguments = [str(item) for item in request[1:]] or [""]
         try:
@@ -235,6 +233,11 @@ def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:
 
 def _no_zoom(*_: Value) -> tuple[Value, ...]:
     raise FeatureNotFoundError("the field of view follows from the lens and the region; set those", "Zoom")
+
+
+# -- the link ------------------------------------------------------------------------------------
+TIMEOUT = 2.0
+"""Seconds for one request to a server of YARP's own."""
 
 
 class Features(RemoteFeatures, Protocol):

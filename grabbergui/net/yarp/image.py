@@ -23,6 +23,7 @@ from grabbergui.net.yarp.os.bottle import BLOB, INT32, LIST, VOCAB, Bottle, Buff
 from grabbergui.net.yarp.os.carrier import BOUNDARY
 from grabbergui.net.yarp.os.values import Vocab
 
+# -- header and pixels ---------------------------------------------------------------------------
 HEADER: Final = struct.Struct("<15i")
 DEFAULT_QUANTUM: Final = 8
 SIDE_LIMIT: Final = 1 << 20
@@ -187,6 +188,7 @@ def _quantum(used: int, row_bytes: int) -> int:
     raise LocalProtocolError(f"rows of {row_bytes} bytes for {used} bytes of pixels have no quantum")
 
 
+# -- what a frame grabber sends ------------------------------------------------------------------
 Picture = tuple[NDArray[Any], str]
 """Pixels and YARP's code for them."""
 
@@ -244,6 +246,7 @@ def _raw(frame: Frame) -> Picture:
     return (pixels, code) if code and pixels.dtype == np.uint8 else (frame.rgb(), "rgb")
 
 
+# -- JPEG over mjpeg -----------------------------------------------------------------------------
 _HEADER_LIMIT: Final = 8192
 _JPEG_LIMIT: Final = 64 << 20
 _BLANK_LINE: Final = re.compile(rb"\r?\n\r?\n")

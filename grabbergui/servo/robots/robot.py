@@ -159,6 +159,7 @@ class Robot(ABC):
         return self.model.skeleton(state.head, state.arm)
 
 
+# -- targets that lead ---------------------------------------------------------------------------
 Place = TypeVar("Place", bound=np.ndarray)
 
 HEAD_SLACK = math.radians(0.5)

@@ -40,7 +40,6 @@ CAMERAS = ("head_front_camera_color_optical_frame", "head_front_camera_rgb_optic
 HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
 "Our hand's axes as seen from TIAGo's, whose x points out of the palm: z forward, x down at home."
 
-
 _HOW_TO_GET_IT = "Pinocchio is not installed: run pip install 'grabbergui[servo]'"
 
 
@@ -92,7 +91,7 @@ def _body(path: Path, model: Any, arm: UrdfChain) -> Body:
         return links
 
 
-# -- any URDF ---------------------------------------------------------------------------------------
+# -- any URDF ------------------------------------------------------------------------------------
 def load_urdf(path: Path) -> Any:
     """Pinocchio's model of a file. Raises SourceUnavailableError without Pinocchio or without the file."""
     try:

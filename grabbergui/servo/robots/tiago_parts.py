@@ -27,6 +27,7 @@ from grabbergui.servo.robots.tiago_messages import Stream, Trajectory
 
 log = logging.getLogger(__name__)
 
+# -- the choice ----------------------------------------------------------------------------------
 ACTIVE = "active"
 TRAJECTORY_TYPES = ("joint_trajectory_controller/JointTrajectoryController",)
 POSITION_TYPES = (
@@ -159,6 +160,7 @@ def _why_none(part: str, concerned: Sequence[Controller], listed: Sequence[Contr
     return ", ".join(f"{one.name} ({one.type}) is {one.state}" for one in concerned)
 
 
+# -- commands ------------------------------------------------------------------------------------
 HOLD_S = 0.05
 "Seconds in which a part that is to hold its place settles there."
 _POSITION_PERIOD = 0.02
@@ -259,6 +261,7 @@ def _message_type(kind: Kind) -> Any:
     return JointTrajectory
 
 
+# -- the robot's nodes ---------------------------------------------------------------------------
 _LIST = "/controller_manager/list_controllers"
 _LIST_S = 0.5
 "Seconds between two looks at the list."

@@ -189,7 +189,7 @@ class TiagoOverRos2(Robot):
             channel |= {name: drive.topic, f"{name}_kind": drive.kind.value}
         return [channel]
 
-    # -- commands ------------------------------------------------------------------------------------
+    # -- commands --------------------------------------------------------------------------------
     def _known(self) -> RobotState:
         if self._state is None:
             raise TransportError(f"{self.name} has not reported the positions of its joints")
@@ -217,7 +217,7 @@ class TiagoOverRos2(Robot):
         seconds = self._readings.robot_time(time.monotonic())
         return messages.stamp_of(seconds) if seconds else self._ros.node.get_clock().now().to_msg()
 
-    # -- controllers ---------------------------------------------------------------------------------
+    # -- controllers -----------------------------------------------------------------------------
     def _choose_drives(self) -> None:
         """Wait for a controller of both parts, but not for long; one of them will do."""
         deadline = time.monotonic() + min(self._timeout, SETTLE_S)
@@ -261,7 +261,7 @@ class TiagoOverRos2(Robot):
             time.sleep(0.02)
         return True
 
-    # -- readings ------------------------------------------------------------------------------------
+    # -- readings --------------------------------------------------------------------------------
     def _on_joint_state(self, message: Any) -> None:
         try:
             # The robot's clock may be another; a reading is as old as its arrival.
@@ -288,7 +288,7 @@ class TiagoOverRos2(Robot):
             return f"nobody publishes TIAGo's joints at {topic}; check the topics and ROS_DOMAIN_ID"
         return f"{self._topics.joint_states} reports nothing of {', '.join(missing)}"
 
-    # -- tf ------------------------------------------------------------------------------------------
+    # -- tf --------------------------------------------------------------------------------------
     def _listen_to_frames(self, node: Any) -> None:
         """The camera may sit elsewhere on this robot's head than on the one the URDF is of."""
         try:
@@ -321,6 +321,7 @@ def _angles(state: RobotState, name: str) -> Vector | None:
     return tiago.HEAD_SIGNS * state.head if name == HEAD else state.arm
 
 
+# -- the guardian's way to stop it ---------------------------------------------------------------
 class TiagoChannel(Channel):
     """How the guardian stops a TIAGo: each part holds its place, by the controller that drives it.
 

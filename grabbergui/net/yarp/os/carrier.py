@@ -40,6 +40,7 @@ ACK: Final = _MAGIC.pack(b"YA", 0, b"RP")
 """Acknowledges one message on tcp."""
 
 
+# -- carriers ------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Carrier:
     """One way to move messages."""
@@ -131,6 +132,7 @@ def modifiers_of(carrier: str) -> dict[str, str]:
     return {key: value for key, _, value in (part.partition(".") for part in carrier.split("+")[1:])}
 
 
+# -- what they lead to ---------------------------------------------------------------------------
 PORT_NAME_LIMIT: Final = 900
 """Characters of a port's name: with modifiers it still fits into a header."""
 
@@ -187,6 +189,7 @@ def check_port_name(name: str) -> str:
     return name
 
 
+# -- binary form ---------------------------------------------------------------------------------
 def encode_number(number: int) -> bytes:
     """Return the eight bytes that hold a number: in headers, header replies and acknowledgements."""
     return _MAGIC.pack(b"YA", number, b"RP")
@@ -299,6 +302,7 @@ def _decode_command(data: memoryview, start: int, rest: int) -> Index | None:
     return Index(command, start + length, rest - length)
 
 
+# -- events --------------------------------------------------------------------------------------
 # Of the events, the two that stream are not frozen: that would double the time it takes to make one.
 _EMPTY: Final = memoryview(b"")
 

@@ -303,6 +303,7 @@ class BottleScanner:
         self._open.append((count, code & ELEMENT))
 
 
+# -- datagrams -----------------------------------------------------------------------------------
 _DATAGRAM_START: Final = struct.Struct("<Ii")
 """CRC-32 of the bytes that follow, and the counter."""
 

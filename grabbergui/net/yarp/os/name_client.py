@@ -40,6 +40,7 @@ DEFAULT_NAMESPACE = "/root"
 _LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d+) type (\S+)")
 
 
+# -- contacts ------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Contact:
     """Address of a port."""
@@ -72,6 +73,7 @@ def contacts(lines: Iterable[str]) -> list[Contact]:
     return [contact for contact in map(Contact.decode, lines) if contact]
 
 
+# -- YARP's configuration ------------------------------------------------------------------------
 def namespace() -> str:
     """Return the namespace, which is also the name server's own name."""
     if os.environ.get("YARP_NAMESPACE"):
@@ -138,6 +140,7 @@ def _section(text: str, name: str) -> Mapping[str, str]:
     return {}
 
 
+# -- requests ------------------------------------------------------------------------------------
 Lines = list[str]
 Contacts = list[Contact]
 TIMEOUT = 5.0
@@ -245,6 +248,7 @@ def _checked(name: str) -> str:
     return name if name == "..." else check_port_name(name)
 
 
+# -- a name that is kept -------------------------------------------------------------------------
 KEEP_SECONDS: Final = 5.0
 """Seconds between two checks whether the name server still knows a port."""
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+# -- limits --------------------------------------------------------------------------------------
 PORT_LIMIT: Final = 200
 """Connections of one port at a time, in both directions together. Each costs a thread and a descriptor."""
 
@@ -89,6 +90,7 @@ def _largest_group(connections: Sequence[_Connection]) -> list[_Connection]:
     return [connection for connection in connections if connection.address == crowd]
 
 
+# -- log about strangers -------------------------------------------------------------------------
 class StrangerLog:
     """Warnings about strangers, a few a minute however many come. Any thread."""
 
@@ -109,6 +111,7 @@ class StrangerLog:
         log.warning("%s: %s%s", self._port, text, more)
 
 
+# -- the processor -------------------------------------------------------------------------------
 REST: Final = 3.0
 """Seconds of rest after each second of work: peers' computing takes a quarter of a core at most."""
 
@@ -161,6 +164,7 @@ costly_work = CostlyWork()
 """The process's own."""
 
 
+# -- the connections -----------------------------------------------------------------------------
 class Registry:
     """The connections of one port in both directions. Any thread."""
 

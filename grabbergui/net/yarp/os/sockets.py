@@ -2,6 +2,8 @@
 
 Deadlines are SO_RCVTIMEO and SO_SNDTIMEO rather than Python's, which would turn one read of an image
 into many small ones.
+
+With a key in `auth.conf` both sides of a connection first prove to each other that they know it: `Handshake`.
 """
 
 from __future__ import annotations
@@ -21,9 +23,10 @@ from contextlib import suppress
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, ResourceExhaustedError, TransportError
 from grabbergui.net.yarp.os.bottle import Buffer
 
-NONCE = 8
-DIGEST = 32
-MESSAGE = NONCE + DIGEST
+# -- authentication ------------------------------------------------------------------------------
+_NONCE_BYTES = 8
+_DIGEST_BYTES = 32
+_HANDSHAKE_BYTES = _NONCE_BYTES + _DIGEST_BYTES
 
 
 class Handshake:
@@ -42,16 +45,16 @@ class Handshake:
 
     def received(self, message: bytes) -> bytes:
         """Check 40 bytes of the peer; gives the next message, or nothing. Raises AccessDeniedError."""
-        self._nonces += message[:NONCE]
-        if not hmac.compare_digest(self._digest(), message[NONCE:]):
+        self._nonces += message[:_NONCE_BYTES]
+        if not hmac.compare_digest(self._digest(), message[_NONCE_BYTES:]):
             raise AccessDeniedError("the peer does not know the key of auth.conf")
-        last = len(self._nonces) == 3 * NONCE
+        last = len(self._nonces) == 3 * _NONCE_BYTES
         answer = b"" if last else self._message()
-        self.done = len(self._nonces) == 3 * NONCE
+        self.done = len(self._nonces) == 3 * _NONCE_BYTES
         return answer
 
     def _message(self) -> bytes:
-        nonce = self._nonce(NONCE)
+        nonce = self._nonce(_NONCE_BYTES)
         self._nonces += nonce
         return nonce + self._digest()
 
@@ -59,6 +62,7 @@ class Handshake:
         return hmac.new(self._key, self._nonces, hashlib.sha256).digest()
 
 
+# -- connections ---------------------------------------------------------------------------------
 CONNECT_TIMEOUT = 5.0
 _GATHER = 64
 _SMALL_BYTES = 1 << 14
@@ -237,7 +241,7 @@ def authenticate(sock: socket.socket, key: bytes, *, accepting: bool) -> None:
     if first:
         send(sock, [first])
     while not handshake.done:
-        answer = handshake.received(receive_exactly(sock, MESSAGE))
+        answer = handshake.received(receive_exactly(sock, _HANDSHAKE_BYTES))
         if answer:
             send(sock, [answer])
 
@@ -270,6 +274,7 @@ def local_address_towards(host: str, port: int) -> str:
         ) from error
 
 
+# -- datagrams -----------------------------------------------------------------------------------
 _BUFFER_BYTES = 4 << 20
 """Of a socket for datagrams; the kernel sizes those of TCP itself."""
 _POLL_SECONDS = 0.5

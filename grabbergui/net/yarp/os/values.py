@@ -18,6 +18,7 @@ from typing import Final, Union
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 
 
+# -- types ---------------------------------------------------------------------------------------
 class Dialect(Enum):
     """Version of YARP on the wire: 3.x and 4.0 disagree on the meaning of type code 10."""
 
@@ -94,6 +95,7 @@ def word(item: object) -> str:
     return str(item) if isinstance(item, (str, _AnyVocab)) else ""
 
 
+# -- envelope ------------------------------------------------------------------------------------
 _WRAP = 2**31
 
 
@@ -121,6 +123,7 @@ class Stamp:
         return stamp if math.isfinite(stamp.time) and 0 <= stamp.count < _WRAP else None
 
 
+# -- Bottles as text -----------------------------------------------------------------------------
 _BLANKS = frozenset(" \t\r\n")
 _SEPARATORS = _BLANKS | {","}
 _CLOSING = {")": "(", "}": "{"}
@@ -280,11 +283,6 @@ def _unbalanced() -> RemoteProtocolError:
     return RemoteProtocolError("a Bottle's brackets or quotes do not match")
 
 
-def render_text(items: list[Item]) -> str:
-    """Return the text form of the items, separated by blanks."""
-    return " ".join(_render_item(item) for item in items)
-
-
 def _item(token: str, dialect: Dialect) -> Item:
     match token[0]:
         case "[":
@@ -333,6 +331,11 @@ def _unescape(text: str) -> str:
     if "\\" not in text:
         return text
     return re.sub(r"\\(.?)", lambda match: _UNESCAPED.get(match[1], match[1]), text, flags=re.DOTALL)
+
+
+def render_text(items: list[Item]) -> str:
+    """Return the text form of the items, separated by blanks."""
+    return " ".join(_render_item(item) for item in items)
 
 
 def _render_item(item: Item) -> str:
