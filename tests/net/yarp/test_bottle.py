@@ -276,6 +276,32 @@ def test_tokens_are_what_yarp_takes_them_for(text, value):
 
 
 @pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("a-b.c_9", "a-b.c_9"),
+        ("", '""'),
+        ("true", '"true"'),
+        ("false", '"false"'),
+        ("1a", '"1a"'),
+        ("/x", '"/x"'),
+        ('a"b\n\\', r'"a\"b\n\\"'),
+        (Vocab("ok"), "[ok]"),
+        (Vocab(-1), "[ÿÿÿÿ]"),
+        (Vocab(0), "false"),
+        (True, "true"),
+        (100000.0, "100000.0"),
+        (0.1, "0.100000000000000005551"),
+        (1e30, "1.00000000000000001988e+30"),
+        (float("nan"), "nan"),
+        (b"\1\xff", "{1 255}"),
+        ([1, ["a"]], "(1 (a))"),
+    ],
+)
+def test_values_are_printed_as_yarp_prints_them(value, text):
+    assert Bottle([value]).to_text() == text
+
+
+@pytest.mark.parametrize(
     ("text", "value"),
     [("[four]", Vocab("four")), ("[longer]", Vocab64("longer")), ("[toolongbyfar]", Vocab64("toolongb"))],
 )
