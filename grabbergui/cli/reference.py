@@ -121,7 +121,7 @@ def sources_help() -> str:
     return "\n".join(lines)
 
 
-# -- pixel formats ---------------------------------------------------------------------------------
+# -- pixel formats -------------------------------------------------------------------------------
 def pixel_formats_page() -> str:
     """Document every format: name, code, bits, how it is unpacked, shown and how fast."""
     shown = sum(pixel_format.convertible for pixel_format in FORMATS)
@@ -187,7 +187,7 @@ def made_by(pixel_format: PixelFormat) -> str:
     return "view"
 
 
-# -- man page --------------------------------------------------------------------------------------
+# -- man page ------------------------------------------------------------------------------------
 def man_page() -> str:
     """Return the man page in section 1, as man(7) macros."""
     parts = [
@@ -252,7 +252,7 @@ def _roff(text: str) -> str:
     return rf"\&{text}" if text.startswith(".") else text
 
 
-# -- completion ------------------------------------------------------------------------------------
+# -- completion ----------------------------------------------------------------------------------
 def completion_table() -> dict[str, Any]:
     """Return the commands with their arguments, as `grabbergui.setup.completion` reads them."""
     return {
@@ -296,7 +296,7 @@ def _completed(action: argparse.Action) -> dict[str, Any]:
     return {**described, "kind": kind, "many": action.nargs in ("*", "+")}
 
 
-# -- arguments -------------------------------------------------------------------------------------
+# -- arguments -----------------------------------------------------------------------------------
 def _explained(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
     """Yield the arguments of a parser that have help; those that every command has are left out."""
     for action in parser._actions:

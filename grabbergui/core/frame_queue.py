@@ -268,7 +268,7 @@ class FrameSink:
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
-    # -- the sink's thread -------------------------------------------------------------------------
+    # -- the sink's thread -----------------------------------------------------------------------
     def _run(self) -> None:
         while not self._stopping.is_set():
             self._pause()

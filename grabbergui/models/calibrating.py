@@ -193,7 +193,7 @@ class CalibratingModel:
 
         self._jobs.put(write)
 
-    # -- the model's own thread --------------------------------------------------------------------
+    # -- the model's own thread ------------------------------------------------------------------
     def _consume(self, frame: Frame) -> bool:
         self._seen = time.monotonic()
         if not frame.complete:

@@ -89,7 +89,7 @@ class Connection:
         """All sources that are open or being opened, in that order."""
         return self._sources
 
-    # -- opening -----------------------------------------------------------------------------------
+    # -- opening ---------------------------------------------------------------------------------
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source in place of the current one, and `start` it; one in the background is made current.
 
@@ -162,7 +162,7 @@ class Connection:
             lambda: self._open(source), done=lambda _: self._opened(source, start), failed=failed
         )
 
-    # -- switching, starting, closing ----------------------------------------------------------------
+    # -- switching, starting, closing ------------------------------------------------------------
     def make_current(self, source: OpenSource) -> None:
         """Make another of the open sources the current one."""
         with self._switching:
@@ -225,7 +225,7 @@ class Connection:
             self._leaving = [source for source in self._leaving if source not in ended]
         return len(ended) == len(leaving)
 
-    # -- on the source's own thread ---------------------------------------------------------------
+    # -- on the source's own thread --------------------------------------------------------------
     def _open(self, source: OpenSource) -> None:
         if source.abandoned.is_set():
             return

@@ -354,7 +354,7 @@ class PlaybackModel:
         """Begin again at the end, or stay there."""
         self._set("loop", loop)
 
-    # -- on the source's thread -------------------------------------------------------------------
+    # -- on the source's thread ------------------------------------------------------------------
     def _step(self, steps: int) -> None:
         position = self._grabber.feature(_PLAYBACK_FEATURES["position"])
         if isinstance(position.value, int) and position.maximum is not None:
@@ -371,7 +371,7 @@ class PlaybackModel:
             self._state = state
             self.changed.emit(state)
 
-    # -- from anywhere ----------------------------------------------------------------------------
+    # -- from anywhere ---------------------------------------------------------------------------
     def _set(self, what: str, value: FeatureValue) -> None:
         name = _PLAYBACK_FEATURES[what]
         self._source.worker.submit(

@@ -147,7 +147,7 @@ class RunnerServer:
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._runner.failed.disconnect(self._on_failed, missing_ok=True)
 
-    # -- the loop's thread ---------------------------------------------------------------------------
+    # -- the loop's thread -----------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
         if frame is not None:
             self._frame = frame
@@ -157,7 +157,7 @@ class RunnerServer:
     def _on_failed(self, reason: str) -> None:
         self._failures.append(reason)
 
-    # -- reports -------------------------------------------------------------------------------------
+    # -- reports ---------------------------------------------------------------------------------
     def _send(self) -> None:
         try:
             while not self.closed.wait(PERIOD):
@@ -199,7 +199,7 @@ class RunnerServer:
             _start_thread(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
         self._not_answering = silent
 
-    # -- requests --------------------------------------------------------------------------------------
+    # -- requests --------------------------------------------------------------------------------
     def _receive(self) -> None:
         while (request := read(self._from)) is not None:
             self._last_heartbeat = time.monotonic()
@@ -332,7 +332,7 @@ class RunnerProxy:
         except (OSError, ValueError):
             log.debug("the loop takes no more requests")
 
-    # -- the reports' thread -------------------------------------------------------------------------
+    # -- the reports' thread ---------------------------------------------------------------------
     def _receive(self) -> None:
         report, self._first = self._first, None
         while report is not None:

@@ -146,7 +146,7 @@ class NumberedFeatures:
             raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", what)
         return name
 
-    # -- what there is -----------------------------------------------------------------------------
+    # -- what there is ---------------------------------------------------------------------------
     def has(self, number: int) -> bool:
         """Return whether the camera has the feature."""
         name = self.name(number)
@@ -172,7 +172,7 @@ class NumberedFeatures:
         name = self.name(number)
         return name is not None and self._modes.has_on_off(name)
 
-    # -- values ------------------------------------------------------------------------------------
+    # -- values ----------------------------------------------------------------------------------
     def value(self, number: int) -> float:
         """Return the value of a feature that has one."""
         self._refuse_two_values(number)
@@ -208,7 +208,7 @@ class NumberedFeatures:
             for key, value in ((self._balance(RED), first), (self._balance(BLUE), second)):
                 self._write(self._grabber.read_setting(key), value, key)
 
-    # -- modes -------------------------------------------------------------------------------------
+    # -- modes -----------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
         """Return whether the camera regulates it at the moment."""
         return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
@@ -232,7 +232,7 @@ class NumberedFeatures:
         """Switch it on or off."""
         self._modes.set_active(self.require(number), on)
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _feature(self, number: int) -> Feature:
         return self._grabber.feature(self.require(number))
 
@@ -315,7 +315,7 @@ class FeatureModes:
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
 
-    # -- what there is -----------------------------------------------------------------------------
+    # -- what there is ---------------------------------------------------------------------------
     def has_auto(self, name: str) -> bool:
         """Return whether the camera can regulate it by itself."""
         auto = self._automatic(name)
@@ -334,7 +334,7 @@ class FeatureModes:
         """Return whether it can be switched on and off."""
         return self._switch(name) is not None
 
-    # -- who regulates it --------------------------------------------------------------------------
+    # -- who regulates it ------------------------------------------------------------------------
     def automatic(self, name: str) -> bool:
         """Return whether the camera regulates it at the moment."""
         return regulating(self._automatic(name))
@@ -356,7 +356,7 @@ class FeatureModes:
             raise FeatureAccessError(f"{name} cannot be regulated once on this camera", name)
         self._grabber.write_feature(auto.name, AUTO_ONCE)
 
-    # -- whether it acts ---------------------------------------------------------------------------
+    # -- whether it acts -------------------------------------------------------------------------
     def active(self, name: str) -> bool:
         """Return whether it is switched on; a feature without a switch is always on."""
         switch = self._switch(name)
@@ -370,7 +370,7 @@ class FeatureModes:
         value: FeatureValue = on if switch.kind is FeatureKind.BOOLEAN else _ON if on else _OFF
         self._grabber.write_feature(switch.name, value)
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _automatic(self, name: str) -> Feature | None:
         return self._feature(automatic_mode_of(name, self._grabber.has_feature))
 

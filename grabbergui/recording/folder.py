@@ -175,7 +175,7 @@ class FolderWriter(RecordingWriter):
         self._notes.write(kept.line)
         self._size += kept.size + len(kept.line)
 
-    # -- a thread of its own -----------------------------------------------------------------------
+    # -- a thread of its own ---------------------------------------------------------------------
     def _keep(self, number: int, frame: Frame) -> _Kept:
         suffix, content, pixel_format = self._encoded(frame)
         file = self.path / f"{number:08d}{suffix}"

@@ -180,7 +180,7 @@ class McapRecording(Recording):
         except RemoteProtocolError:
             return 0
 
-    # -- walking the file -------------------------------------------------------------------------
+    # -- walking the file ------------------------------------------------------------------------
     def _walk(self) -> None:
         size = self._file.seek(0, 2)
         at = len(MAGIC)

@@ -283,7 +283,7 @@ class PlaybackGrabber(FrameGrabber):
     def statistics(self) -> StreamStatistics:
         return self._statistics.snapshot(self._rates)
 
-    # -- the player's thread ------------------------------------------------------------------------
+    # -- the player's thread ---------------------------------------------------------------------
     def _play(self, recording: Recording) -> None:
         due = time.monotonic()
         noticed = 0.0

@@ -274,7 +274,7 @@ class CommandGate:
             if not self._robot.stop():
                 self._guard.stop()  # over its own connections
 
-    # -- space ---------------------------------------------------------------------------------------
+    # -- space -----------------------------------------------------------------------------------
     def _kept_clear(self, command: Command) -> Command:
         """The command with its hand slowed down, or at rest, where it would come too near to anything."""
         before, self.hindrance = self.hindrance, ""
@@ -348,7 +348,7 @@ class CommandGate:
             contacts.append(nearest_box(body.capsules(arm), self._obstacles))
         return min(contacts, key=lambda contact: contact.distance)
 
-    # -- limits --------------------------------------------------------------------------------------
+    # -- limits ----------------------------------------------------------------------------------
     def _problem(self, command: Command) -> str:
         config = self._config
         numbers = [command.head, command.hand]

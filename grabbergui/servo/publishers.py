@@ -184,7 +184,7 @@ class Ros2Publisher:
         if ros is not None:
             ros.close()
 
-    # -- stops ---------------------------------------------------------------------------------------
+    # -- stops -----------------------------------------------------------------------------------
     def _on_stop(self, request: Any, answer: Any) -> Any:
         self._runner.emergency_stop("stopped over ROS 2")
         answer.success, answer.message = True, "stopped; call resume to go on"
@@ -206,7 +206,7 @@ class Ros2Publisher:
     def _on_stop_now(self, message: Any) -> None:
         self._runner.emergency_stop("stopped over ROS 2")
 
-    # -- results -------------------------------------------------------------------------------------
+    # -- results ---------------------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
         self._publish("state", lambda: status(cycle))
         sighting = self._runner.loop.sighting

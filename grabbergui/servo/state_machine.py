@@ -196,7 +196,7 @@ class StateMachine:
         self.transitions.append(Transition(now, state, reason))
 
 
-# -- watches: encoders that stand still, a hand that comes no nearer ---------------------------------
+# -- watches: encoders that stand still, a hand that comes no nearer -----------------------------
 _SLOW_HEAD = 0.02
 "Rad/s of a command below which the readings need not change."
 _SLOW_HAND = 0.01

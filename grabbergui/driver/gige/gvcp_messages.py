@@ -116,7 +116,6 @@ class Action:
 
 
 # -- about the device itself ---------------------------------------------------------------------
-
 DISCOVERY_REQ_ID = 0xFFFF
 
 

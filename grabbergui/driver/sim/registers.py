@@ -286,7 +286,7 @@ ALL: tuple[Register, ...] = tuple(_described)
 _one, _each = _described.one, _described.each
 
 
-# -- DeviceControl --------------------------------------------------------------------------------
+# -- DeviceControl -------------------------------------------------------------------------------
 DEVICE_VENDOR_NAME = _one("DeviceVendorName")
 DEVICE_MODEL_NAME = _one("DeviceModelName")
 DEVICE_MANUFACTURER_INFO = _one("DeviceManufacturerInfo")
@@ -306,7 +306,7 @@ LINK_THROUGHPUT_LIMIT_MODE = _one("DeviceLinkThroughputLimitMode")
 LINK_THROUGHPUT_LIMIT = _one("DeviceLinkThroughputLimit")
 LINK_CURRENT_THROUGHPUT = _one("DeviceLinkCurrentThroughput")
 
-# -- ImageFormatControl ---------------------------------------------------------------------------
+# -- ImageFormatControl --------------------------------------------------------------------------
 SENSOR_WIDTH_REGISTER = _one("SensorWidth")
 WIDTH_MAX = _one("WidthMax")
 HEIGHT_MAX = _one("HeightMax")
@@ -328,7 +328,7 @@ COMPONENT_ENABLE = _each("ComponentEnable")
 "Intensity, range, confidence."
 IMAGE_COMPRESSION_MODE = _one("ImageCompressionMode")
 
-# -- AcquisitionControl ---------------------------------------------------------------------------
+# -- AcquisitionControl --------------------------------------------------------------------------
 ACQUISITION_MODE = _one("AcquisitionMode")
 ACQUISITION_START = _one("AcquisitionStart")
 ACQUISITION_STOP = _one("AcquisitionStop")
@@ -347,7 +347,7 @@ TRIGGER_DELAY = _each("TriggerDelay")
 BURST_FRAME_COUNT = _one("AcquisitionBurstFrameCount")
 SETTING_LATENCY = _one("SettingLatency")
 
-# -- AnalogControl --------------------------------------------------------------------------------
+# -- AnalogControl -------------------------------------------------------------------------------
 GAIN_AUTO = _one("GainAuto")
 GAIN_RAW = _one("GainRaw")
 "Hundredths of a decibel."
@@ -358,23 +358,23 @@ BALANCE_WHITE_AUTO = _one("BalanceWhiteAuto")
 BALANCE_RATIO = _each("BalanceRatio")
 "Red, green, blue; neutral under the scene's light when the camera leaves its factory."
 
-# -- AutoFunctionControl --------------------------------------------------------------------------
+# -- AutoFunctionControl -------------------------------------------------------------------------
 AUTO_TARGET_BRIGHTNESS = _one("AutoTargetBrightness")
 AUTO_EXPOSURE_LOWER = _one("AutoExposureTimeLowerLimit")
 AUTO_EXPOSURE_UPPER = _one("AutoExposureTimeUpperLimit")
 AUTO_GAIN_LOWER = _one("AutoGainLowerLimit")
 AUTO_GAIN_UPPER = _one("AutoGainUpperLimit")
 
-# -- DigitalIOControl -----------------------------------------------------------------------------
+# -- DigitalIOControl ----------------------------------------------------------------------------
 USER_OUTPUT_VALUE = _one("UserOutputValue")
 
-# -- UserSetControl -------------------------------------------------------------------------------
+# -- UserSetControl ------------------------------------------------------------------------------
 USER_SET_SELECTOR = _one("UserSetSelector")
 USER_SET_LOAD = _one("UserSetLoad")
 USER_SET_SAVE = _one("UserSetSave")
 USER_SET_DEFAULT = _one("UserSetDefault")
 
-# -- FileAccessControl ----------------------------------------------------------------------------
+# -- FileAccessControl ---------------------------------------------------------------------------
 FILE_SELECTOR = _one("FileSelector")
 FILE_OPERATION_SELECTOR = _one("FileOperationSelector")
 FILE_OPERATION_EXECUTE = _one("FileOperationExecute")
@@ -388,28 +388,28 @@ FILE_ACCESS_LENGTH = _one("FileAccessLength")
 FILE_ACCESS_BUFFER = _described.buffer("FileAccessBuffer")
 "Address and length."
 
-# -- LUTControl -----------------------------------------------------------------------------------
+# -- LUTControl ----------------------------------------------------------------------------------
 LUT_ENABLE = _one("LUTEnable")
 LUT_INDEX = _one("LUTIndex")
 LUT_VALUE = _one("LUTValue")
 LUT_VALUE_ALL = _described.buffer("LUTValueAll")
 "Address and length."
 
-# -- ChunkDataControl -----------------------------------------------------------------------------
+# -- ChunkDataControl ----------------------------------------------------------------------------
 CHUNK_MODE_ACTIVE = _one("ChunkModeActive")
 CHUNK_ENABLE = _each("ChunkEnable")
 
-# -- EventControl ---------------------------------------------------------------------------------
+# -- EventControl --------------------------------------------------------------------------------
 TEST_EVENT_GENERATE = _one("TestEventGenerate")
 EVENT_NOTIFICATION = _each("EventNotification")
 
-# -- TransportLayerControl ------------------------------------------------------------------------
+# -- TransportLayerControl -----------------------------------------------------------------------
 PAYLOAD_SIZE = _one("PayloadSize")
 PAYLOAD_TYPE = _one("PayloadType")
 GENDC_STREAMING_MODE = _one("GenDCStreamingMode")
 TL_PARAMS_LOCKED = _one("TLParamsLocked")
 
-# -- PtpControl -----------------------------------------------------------------------------------
+# -- PtpControl ----------------------------------------------------------------------------------
 PTP_ENABLE = _one("PtpEnable")
 PTP_STATUS = _one("PtpStatus")
 PTP_DATA_SET_LATCH = _one("PtpDataSetLatch")

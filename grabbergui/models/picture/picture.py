@@ -190,7 +190,7 @@ class PictureModel:
         """Record that an image has reached the screen."""
         self._painted.add()
 
-    # -- display thread ----------------------------------------------------------------------------
+    # -- display thread --------------------------------------------------------------------------
     def _show(self, queue: FrameQueue) -> None:
         while not queue.closed:
             try:

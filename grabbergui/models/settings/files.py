@@ -124,7 +124,7 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
     return _from_yaml(text, where)
 
 
-# -- GenICam's persistence format ------------------------------------------------------------------
+# -- GenICam's persistence format ----------------------------------------------------------------
 def to_persistence(features: FeatureSet) -> str:
     """Return the text of a set in GenICam's persistence format."""
     lines = [
@@ -195,7 +195,7 @@ def _device_of(text: str) -> str:
     return ""
 
 
-# -- YAML ------------------------------------------------------------------------------------------
+# -- YAML ----------------------------------------------------------------------------------------
 def to_yaml(features: FeatureSet) -> str:
     """Return the text of a set as YAML 1.2 that YAML 1.1 reads alike."""
     lines = [f"device: {json.dumps(features.device)}", "features:"]

@@ -84,7 +84,7 @@ class ComponentSubscriptions:
             quality_of_service("sensor_data"),
         )
 
-    # -- on the node's thread ------------------------------------------------------------------------
+    # -- on the node's thread --------------------------------------------------------------------
     def _on_image(self, name: str, message: Any) -> None:
         try:
             frame = frame_of(message, 0)
@@ -220,7 +220,7 @@ class ImageStream:
         )
         self._subscriptions = [subscription, info]
 
-    # -- on the node's thread ------------------------------------------------------------------------
+    # -- on the node's thread --------------------------------------------------------------------
     def _on_image(self, message: Any) -> None:
         try:
             frame = frame_of(message, self._counters.frames + 1)

@@ -117,7 +117,7 @@ class NumberFeatures:
         before, self._seen = self._seen, now
         return frozenset(name for name, feature in now.items() if before.get(name) != feature)
 
-    # -- what the server has -------------------------------------------------------------------------
+    # -- what the server has ---------------------------------------------------------------------
     def _explore(self, number: FeatureId) -> _Numbered | None:
         if not self._flag(Operation.HAS_FEATURE, number):
             return None
@@ -176,7 +176,7 @@ class NumberFeatures:
             ),
         )
 
-    # -- reading -------------------------------------------------------------------------------------
+    # -- reading ---------------------------------------------------------------------------------
     def _read_numbered(self, numbered: _Numbered) -> Feature:
         if numbered.two_values:
             pair = self._numbers(Operation.GET_VALUES, numbered.number)
@@ -250,7 +250,7 @@ class NumberFeatures:
             value=int(_number(reply.values[0])) if reply.ok else None,
         )
 
-    # -- writing -------------------------------------------------------------------------------------
+    # -- writing ---------------------------------------------------------------------------------
     def _write_numbered(self, numbered: _Numbered, value: FeatureValue) -> None:
         if not numbered.two_values:
             self._do(numbered.name, Operation.SET_VALUE, numbered.number, float(value))
@@ -275,7 +275,7 @@ class NumberFeatures:
     def _write_selector(self, value: FeatureValue) -> None:
         self._channel = str(value)
 
-    # -- asking --------------------------------------------------------------------------------------
+    # -- asking ----------------------------------------------------------------------------------
     def _flag(self, operation: Operation, number: FeatureId) -> bool:
         reply = self._ask(operation, number)
         return reply.ok and reply.values[0] is True

@@ -62,7 +62,7 @@ _STREAMED = {
 _INTERFACES = {"ivel": VELOCITY_MODE, "ipod": DIRECT_MODE}
 
 
-# -- control boards: requests ---------------------------------------------------------------------
+# -- control boards: requests --------------------------------------------------------------------
 def axes(dialect: Dialect = Dialect.YARP3) -> Bottle:
     """The request for the number of joints, which moves nothing."""
     return _request("get axes", dialect=dialect)
@@ -99,7 +99,7 @@ def _request(words: str, *arguments: Item, dialect: Dialect) -> Bottle:
     return Bottle([*map(Vocab, words.split()), *arguments])
 
 
-# -- control boards: streamed commands ------------------------------------------------------------
+# -- control boards: streamed commands -----------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class Streamed:
     """A streamed command."""
@@ -147,7 +147,7 @@ def _streamed(interface: str, verb: str, values: Vector, dialect: Dialect) -> Bo
     return Bottle([Bottle(map(Vocab, words)), degrees(values)])
 
 
-# -- control boards: readings ---------------------------------------------------------------------
+# -- control boards: readings --------------------------------------------------------------------
 def encoders(angles: Vector) -> Bottle:
     """Return the reading that a control board streams, from radians."""
     return Bottle(degrees(angles))
@@ -176,7 +176,7 @@ def extended_state(angles: Vector, modes: Sequence[Vocab], dialect: Dialect = Di
     return Bottle([degrees(angles), OK, *unknown, numbered, OK, [0] * joints, FAIL, *temperatures])
 
 
-# -- control boards: values -----------------------------------------------------------------------
+# -- control boards: values ----------------------------------------------------------------------
 def numbers(items: Item | Sequence[Item], count: int) -> Vector:
     """So many finite numbers. Raises RemoteProtocolError."""
     if not isinstance(items, list) or len(items) != count:
@@ -212,7 +212,7 @@ Until February 2023 there was a `pose` beside `movi`, which took its first numbe
 """
 
 
-# -- Cartesian controllers: requests --------------------------------------------------------------
+# -- Cartesian controllers: requests -------------------------------------------------------------
 def announce(command: Vocab) -> Bottle:
     """The request that gets a controller ready for one kind of streamed command."""
     return Bottle([Vocab("set"), Vocab("cpsc"), command])
@@ -233,7 +233,7 @@ def ask_status() -> Bottle:
     return Bottle([Vocab("stat")])
 
 
-# -- Cartesian controllers: streamed commands and readings ----------------------------------------
+# -- Cartesian controllers: streamed commands and readings ---------------------------------------
 def twist(values: Vector) -> Bottle:
     """A streamed twist, m/s and rad/s."""
     return Bottle([TWIST, *map(float, values)])

@@ -76,7 +76,7 @@ class CalibratingController(QObject):
         """Save the calibration."""
         self.model.save(path)
 
-    # -- from the dialog ---------------------------------------------------------------------------
+    # -- from the dialog -------------------------------------------------------------------------
     def _on_dialog_board_chosen(self, settings: BoardSettings) -> None:
         try:
             self.model.choose(settings)
@@ -122,7 +122,7 @@ class CalibratingController(QObject):
         if path := self._files.to_save(self.tr("Save the calibration"), str(Path.home() / name), kinds):
             self.save_to(path)
 
-    # -- from the model ----------------------------------------------------------------------------
+    # -- from the model --------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
         preview = self.model.take()
         if preview is not None and self._chosen is None:

@@ -216,7 +216,7 @@ class ChangesController(QObject):
         self._panel.saveRequested.connect(self._ask_save)
         self._show_steps()
 
-    # -- undo and redo -----------------------------------------------------------------------------
+    # -- undo and redo ---------------------------------------------------------------------------
     def _revert(self, direction: Direction, _: bool = False) -> None:
         source = self._source
         if source is None or source.features is None or source.tracked_grabber is None:
@@ -244,7 +244,7 @@ class ChangesController(QObject):
     def _name(self, direction: Direction) -> str:
         return self.tr("&Undo") if direction is Direction.UNDO else self.tr("&Redo")
 
-    # -- the list ----------------------------------------------------------------------------------
+    # -- the list --------------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         self._source, self._open = source, True
         if self._journal_bridge is not None:
@@ -268,7 +268,7 @@ class ChangesController(QObject):
             self._source.journal.clear()
         self._show_all()
 
-    # -- doing it again ----------------------------------------------------------------------------
+    # -- doing it again --------------------------------------------------------------------------
     def _copy(self, kind: CopyAs) -> None:
         if (clipboard := QApplication.clipboard()) is not None:
             clipboard.setText(self._text(kind))

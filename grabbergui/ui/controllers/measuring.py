@@ -78,7 +78,7 @@ class MeasuringController(QObject):
         marks.setShape(Mark.FOCUS, self._seen(focus, frame) if focus and frame else None)
         marks.setShape(Mark.PROFILE, self._seen_line(line, frame) if line and frame else None)
 
-    # -- what is wanted ------------------------------------------------------------------------------
+    # -- what is wanted --------------------------------------------------------------------------
     def _on_dock_seen(self, dock: QDockWidget, seen: bool) -> None:
         self._seen_docks[dock] = seen
         self._update_wanted()
@@ -138,7 +138,7 @@ class MeasuringController(QObject):
         self._view.drawing.cancel()
         self._focus_on(None)
 
-    # -- what was measured ---------------------------------------------------------------------------
+    # -- what was measured -----------------------------------------------------------------------
     def _on_measured(self, measured: Measurement) -> None:
         panels, size = self._panels, (measured.frame.width, measured.frame.height)
         if size != self._size and (self._focus_region is not None or self._line is not None):
@@ -157,7 +157,7 @@ class MeasuringController(QObject):
         if measured.profile is not None:
             panels.profile.setProfile(measured.profile)
 
-    # -- where it is seen ----------------------------------------------------------------------------
+    # -- where it is seen ------------------------------------------------------------------------
     @property
     def _orientation(self) -> Orientation:
         return self._picture.settings.orientation
@@ -233,7 +233,7 @@ class ValuesController(QObject):
         with self._messages.saving(path, self.tr("Saved the values to {0}")):
             path.write_text(to_csv(self._histories), encoding="utf-8")
 
-    # -- what is read ------------------------------------------------------------------------------
+    # -- what is read ----------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None or source.features is None:
             return
@@ -263,7 +263,7 @@ class ValuesController(QObject):
                 history.add(moment, value)
         self._show(moment)
 
-    # -- what is shown -----------------------------------------------------------------------------
+    # -- what is shown ---------------------------------------------------------------------------
     def _show(self, now: float | None = None) -> None:
         self._panel.setSamples(self._histories, time.time() if now is None else now)
 

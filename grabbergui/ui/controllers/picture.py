@@ -117,7 +117,7 @@ class AcquisitionController(QObject):
             folder, scan = self._preferences.snapshot_folder, self._picture.settings.scan
             self._snapshots.save_points(frame, folder, source.grabber.info, scan)
 
-    # -- the picture ---------------------------------------------------------------------------------
+    # -- the picture -----------------------------------------------------------------------------
     def _on_picture_ready(self) -> None:
         picture = self._picture.take()
         if picture is None or self._shown is None:
@@ -148,7 +148,7 @@ class AcquisitionController(QObject):
             texts[picture.label] = value_at_text(picture, pixel, settings)
         self._view.setCursorText(cursor_text(picture, pixel, settings), texts)
 
-    # -- the connection --------------------------------------------------------------------------------
+    # -- the connection --------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None:
             return
@@ -171,7 +171,7 @@ class AcquisitionController(QObject):
     def _on_snapshot_saved(self, path: Path) -> None:
         self._messages.notice(self.tr("Saved {0}").format(path))
 
-    # -- what can be done ------------------------------------------------------------------------------
+    # -- what can be done ------------------------------------------------------------------------
     def _enable_actions(self) -> None:
         state, actions = self._connection.state, self._actions
         for action in (actions.actionConnect, actions.actionConnectStill):

@@ -85,7 +85,7 @@ class HandEyeController(QObject):
         if placement is not None:
             self.model.save(path, placement)
 
-    # -- from the view -----------------------------------------------------------------------------
+    # -- from the view ---------------------------------------------------------------------------
     def _on_view_setup_changed(self, setup: Setup) -> None:
         try:
             self.model.choose(setup)
@@ -162,7 +162,7 @@ class HandEyeController(QObject):
         if path is not None:
             self.save_to(path)
 
-    # -- from the model ----------------------------------------------------------------------------
+    # -- from the model --------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
         preview = self.model.take()
         if preview is not None:
@@ -251,7 +251,7 @@ class ServoController(QObject):
         self._bridge.close()
         self.model.close()
 
-    # -- from the window ---------------------------------------------------------------------------
+    # -- from the window -------------------------------------------------------------------------
     def _on_window_stop_pressed(self) -> None:
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
         _start_thread(lambda: self._runner.emergency_stop("stopped in the window"), "emergency stop")
@@ -281,7 +281,7 @@ class ServoController(QObject):
         log.info("tuned: %s", tuning)
         self._runner.tune(config)
 
-    # -- from the run ------------------------------------------------------------------------------
+    # -- from the run ----------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
         shown = self.model.take()
         if shown is None:
@@ -302,7 +302,7 @@ class ServoController(QObject):
     def _on_runner_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
 
-    # -- hand and eye ------------------------------------------------------------------------------
+    # -- hand and eye ----------------------------------------------------------------------------
     def _on_window_hand_eye_pressed(self) -> None:
         stand, runner = self._stand, self._runner
         if isinstance(runner, RunnerProxy):
@@ -340,7 +340,7 @@ class ServoController(QObject):
         self._window.setHandEyeAvailable(True)
         self._restart = _start_thread(start, "servo start")
 
-    # -- a camera that nobody calibrated -----------------------------------------------------------
+    # -- a camera that nobody calibrated ---------------------------------------------------------
     def _offer_calibrating(self, nominal: bool) -> None:
         if nominal and self._offer is None and isinstance(self._calibration, CalibrationChoice):
             self._offer = self._window.messages.showOffer(

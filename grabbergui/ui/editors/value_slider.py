@@ -80,7 +80,7 @@ class ValueSlider(QSlider):
         if not self.isSliderDown():
             self._show_part(keep=False)
 
-    # -- mouse -------------------------------------------------------------------------------------
+    # -- mouse -----------------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Bring the handle under the mouse, then drag it."""
         if event is None or event.button() != Qt.MouseButton.LeftButton:
@@ -153,7 +153,7 @@ class ValueSlider(QSlider):
             painter.drawPolyline(_arrow(self.width() - 1.0, middle, -3.0))
         painter.end()
 
-    # -- the part on show --------------------------------------------------------------------------
+    # -- the part on show ------------------------------------------------------------------------
     def _show_part(self, keep: bool) -> None:
         """Show the number; where `keep`, with the same part of the range, as long as that has it."""
         if self._whole is None or self._feature is None or not isinstance(self._feature.value, int | float):
@@ -191,7 +191,7 @@ class ValueSlider(QSlider):
         self._scrolling.stop()
         self._show_part(keep=True)
 
-    # -- editing -----------------------------------------------------------------------------------
+    # -- editing ---------------------------------------------------------------------------------
     def _step(self, steps: int, pace: Pace) -> None:
         if steps and self._feature is not None and self.isEnabled():
             self._edit(stepped(self._feature, steps, pace))

@@ -185,7 +185,7 @@ class ScriptApi:
         """End the script and the window here, with this exit code."""
         raise _Ended(code)
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _source(self) -> OpenSource:
         source = self.program.connection.source
         if source is None or source.tracked_grabber is None:

@@ -153,7 +153,7 @@ class CalibrationDialog(CalibratingDialog):
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(Step.BOARD)
 
-    # -- setters -----------------------------------------------------------------------------------
+    # -- setters ---------------------------------------------------------------------------------
     @property
     def step(self) -> Step:
         """The page that is shown."""
@@ -261,7 +261,7 @@ class CalibrationDialog(CalibratingDialog):
         text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
         set_verdict(self.verdictLabel, text, "idle")
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     @property
     def board(self) -> BoardSettings:
         """The settings of the first page."""

@@ -92,7 +92,7 @@ class ChangeTable(QAbstractTableModel):
         before, after = (value if isinstance(value, str) else format_value(value) for value in values)
         return moment, str(change.key), before, after, self._who[change.origin], change.cause
 
-    # -- Qt's part of a table ----------------------------------------------------------------------
+    # -- Qt's part of a table --------------------------------------------------------------------
     def rowCount(self, parent: QModelIndex = _ROOT) -> int:
         """Return the number of changes."""
         return 0 if parent.isValid() else len(self._changes)

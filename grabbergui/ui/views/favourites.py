@@ -107,7 +107,7 @@ class FavouritesStrip(QWidget):
         if self._fitting(self.width()) != self._columns:
             self._arrange()
 
-    # -- dropping ----------------------------------------------------------------------------------
+    # -- dropping --------------------------------------------------------------------------------
     def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
         """Accept features only."""
         if event is not None and dragged_feature(event):
@@ -160,7 +160,7 @@ class FavouritesStrip(QWidget):
         self._place = place
         self.update()
 
-    # -- cards -------------------------------------------------------------------------------------
+    # -- cards -----------------------------------------------------------------------------------
     def _margins(self) -> QMargins:
         layout = self.layout()
         return layout.contentsMargins() if layout is not None else self.contentsMargins()

@@ -131,7 +131,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         self._running = False
         self.setPage(HandEyePage.SETUP)
 
-    # -- setters -----------------------------------------------------------------------------------
+    # -- setters ---------------------------------------------------------------------------------
     @property
     def page(self) -> HandEyePage:
         """The page that is shown."""
@@ -309,7 +309,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         """The frames' names: mount, camera."""
         return self.mountEdit.text().strip(), self.frameEdit.text().strip()
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         self.nextButton.setEnabled(

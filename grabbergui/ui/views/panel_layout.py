@@ -130,7 +130,7 @@ class PanelLayout(QObject):
         gallery.setCompact(compact)
         controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_PICTURE)
 
-    # -- the focus aid beside the histogram ------------------------------------------------------------
+    # -- the focus aid beside the histogram ------------------------------------------------------
     def place_focus(self, *, beside: bool) -> None:
         """Put the focus aid beside the histogram where there is room for both, else behind it."""
         shown = any(dock.isVisible() for dock in self._tools)

@@ -144,7 +144,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             width, height = self._item.frame_size
             self.mark.setPos(place.x() * width, place.y() * height)
 
-    # -- Qt's own ----------------------------------------------------------------------------------
+    # -- Qt's own --------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Keep the scale at the edge."""
         super().resizeEvent(event)
@@ -291,7 +291,7 @@ class PaneArea(QWidget):
         for pane in self._panes.values():
             pane.setDimmed(dimmed)
 
-    # -- Qt's own ----------------------------------------------------------------------------------
+    # -- Qt's own --------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Arrange the panes so that their pictures are as large as possible."""
         super().resizeEvent(event)
@@ -314,7 +314,7 @@ class PaneArea(QWidget):
         painter.setPen(QPen(self.palette().highlight().color(), FRAME))
         painter.drawRect(self._canvas.geometry().adjusted(-1, -1, 0, 0))
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _make_panes(self, wanted: Mapping[str, Picture]) -> None:
         for name in [name for name in self._panes if name not in wanted]:
             pane = self._panes.pop(name)

@@ -179,7 +179,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Width and height of the whole picture in its own pixels."""
         return self._item.frame_size
 
-    # -- Qt's own ----------------------------------------------------------------------------------
+    # -- Qt's own --------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Keep the picture fitted, or else its zoom."""
         zoom, fitted = (self.zoom, self._fitted) if hasattr(self, "_item") else (1.0, False)
@@ -206,7 +206,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         super().mouseDoubleClickEvent(event)
         self.toggleFit()
 
-    # -- inside ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _zoom_to(self, zoom: float) -> None:
         if self._empty:
             return

@@ -297,7 +297,7 @@ class BlockAssembler:
                 self.statistics.bytes += len(block.payload)
             yield block
 
-    # -- what the sources of packets count and want to know ----------------------------------------
+    # -- what the sources of packets count and want to know --------------------------------------
     def ignore(self, packets: int) -> None:
         """Count packets that are not from the device."""
         self.statistics.packets_ignored += packets

@@ -141,7 +141,6 @@ def waiter(sockets: Iterable[socket.socket]) -> Callable[[float], list[int]]:
 
 
 # -- programs that the kernel runs on packets ----------------------------------------------------
-
 SO_ATTACH_FILTER, SO_DETACH_FILTER, SO_ATTACH_REUSEPORT_CBPF = 26, 27, 51
 "Options of a Linux socket; the socket module does not name them."
 Instruction = tuple[int, int, int, int]

@@ -231,8 +231,7 @@ def _describe(port: Administered) -> list[str]:
     return lines
 
 
-# -- the web page, to which `yarp detect` links ---------------------------------------------------
-
+# -- the web page, to which `yarp detect` links --------------------------------------------------
 PAGE_NOT_FOUND: Final = b"HTTP/1.0 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 _PLACE: Final = re.compile(r"tcp://([\w.\-\[\]:]+:\d+)/", re.ASCII)
