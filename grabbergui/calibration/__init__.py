@@ -1,1 +1,1 @@
-"""Calibrating cameras: boards, their views, and the camera_info files of the result."""
+"""Calibrating cameras: boards and markers, the fit and its file, and where a camera sits on a robot."""

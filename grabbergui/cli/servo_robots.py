@@ -35,7 +35,6 @@ Truth = Callable[[], dict[str, float]]
 BOARD_SHOWN_S = 4.0
 "Seconds after which the simulated person shows the marker, so that the waiting can be seen."
 
-
 YARP_PREFIX = ROS2_PREFIX = "/grabbergui/servo"
 
 

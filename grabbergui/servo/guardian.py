@@ -2,7 +2,8 @@
 
 The servo program starts it before the first motion (`guardian_link`) and beats at it every 20 ms. When the
 program is killed, the pipe ends; when it is frozen, the beats cease: either way the guardian says the stop on
-connections that it opened beforehand. It imports neither Qt nor numpy, so that it is ready within a moment.
+connections that it opened beforehand. It imports neither Qt nor numpy, unless a channel needs that, so that
+it is ready within a moment.
 
 Both directions carry lines of JSON. From the servo program, on standard input:
 

@@ -1,1 +1,1 @@
-"""The features of an open source: values, texts, scales, and the worker that reads and writes them."""
+"""The features of an open source: which are shown, numbers and texts, and the worker for reads and writes."""

@@ -1,1 +1,1 @@
-"""The image to show: history, viewport, rendering."""
+"""The image to show: its component, viewport and rendering, quantities in false colour, points."""

@@ -27,6 +27,7 @@ log = logging.getLogger(__name__)
 
 Handler = Callable[[Request], Reply]
 RPC_LIMIT = 16 << 20
+"""Size of a request in bytes."""
 
 
 class OutputPort(Port):
