@@ -306,7 +306,7 @@ class LookUpTable:
         return value
 
 
-def replaced(values: NDArray[Any], depth: int, table: bytes) -> None:
+def look_up(values: NDArray[Any], depth: int, table: bytes) -> None:
     """Replace values of `depth` bits (8 to 16, uint8 or uint16) in place by those of a table."""
     values[...] = _by_value(depth, table)[values]
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.driver.sim.files import replaced
+from grabbergui.driver.sim.files import look_up
 from grabbergui.driver.sim.packing import COLOURED, pack, pack_colour, sensor_depth
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import LUMINANCE, UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene
@@ -103,7 +103,7 @@ class Sensor:
             if deep and pixel_format.depth < 16:
                 np.right_shift(target, 16 - sensor_depth(pixel_format), out=target)
             if settings.lut is not None:
-                replaced(target, sensor_depth(pixel_format) if deep else 8, settings.lut)
+                look_up(target, sensor_depth(pixel_format) if deep else 8, settings.lut)
         return values
 
     def _window(self, settings: FrameSettings, time_ns: int) -> NDArray[np.uint16]:

@@ -22,16 +22,14 @@ from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.picture_items import DIMMED, as_qimage
 from grabbergui.ui.windows import load_form
 
-TILE_WIDTH = 204
-TILE_HEIGHT = 156
-"Width of a tile in pixels."
-COMPACT_WIDTH = 152
-COMPACT_HEIGHT = 62
-"Width of a compact tile: two fit beside each other on 800 pixels."
-PICTURE = (150, 84)
-COMPACT_PICTURE = (44, 50)
+TILE_WIDTH, TILE_HEIGHT = 204, 156
+"Of a tile, pixels."
+COMPACT_WIDTH, COMPACT_HEIGHT = 152, 62
+"Of a compact tile, pixels; the least width: two fit beside each other on 800 pixels."
+TILE_PICTURE, COMPACT_PICTURE = (150, 84), (44, 50)
 "Least size of a tile's picture in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
+"Keys that make a tile's source current."
 
 
 class Thumbnail(QWidget):
@@ -113,7 +111,7 @@ class CameraTile(QFrame):
             QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
         )
         self.verticalLayout.setSpacing(6 if compact else 1)
-        self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else PICTURE))
+        self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else TILE_PICTURE))
         self.thumbnail.setMaximumWidth(COMPACT_PICTURE[0] if compact else TILE_WIDTH)
         if compact:
             self.setFixedSize(width, COMPACT_HEIGHT)
