@@ -162,7 +162,7 @@ def test_a_large_blob_is_not_copied():
 
 def test_the_dialect_of_a_bottle_shows_in_its_type_codes():
     for item, shown in ((0.5, Dialect.YARP4), (Vocab64("longer"), Dialect.YARP4), (5, None)):
-        data = Bottle(["a", item]).encode(Dialect.YARP4)
+        data = Bottle(["a", item, Int8(1)]).encode(Dialect.YARP4)
         assert Bottle.decode(data).dialect is shown
         assert Bottle.decode(data, Dialect.YARP4).dialect is Dialect.YARP4
     assert Bottle([0.5]).dialect is None
@@ -257,6 +257,7 @@ def test_text_round_trip(values):
         ("null", Vocab("null")),
         ("[ok]", Vocab("ok")),
         ('"a\\"b\\n"', 'a"b\n'),
+        ('"a\\\nb"', "a\nb"),
         ("{1 2 255}", b"\x01\x02\xff"),
         ("{nan (1) 300}", b"\0\0\x2c"),
         ("(1 (2))", Bottle([1, Bottle([2])])),

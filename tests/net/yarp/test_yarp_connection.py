@@ -29,7 +29,7 @@ from grabbergui.net.yarp.os.connection import (
     Who,
     next_phase,
 )
-from grabbergui.net.yarp.os.values import Dialect, Vocab
+from grabbergui.net.yarp.os.values import Dialect, Float32, Vocab
 
 BOTTLE = Bottle([1, "two", 2.5])
 BINARY = memoryview(BOTTLE.encode())
@@ -467,7 +467,7 @@ def test_a_short_reply_is_decoded_once(dialect):
     opener, _ = ready()
     opener.expect_replies(dialect, raw=False)
     opener.send(Message("d", BINARY))
-    data = Bottle([1, 2.5, "a"]).encode(dialect)
+    data = Bottle([1, Float32(2.5), "a"]).encode(dialect)
     reply, ack = arriving(opener, data + wire.ACK)
     assert reply.bottle == [1, 2.5, "a"] and reply.body == data and ack == Ack()
     assert opener.missing == 1

@@ -330,7 +330,7 @@ def _c_integer(token: str) -> int:
 def _unescape(text: str) -> str:
     if "\\" not in text:
         return text
-    return re.sub(r"\\(.?)", lambda match: _UNESCAPED.get(match[1], match[1]), text, flags=re.DOTALL)
+    return re.sub(r"\\(.?)", lambda match: _UNESCAPED.get(match[1], match[1]), text)
 
 
 def render_text(items: list[Item]) -> str:
