@@ -152,6 +152,12 @@ def test_values_that_have_no_form_are_refused(item, reason):
         Bottle([item]).encode()
 
 
+def test_only_an_int64_that_would_fit_32_bits_keeps_its_type():
+    values = (2**31 - 1, 2**31, -(2**31), -(2**31) - 1)
+    again = Bottle.decode(Bottle(map(Int64, values)).encode())
+    assert again == [*values] and [type(value) for value in again] == [Int64, int, Int64, int]
+
+
 def test_a_large_blob_is_not_copied():
     image = bytes(5000)
     before, sent, between, again, after = Bottle(["w", image, 5, image, 6]).encode_parts()
