@@ -198,7 +198,7 @@ def latency_of(grabber: FrameGrabber, *, timeout: float) -> int:
 
 
 def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
-    """Return how many frames after an acknowledge still have the old exposure time, at most.
+    """Return how many frames after a write still have the old exposure time, at most.
 
     None if that cannot be seen: there is no exposure time that can be written, or the image is dark,
     saturated or changes by itself. Raises FrameTimeoutError if no frames arrive.
@@ -253,8 +253,7 @@ class _Measurement:
         return None
 
     def _level(self, value: float) -> float:
-        acknowledged = self._write(value)
-        frames = list(self._after(acknowledged, UNMEASURED_LATENCY + 3))
+        frames = list(self._after(self._write(value), UNMEASURED_LATENCY + 3))
         return float(np.median([frame.mono().mean() for frame in frames[UNMEASURED_LATENCY:]]))
 
     def _longest(self, pair: tuple[float, float], levels: tuple[float, float]) -> int | None:
@@ -265,9 +264,8 @@ class _Measurement:
             following = self._queue.get(self._timeout)
             time.sleep(max(0.0, following.captured - frame.captured) * turn / ROUNDS)
             which = turn % 2
-            acknowledged = self._write(pair[which])
             old, new = levels[1 - which], levels[which]
-            for count, seen in enumerate(self._after(acknowledged, MOST_FRAMES)):
+            for count, seen in enumerate(self._after(self._write(pair[which]), MOST_FRAMES)):
                 level = float(seen.mono().mean())
                 if abs(level - new) < abs(level - old):
                     longest = max(longest, count)
@@ -277,15 +275,21 @@ class _Measurement:
         return longest
 
     def _write(self, value: float) -> float:
-        self._grabber.write_setting(self._key, value)
-        return time.monotonic()
+        """Write the exposure time; return when.
 
-    def _after(self, acknowledged: float, count: int) -> Iterator[Frame]:
+        Frames are counted from then on. After an acknowledge that is late, as on a busy machine, too few
+        would be left.
+        """
+        written = time.monotonic()
+        self._grabber.write_setting(self._key, value)
+        return written
+
+    def _after(self, moment: float, count: int) -> Iterator[Frame]:
         """The next complete frames that were captured after a moment."""
         deadline = time.monotonic() + self._timeout
         while count:
             frame = self._queue.get(self._timeout)
-            if frame.complete and frame.captured > acknowledged:
+            if frame.complete and frame.captured > moment:
                 count -= 1
                 yield frame
             elif time.monotonic() > deadline:

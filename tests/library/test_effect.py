@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import random
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -17,6 +18,7 @@ import grabbergui
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import by_name
+from grabbergui.core.settings import WriteResult
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.library import effect
@@ -154,6 +156,23 @@ def test_the_latency_is_measured_once_and_kept(
     assert camera.exposure_time == before
     monkeypatch.setattr(effect, "measure_latency", lambda *_, **__: pytest.fail("measured again"))
     assert effect.latency_of(camera.grabber, timeout=30) == measured
+
+
+@pytest.mark.parametrize("camera", [2], indirect=True)
+def test_late_acknowledges_do_not_shorten_the_latency(
+    camera: grabbergui.Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    camera.start()
+    write = camera.grabber.write_setting
+
+    def write_late(*arguments: Any) -> WriteResult:
+        result = write(*arguments)
+        time.sleep(3 / camera["AcquisitionFrameRate"])
+        return result
+
+    monkeypatch.setattr(camera.grabber, "write_setting", write_late)
+    measured = effect.measure_latency(camera.grabber, timeout=30)
+    assert measured is not None and measured >= 2
 
 
 @pytest.mark.parametrize("camera", [1], indirect=True)
