@@ -39,27 +39,26 @@ def policy() -> int:
     return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
 
 
-def compute(seconds: float) -> None:
-    """Take CPU time."""
-    end = time.thread_time() + seconds
-    while time.thread_time() < end:
-        pass
-
-
 @linux
 @permitted
-def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not() -> None:
+def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    worked = 0.0
+    monkeypatch.setattr(priority.time, "thread_time", lambda: worked)
+
     def body() -> None:
+        nonlocal worked
         thread, now = PromptThread(), time.monotonic()
         assert not thread.review(now + REVIEW / 2), "too early to judge"
         now += REVIEW
         assert thread.review(now)
         assert policy() == os.SCHED_RR and os.sched_getparam(0).sched_priority == FRAMES < REALTIME
-        compute(REVIEW * 0.08)
+        worked += REVIEW * 0.08
         now += REVIEW
         assert thread.review(now), "a twelfth of a core is waiting"
         for _ in range(2):
-            compute(REVIEW * 0.3)
+            worked += REVIEW * 0.3
             now += REVIEW
             assert not thread.review(now)
             assert policy() == os.SCHED_OTHER
