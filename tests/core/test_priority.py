@@ -15,6 +15,8 @@ from grabbergui.core import priority
 from grabbergui.core.priority import FRAMES, REALTIME, REVIEW, PromptThread, prompt_threads_permitted
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
+TURN = 2 * REVIEW
+"Seconds between reviews here: sums of tenths may lack a rounding error to the next one."
 permitted = pytest.mark.skipif(not prompt_threads_permitted(), reason="needs the right to real-time priority")
 
 
@@ -51,18 +53,18 @@ def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not(
         nonlocal worked
         thread, now = PromptThread(), time.monotonic()
         assert not thread.review(now + REVIEW / 2), "too early to judge"
-        now += REVIEW
+        now += TURN
         assert thread.review(now)
         assert policy() == os.SCHED_RR and os.sched_getparam(0).sched_priority == FRAMES < REALTIME
-        worked += REVIEW * 0.08
-        now += REVIEW
+        worked += TURN * 0.08
+        now += TURN
         assert thread.review(now), "a twelfth of a core is waiting"
         for _ in range(2):
-            worked += REVIEW * 0.3
-            now += REVIEW
+            worked += TURN * 0.3
+            now += TURN
             assert not thread.review(now)
             assert policy() == os.SCHED_OTHER
-        now += REVIEW
+        now += TURN
         assert thread.review(now), "it waits again"
 
     on_own_thread(body)
