@@ -133,7 +133,7 @@ def test_a_killed_ros_program():
         for program in programs:
             assert program.stdout.readline().strip() == "ready"
         used = [until(lambda pid=program.pid: _used_by(pid)) for program in programs]
-        # The other lets go of the dead program's own sooner or later.
+        # The living program unmaps the memory that the killed one created some seconds later.
         kept = used[1] - _owned_by(killed.pid)
         assert _owned_by(living.pid) <= kept
         assert not used[0] & set(names(leftovers(SHARED_MEMORY, youngest=0)))

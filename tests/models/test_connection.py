@@ -1,107 +1,20 @@
 """The connection: its states in order, failures in words, and nothing left behind."""
 
-import re
 import threading
 import time
 from dataclasses import replace
 
 import pytest
+from connection_bench import S, Source
 
-from fakes import ScriptedGrabber
 from grabbergui.core.errors import (
     AccessDeniedError,
-    DeviceLostError,
-    FeatureValueError,
     SourceNotFoundError,
     TransportError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.core.settings import SettingKey
-from grabbergui.models.connection import Connection
-from grabbergui.models.messages import Severity
-from grabbergui.models.open_source import LinkState
-from lost_camera import away
+from grabbergui.core.grabber import Access
 from patience import PATIENCE, until
-
-S = LinkState
-
-
-class Source(ScriptedGrabber):
-    """Opens as the test says; counts its calls and the threads they come from."""
-
-    def __init__(self):
-        super().__init__()
-        self.calls = []
-        self.opening = threading.Event()
-        self.opening.set()
-        self.problem = None
-        self.start_problem = None
-
-    def _note(self, call):
-        self.calls.append(call)
-        self.threads.add(threading.current_thread().name)
-
-    def open(self, *args):
-        self._note("open")
-        assert self.opening.wait(PATIENCE)
-        if self.problem:
-            raise self.problem
-
-    def start(self, *, keep_trigger=False):
-        self._note("start")
-        if self.start_problem:
-            raise self.start_problem
-        super().start()
-
-    def stop(self):
-        self._note("stop")
-        super().stop()
-
-    def close(self):
-        self._note("close")
-        super().close()
-
-
-class Bench:
-    def __init__(self):
-        self.source = Source()
-        self.others = {}
-        self.link = Connection(lambda uri: self.others.get(str(uri), self.source))
-        self.states = []
-        self.failures = []
-        self.link.state_changed.connect(lambda state, reason: self.states.append(state))
-        self.link.failed.connect(self.failures.append)
-
-    def said(self):
-        """The messages that are to be seen."""
-        return [message.sentence for message in self.link.messages.shown(self.link.source)]
-
-    def until(self, state, seconds=PATIENCE):
-        deadline = time.monotonic() + seconds
-        while self.link.state is not state:
-            assert time.monotonic() < deadline, f"{self.link.state}, not {state}: {self.failures}"
-            time.sleep(0.002)
-
-    def open_slowly_instead(self):
-        """Return the current source, and the grabber that opens in its place once its `opening` is set."""
-        self.others["sim:slow"] = slow = Source()
-        slow.opening.clear()
-        self.link.connect_to("sim:")
-        self.until(S.STREAMING)
-        first = self.link.source
-        self.link.connect_to("sim:slow")
-        return first, slow
-
-
-@pytest.fixture
-def bench():
-    bench = Bench()
-    yield bench
-    bench.source.opening.set()
-    bench.link.close_all()
-    assert bench.link.wait_closed(PATIENCE)
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("features ")]
 
 
 def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(bench):
@@ -174,133 +87,6 @@ def test_a_malformed_uri_is_refused_and_leaves_what_is_open(bench):
     with pytest.raises(UsageError):
         bench.link.connect_to("no scheme")
     assert bench.link.state is S.STREAMING
-
-
-def lose(bench, reason="the camera does not answer"):
-    bench.source.connection_changed.emit(ConnectionState.LOST, reason)
-
-
-def come_back(bench, reason="set as before"):
-    bench.source.connection_changed.emit(ConnectionState.OPEN, reason)
-
-
-def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    for losses in (1, 2):
-        lose(bench)
-        lose(bench)  # said by two threads, it is still one loss
-        assert bench.link.state is S.LOST
-        (said,) = bench.said()
-        assert re.match(r"Reconnecting since \d\d:\d\d:\d\d: the camera does not answer", said)
-        assert ("(×2)" in said) == (losses == 2)
-        come_back(bench)
-        assert bench.link.state is S.STREAMING
-        (said,) = bench.said()
-        assert said.startswith("Back after ") and "s, set as before" in said
-    assert len(bench.failures) == 2
-
-
-def test_another_reason_for_which_it_is_still_lost_is_shown_too(bench):
-    """As when the server of a lost camera ends, or when another camera is refused in its place."""
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    lose(bench)
-    lost_since = bench.link.source.lost_since
-    bench.source.connection_changed.emit(ConnectionState.LOST, "another camera is at its address")
-    (said,) = bench.said()
-    assert said.startswith("Reconnecting since") and said.endswith("another camera is at its address")
-    assert bench.link.reason == "another camera is at its address"
-    assert (bench.link.source.losses, bench.link.source.lost_since) == (1, lost_since)
-    come_back(bench)
-    assert bench.link.source.lost_since is None and bench.link.state is S.STREAMING
-
-
-def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    lose(bench)
-    bench.source.unlike_before = ("Gain=6: the camera answered: busy",)
-    come_back(bench)
-    (message,) = bench.link.messages.shown(bench.link.source)
-    assert "but not as before: Gain=6" in message.text
-    assert (message.severity, message.ends) == (Severity.WARNING, None)
-    bench.link.messages.dismiss(message)
-    bench.source.unlike_before = ()
-    lose(bench)
-    (lost,) = bench.link.messages.shown(bench.link.source)
-    assert "reconnecting since" in lost.text, "a new loss is news"
-    bench.link.messages.dismiss(lost)
-    come_back(bench)
-    assert "set as before" in bench.said()[0], "and so is its end"
-
-
-def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench):
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    lose(bench)
-    bench.source.changed_meanwhile = tuple(f"{name} is 2 instead of 1" for name in "abcde")
-    come_back(bench)
-    (message,) = bench.link.messages.shown(bench.link.source)
-    assert "set as before; changed meanwhile, not by us: a is 2 instead of 1; b" in message.text
-    assert message.text.endswith("; and 2 more")
-    assert (message.severity, message.ends) == (Severity.WARNING, None)
-
-
-def test_a_loss_and_what_differs_after_it_are_logged_once(caplog):
-    caplog.set_level("INFO")
-    link = Connection()
-    link.connect_to("sim:?width=64&height=48")
-    until(lambda: link.state is S.STREAMING)
-    camera = link.source.grabber
-    with away(camera, "the cable is out"):
-        camera._writes().memory.note(SettingKey("Gain"), 0.004)
-        until(lambda: link.state is S.LOST)
-    until(lambda: link.messages.shown(link.source)[0].text.startswith("back after"))
-    assert "Gain is 0 instead of 0.004" in link.messages.shown(link.source)[0].text
-    assert [caplog.text.count(said) for said in ("the cable is out", "Gain is 0 instead of 0.004")] == [1, 1]
-    link.close_all()
-    link.wait_closed(PATIENCE)
-
-
-def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    features = bench.link.source.features
-    features.failed.emit(TransportError("no answer within 0.5 s"))
-    assert bench.said() == ["No answer within 0.5 s"]
-    lose(bench)
-    features.failed.emit(TransportError("no answer within 0.5 s"))
-    features.failed.emit(DeviceLostError("the camera is lost"))
-    assert len(bench.said()) == 1 and "Reconnecting since" in bench.said()[0]
-    come_back(bench)
-    features.failed.emit(DeviceLostError("the camera is lost"))
-    assert len(bench.said()) == 1 and "Back after" in bench.said()[0]
-
-
-def test_a_refused_write_is_shown_for_its_own_camera_only(bench):
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    first = bench.link.source
-    bench.others["sim:2"] = Source()
-    bench.link.open_additional("sim:2")
-    first.features.failed.emit(FeatureValueError("Gain=99 is above 24", "Gain"))
-    assert bench.said() == ["Gain=99 is above 24"]
-    second = bench.link.sources[1]
-    until(lambda: second.state is S.STREAMING)
-    bench.link.make_current(second)
-    assert bench.said() == []
-
-
-def test_a_failure_to_open_is_shown_until_the_next_attempt(bench):
-    bench.source.problem = SourceNotFoundError("no camera answers")
-    bench.link.connect_to("sim:")
-    bench.until(S.CLOSED)
-    until(bench.said)
-    assert bench.said() == ["No camera answers"]
-    bench.source.problem = None
-    bench.link.connect_to("sim:")
-    assert bench.said() == []
 
 
 def test_another_source_takes_the_place_of_the_first(bench):
