@@ -43,6 +43,15 @@ class MarkerConfig:
     first: int = 0
     "Number of a board's first marker."
 
+    def __post_init__(self) -> None:
+        if not 0.001 <= self.size <= 10:
+            raise UsageError(f"a marker of {self.size:g} m cannot be; allowed is 0.001 to 10")
+        if self.kind not in ("single", *BOARD_KINDS):
+            known = " and ".join(("single", *BOARD_KINDS))
+            raise UsageError(f"[marker] kind is '{self.kind}'; there are {known}")
+        if self.board is None:
+            check_marker(self.dictionary, self.id)
+
     @property
     def target(self) -> int:
         """Return the number under which the single marker or the board is detected."""
@@ -79,6 +88,13 @@ class TrackConfig:
     grace: float = 0.3
     "Seconds without a usable detection, nothing moving, before the target is lost."
 
+    def __post_init__(self) -> None:
+        if self.confirm < 1:
+            raise UsageError("[track] confirm must be 1 or more; nothing moves for what no picture shows")
+        if not 0 < self.smoothing <= 1:
+            smoothing = f"{self.smoothing:g}"
+            raise UsageError(f"[track] smoothing is {smoothing}; it must be more than 0, at most 1")
+
 
 @dataclass(frozen=True)
 class FaceConfig:
@@ -86,6 +102,13 @@ class FaceConfig:
 
     detector: str = "auto"
     "`auto`: YuNet where the extra `faces` is installed, else `cascade`; or the path of YuNet's .onnx file."
+
+    def __post_init__(self) -> None:
+        known = self.detector in ("auto", "cascade")
+        if not known and not Path(self.detector).expanduser().is_file():
+            raise UsageError(
+                f"[faces] detector is '{self.detector}'; it must be auto, cascade, or a YuNet model file"
+            )
 
 
 @dataclass(frozen=True)
@@ -111,6 +134,18 @@ class HeadConfig:
     "Degrees per second while searching."
     below: float = 0.4
     "Metres below a person's face that are looked at, so that what the hands hold is in the picture too."
+
+    def __post_init__(self) -> None:
+        if self.mode not in ("velocity", "direct", "steps"):
+            raise UsageError(f"[head] mode is '{self.mode}'; there are velocity, direct and steps")
+        if self.start < self.deadband:
+            raise UsageError("[head] start must not be less than deadband, or the head would never rest")
+
+
+MOST_FOLLOW = 0.5
+"Metres per second beyond which no hand follows anything."
+_NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
+"The corners of the workspace, each low one before its high one; nothing else may be negative."
 
 
 @dataclass(frozen=True)
@@ -147,19 +182,21 @@ class ArmConfig:
     z_low: float = -0.30
     z_high: float = 0.95
 
+    def __post_init__(self) -> None:
+        if self.mode not in ("velocity", "direct"):
+            raise UsageError(f"[arm] mode is '{self.mode}'; there are velocity and direct")
+        for low in _NEGATIVE[::2]:
+            high = low.replace("_low", "_high")
+            if not getattr(self, low) < getattr(self, high):
+                raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
+        if self.follow > MOST_FOLLOW:
+            raise UsageError(f"[arm] follow of {self.follow:g} m/s; allowed is 0 (off) to {MOST_FOLLOW:g}")
+
     @property
     def workspace(self) -> tuple[Vector, Vector]:
         """The low and the high corner of the workspace."""
         low, high = (self.x_low, self.y_low, self.z_low), (self.x_high, self.y_high, self.z_high)
         return np.array(low), np.array(high)
-
-
-_NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
-"The corners of the workspace, each low one before its high one; nothing else may be negative."
-
-
-MOST_FOLLOW = 0.5
-"Metres per second beyond which no hand follows anything."
 
 
 @dataclass(frozen=True)
@@ -185,6 +222,9 @@ class SafetyConfig:
     obstacles: str = ""
     "Boxes in the robot's base that the arm keeps away from: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`, metres."
 
+    def __post_init__(self) -> None:
+        parse_boxes(self.obstacles)
+
 
 @dataclass(frozen=True)
 class LoopConfig:
@@ -194,6 +234,12 @@ class LoopConfig:
     "Commands per second."
     speed: float = 1.0
     "Factor by which all motion is slowed down, 0.01 to 1."
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.rate <= 1000:
+            raise UsageError(f"[loop] rate of {self.rate:g} Hz; allowed is 1 to 1000")
+        if not 0.01 <= self.speed <= 1:
+            raise UsageError(f"[loop] speed of {self.speed:g}; allowed is 0.01 to 1")
 
 
 @dataclass(frozen=True)
@@ -209,42 +255,6 @@ class Config:
     loop: LoopConfig = field(default_factory=LoopConfig)
 
     def __post_init__(self) -> None:
-        if self.head.mode not in ("velocity", "direct", "steps"):
-            raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity, direct and steps")
-        if self.arm.mode not in ("velocity", "direct"):
-            raise UsageError(f"[arm] mode is '{self.arm.mode}'; there are velocity and direct")
-        if self.head.start < self.head.deadband:
-            raise UsageError("[head] start must not be less than deadband, or the head would never rest")
-        if self.track.confirm < 1:
-            raise UsageError("[track] confirm must be 1 or more; nothing moves for what no picture shows")
-        if not 0 < self.track.smoothing <= 1:
-            smoothing = f"{self.track.smoothing:g}"
-            raise UsageError(f"[track] smoothing is {smoothing}; it must be more than 0, at most 1")
-        for low in _NEGATIVE[::2]:
-            high = low.replace("_low", "_high")
-            if not getattr(self.arm, low) < getattr(self.arm, high):
-                raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
-        if not 0.001 <= self.marker.size <= 10:
-            raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
-        if self.arm.follow > MOST_FOLLOW:
-            raise UsageError(
-                f"[arm] follow of {self.arm.follow:g} m/s; allowed is 0 (off) to {MOST_FOLLOW:g}"
-            )
-        detector = self.faces.detector
-        if detector not in ("auto", "cascade") and not Path(detector).expanduser().is_file():
-            raise UsageError(
-                f"[faces] detector is '{detector}'; it must be auto, cascade, or a YuNet model file"
-            )
-        if self.marker.kind not in ("single", *BOARD_KINDS):
-            known = " and ".join(("single", *BOARD_KINDS))
-            raise UsageError(f"[marker] kind is '{self.marker.kind}'; there are {known}")
-        if self.marker.board is None:
-            check_marker(self.marker.dictionary, self.marker.id)
-        if not 1 <= self.loop.rate <= 1000:
-            raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
-        if not 0.01 <= self.loop.speed <= 1:
-            raise UsageError(f"[loop] speed of {self.loop.speed:g}; allowed is 0.01 to 1")
-        parse_boxes(self.safety.obstacles)
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
             raise UsageError(
                 f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "

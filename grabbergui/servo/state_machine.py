@@ -137,47 +137,60 @@ class StateMachine:
             self._enter(now, State.LOST, "resumed")
 
     def _choose(self, now: float, situation: Situation) -> None:
-        target_lost = now - self._target_seen > self._grace
-        marker_lost = now - self._marker_seen > self._grace
         state = self.state
         if state is State.LOST:
-            if situation.marker and now - self._interrupted <= self._grace:
-                self._enter(now, State.APPROACHING, "pictures come again")
-            elif situation.target:
-                self._enter(now, State.CENTRING, "a target is seen")
-            elif self._since is not None and now - self._since >= self._search_after:
-                self._enter(now, State.SEARCHING, "nothing to be seen")
-            else:
-                self.reason = situation.problem or self.reason
+            self._look_for_target(now, situation)
         elif state is State.SEARCHING:
             if situation.target:
                 self._enter(now, State.CENTRING, "a target is seen")
-        elif target_lost:
+        elif now - self._target_seen > self._grace:
             self._enter(now, State.LOST, situation.problem or "the target is not seen")
         elif state in (State.CENTRING, State.WAITING):
-            if state is State.WAITING and situation.problem:
-                self.reason = situation.problem
-            if situation.centred and situation.marker and situation.stuck:
-                self._enter(now, State.STUCK, situation.stuck)
-            elif situation.centred and situation.marker:
-                self._enter(now, State.APPROACHING, "the marker is centred")
-            elif situation.centred and state is State.CENTRING and marker_lost:
-                self._enter(now, State.WAITING, "centred; no marker yet")
-            elif not situation.centred and state is State.WAITING:
-                self._enter(now, State.CENTRING, "the target is off centre")
-        elif marker_lost:
+            self._centre(now, situation)
+        elif self._marker_lost(now):
             self._enter(now, State.LOST, situation.problem or "the marker is not seen")
-        elif state is State.APPROACHING and situation.stuck and not situation.arrived:
-            self._enter(now, State.STUCK, situation.stuck)
-        elif state is State.APPROACHING and situation.following:
-            self._enter(now, State.FOLLOWING, "the hand goes along with the marker")
         elif state is State.APPROACHING:
-            self._arrive(now, situation.arrived)
+            self._approach(now, situation)
         elif state is State.FOLLOWING:
             if not situation.following:
                 self._enter(now, State.APPROACHING, "the marker rests, or it is too fast to be followed")
         elif situation.marker and not (situation.arrived if state is State.REACHED else situation.stuck):
             self._enter(now, State.APPROACHING, "the marker moved")
+
+    def _marker_lost(self, now: float) -> bool:
+        return now - self._marker_seen > self._grace
+
+    def _look_for_target(self, now: float, situation: Situation) -> None:
+        if situation.marker and now - self._interrupted <= self._grace:
+            self._enter(now, State.APPROACHING, "pictures come again")
+        elif situation.target:
+            self._enter(now, State.CENTRING, "a target is seen")
+        elif self._since is not None and now - self._since >= self._search_after:
+            self._enter(now, State.SEARCHING, "nothing to be seen")
+        else:
+            self.reason = situation.problem or self.reason
+
+    def _centre(self, now: float, situation: Situation) -> None:
+        waiting = self.state is State.WAITING
+        if waiting and situation.problem:
+            self.reason = situation.problem
+        if situation.centred and situation.marker:
+            if situation.stuck:
+                self._enter(now, State.STUCK, situation.stuck)
+            else:
+                self._enter(now, State.APPROACHING, "the marker is centred")
+        elif situation.centred and not waiting and self._marker_lost(now):
+            self._enter(now, State.WAITING, "centred; no marker yet")
+        elif not situation.centred and waiting:
+            self._enter(now, State.CENTRING, "the target is off centre")
+
+    def _approach(self, now: float, situation: Situation) -> None:
+        if situation.stuck and not situation.arrived:
+            self._enter(now, State.STUCK, situation.stuck)
+        elif situation.following:
+            self._enter(now, State.FOLLOWING, "the hand goes along with the marker")
+        else:
+            self._arrive(now, situation.arrived)
 
     def _arrive(self, now: float, arrived: bool) -> None:
         if not arrived:
