@@ -43,15 +43,6 @@ class MarkerConfig:
     first: int = 0
     "Number of a board's first marker."
 
-    def __post_init__(self) -> None:
-        if not 0.001 <= self.size <= 10:
-            raise UsageError(f"a marker of {self.size:g} m cannot be; allowed is 0.001 to 10")
-        if self.kind not in ("single", *BOARD_KINDS):
-            known = " and ".join(("single", *BOARD_KINDS))
-            raise UsageError(f"[marker] kind is '{self.kind}'; there are {known}")
-        if self.board is None:
-            check_marker(self.dictionary, self.id)
-
     @property
     def target(self) -> int:
         """Return the number under which the single marker or the board is detected."""
@@ -71,6 +62,16 @@ class MarkerConfig:
         """Return width and height of the pattern, metres."""
         board = self.board
         return (self.size, self.size) if board is None else board.extent
+
+    def check(self) -> None:
+        """Raise UsageError unless such a marker can be. Not on creation: a dialog has it half filled in."""
+        if not 0.001 <= self.size <= 10:
+            raise UsageError(f"a marker of {self.size:g} m cannot be; allowed is 0.001 to 10")
+        if self.kind not in ("single", *BOARD_KINDS):
+            known = " and ".join(("single", *BOARD_KINDS))
+            raise UsageError(f"[marker] kind is '{self.kind}'; there are {known}")
+        if self.board is None:
+            check_marker(self.dictionary, self.id)
 
 
 @dataclass(frozen=True)
@@ -255,6 +256,7 @@ class Config:
     loop: LoopConfig = field(default_factory=LoopConfig)
 
     def __post_init__(self) -> None:
+        self.marker.check()
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
             raise UsageError(
                 f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "
