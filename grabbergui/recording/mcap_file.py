@@ -21,14 +21,17 @@ from mcap.stream_reader import get_chunk_data_stream
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from grabbergui.core import ros_encodings
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import (
     FrameNote,
     Recording,
     RecordingError,
+    format_named,
     in_order_of_receipt,
     rebuilt,
     rising,
@@ -37,9 +40,7 @@ from grabbergui.recording.ros_image import (
     IMAGE_NAME,
     TIME_NAME,
     RosImage,
-    bytes_per_pixel,
     decode_time_reference,
-    format_name_of,
 )
 
 log = logging.getLogger(__name__)
@@ -122,17 +123,15 @@ class McapRecording(Recording):
             image = RosImage.decode(self._content(place))
         except RemoteProtocolError as error:
             raise RecordingError(f"{self.path}: frame {index}: {error}") from error
-        name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY) or format_name_of(image.encoding)
-        if name is None:
-            raise RecordingError(f"{self.path}: images of encoding '{image.encoding[:40]}' cannot be played")
+        pixel_format = self._format(place, image)
         note = FrameNote(
             width=image.width,
             height=image.height,
-            pixel_format=name,
+            pixel_format=pixel_format.name,
             frame_id=place.sequence,
             timestamp_ns=self._device_time(place),
         )
-        return rebuilt(self._lines(image), note, received_ns)
+        return rebuilt(self._lines(image, pixel_format), note, received_ns)
 
     def _component(self, image: Frame, place: _Place) -> tuple[int, Component]:
         """Return an image as a component, behind its place among those of the frame."""
@@ -155,9 +154,17 @@ class McapRecording(Recording):
     def close(self) -> None:
         self._file.close()
 
-    def _lines(self, image: RosImage) -> NDArray[Any]:
-        """(height, bytes of a line without padding) uint8, or (height, width) uint16 of big-endian pixels."""
-        line = image.width * bytes_per_pixel(image.encoding)
+    def _format(self, place: _Place, image: RosImage) -> PixelFormat:
+        """Return the format of an image: as our recorder noted it, else as the encoding says."""
+        name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY)
+        pixel_format = format_named(name) if name else ros_encodings.format_of(image.encoding)
+        if pixel_format is None:
+            raise RecordingError(f"{self.path}: images of encoding '{image.encoding[:40]}' cannot be played")
+        return pixel_format
+
+    def _lines(self, image: RosImage, pixel_format: PixelFormat) -> NDArray[Any]:
+        """Return (height, bytes of a line without padding) uint8, or (height, n) little-endian samples."""
+        line = pixel_format.line_bytes(image.width)
         if not image.height or not line or line > image.step:
             raise RecordingError(
                 f"{self.path}: an image of {image.width}×{image.height} {image.encoding[:40]} in lines of "
@@ -165,11 +172,12 @@ class McapRecording(Recording):
             )
         padded = np.frombuffer(image.data, np.uint8)[: image.step * image.height]
         lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])
+        size = pixel_format.sample_bytes
         # Of 8-bit components, YUV's among them, the flag means nothing.
-        deep = image.encoding.endswith("16") or image.encoding.startswith("16U")
-        if image.is_bigendian and image.encoding.startswith("32F"):
-            return lines.view(">f4").astype("<f4")
-        return lines.view(">u2").astype("<u2") if image.is_bigendian and deep else lines
+        if not image.is_bigendian or size == 1 or pixel_format.packed:
+            return lines
+        sample = f"{pixel_format.kind}{size}"
+        return lines.view(f">{sample}").astype(f"<{sample}")
 
     def _device_time(self, place: _Place) -> int:
         time_place = self._times.get((place.sequence, place.log_time))

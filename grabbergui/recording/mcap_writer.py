@@ -11,6 +11,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
+from grabbergui.core import ros_encodings
 from grabbergui.core.component import Component, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
@@ -101,8 +102,8 @@ class McapWriter(RecordingWriter):
     def _message(self, image: Frame, part: Component | None, index: int) -> tuple[int, bytes]:
         """Return an image's channel, and the image as a message; `part` is its component, at `index`."""
         pixels, pixel_format = unpacked(image)
-        encoding = ros_image.encoding_of(pixel_format)
-        if encoding is None:
+        encoding = ros_encodings.encoding_of(pixel_format)
+        if not encoding:
             raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
         pixels = np.ascontiguousarray(pixels)
         step, data = pixels.nbytes // image.height, pixels.data.cast("B")

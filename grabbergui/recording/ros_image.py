@@ -9,9 +9,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from grabbergui.core import pfnc
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.core.pfnc import PixelFormat
 
 _CDR_LE = b"\x00\x01\x00\x00"
 _HEADER = "std_msgs/Header header\n"
@@ -27,45 +25,6 @@ IMAGE_DEFINITION = (
 )
 TIME_NAME = "sensor_msgs/msg/TimeReference"
 TIME_DEFINITION = f"{_HEADER}builtin_interfaces/Time time_ref\nstring source\n" + _HEADER_DEFINITION
-
-_BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
-_ENCODINGS = {
-    "Coord3D_C16": "16UC1",
-    "Coord3D_C32f": "32FC1",
-    "Coord3D_ABC32f": "32FC3",
-    "Coord3D_AC32f": "32FC2",
-    "Coord3D_ABC16": "16UC3",
-    "Coord3D_AC16": "16UC2",
-    "Confidence8": "mono8",
-    "Confidence16": "mono16",
-    "RGB8": "rgb8",
-    "BGR8": "bgr8",
-    "RGBa8": "rgba8",
-    "BGRa8": "bgra8",
-    "YUV422_8": "yuv422_yuy2",
-    "YCbCr422_8": "yuv422_yuy2",
-    "YUV422_8_UYVY": "yuv422",
-    "YCbCr422_8_CbYCrY": "yuv422",
-}
-_FORMATS = {
-    "mono8": "Mono8",
-    "8UC1": "Mono8",
-    "mono16": "Mono16",
-    "16UC1": "Coord3D_C16",
-    "32FC1": "Coord3D_C32f",
-    "32FC3": "Coord3D_ABC32f",
-    "32FC2": "Coord3D_AC32f",
-    "16UC3": "Coord3D_ABC16",
-    "16UC2": "Coord3D_AC16",
-    "rgb8": "RGB8",
-    "8UC3": "BGR8",
-    "bgr8": "BGR8",
-    "rgba8": "RGBa8",
-    "bgra8": "BGRa8",
-    "yuv422": "YUV422_8_UYVY",
-    "yuv422_yuy2": "YUV422_8",
-    **{f"bayer_{ros}{bits}": f"Bayer{order}{bits}" for order, ros in _BAYER.items() for bits in (8, 16)},
-}
 
 
 @dataclass(frozen=True)
@@ -123,33 +82,6 @@ def decode_time_reference(message: bytes | memoryview) -> int:
     reader = _Reader(message)
     reader.header()
     return reader.time()
-
-
-def encoding_of(pixel_format: PixelFormat) -> str | None:
-    """ROS's name of an unpacked format; None where there is none."""
-    if pixel_format.name in _ENCODINGS:
-        return _ENCODINGS[pixel_format.name]
-    bits = 8 if pixel_format.bits_per_pixel == 8 else 16
-    if pixel_format.depth < 8 or pixel_format.needs_range or pixel_format.kind != "u":
-        return None
-    if pixel_format.name.startswith("Mono") and pixel_format.convertible:
-        return f"mono{bits}"
-    if pixel_format.order in _BAYER:
-        return f"bayer_{_BAYER[pixel_format.order]}{bits}"
-    return None
-
-
-def format_name_of(encoding: str) -> str | None:
-    """PFNC's name of a ROS encoding; None where it is not known."""
-    return _FORMATS.get(encoding)
-
-
-def bytes_per_pixel(encoding: str) -> int:
-    """Of a ROS encoding that `format_name_of` knows, or of the like; 2 bytes for YUV 4:2:2 and 16 bits."""
-    name = format_name_of(encoding)
-    if name is not None:
-        return pfnc.by_name(name).bits_per_pixel // 8
-    return 1 if encoding.endswith("8") else 2
 
 
 class _Writer:

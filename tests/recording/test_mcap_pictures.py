@@ -66,6 +66,23 @@ def test_big_endian_pixels_of_16_bits_are_turned_with_padded_lines_too(written):
     assert np.array_equal(frame.raw(), values)
 
 
+@pytest.mark.parametrize(
+    ("encoding", "sample", "channels"),
+    [("16UC3", "u2", 3), ("16SC1", "i2", 1), ("32FC1", "f4", 1), ("64FC1", "f8", 1), ("rgba16", "u2", 4)],
+)
+def test_big_endian_samples_of_any_size_and_kind_are_turned(written, encoding, sample, channels):
+    values = np.arange(2 * 3 * channels).reshape(2, 3, channels).squeeze() * 100 - 50 * ("u" not in sample)
+    data = values.astype(f">{sample}").tobytes()
+    frame = written(image(data, encoding, 3, 2, len(data) // 2, big=1)).frame(0, 0)
+    assert np.array_equal(frame.raw(), values)
+
+
+def test_an_unknown_encoding_is_named(written):
+    recording = written(image(bytes(64), "64FC4", 2, 1, 64))
+    with pytest.raises(RecordingError, match="'64FC4' cannot be played"):
+        recording.frame(0, 0)
+
+
 @pytest.mark.parametrize("encoding", ["yuv422", "yuv422_yuy2", "rgb8", "mono8"])
 def test_the_byte_order_means_nothing_to_components_of_a_byte(written, encoding):
     data = np.random.default_rng(1).integers(0, 256, 4 * 2 * 3, np.uint8).tobytes()

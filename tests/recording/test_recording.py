@@ -93,6 +93,11 @@ EXACT = [
     (RecordingKind.FFV1, "RGB8"),
     (RecordingKind.PNG, "RGBa8"),
     (RecordingKind.MCAP, "BGRa8"),
+    (RecordingKind.MCAP, "RGB10p"),
+    (RecordingKind.MCAP, "BGRa16"),
+    (RecordingKind.MCAP, "Data16s"),
+    (RecordingKind.MCAP, "Coord3D_AC8"),
+    (RecordingKind.MCAP, "Coord3D_B16"),
 ]
 
 

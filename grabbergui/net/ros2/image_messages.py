@@ -18,7 +18,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import pfnc
+from grabbergui.core import ros_encodings
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
     Calibration,
@@ -30,43 +30,13 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.net.ros2.runtime import Ros2Node
 
-_BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
-_COLOUR = {"RGB": "rgb", "BGR": "bgr", "RGBa": "rgba", "BGRa": "bgra"}
-_YUV = {"UYVY": "yuv422", "YUYV": "yuv422_yuy2"}
-
-_FORMATS = {
-    "mono8": "Mono8",
-    "8UC1": "Mono8",
-    "mono16": "Mono16",
-    "16UC1": "Coord3D_C16",  # what depth cameras send (REP 118)
-    "8UC3": "BGR8",
-    **{f"bayer_{ros}8": f"Bayer{order}8" for order, ros in _BAYER.items()},
-    **{f"bayer_{ros}16": f"Bayer{order}16" for order, ros in _BAYER.items()},
-    "32FC1": "Coord3D_C32f",
-    "32FC3": "Coord3D_ABC32f",
-    "rgb16": "RGB16",
-    "bgr16": "BGR16",
-    "rgba16": "RGBa16",
-    "bgra16": "BGRa16",
-    "rgb8": "RGB8",
-    "bgr8": "BGR8",
-    "rgba8": "RGBa8",
-    "bgra8": "BGRa8",
-    "yuv422": "YUV422_8_UYVY",
-    "uyvy": "YUV422_8_UYVY",
-    "yuv422_yuy2": "YUV422_8",
-    "yuyv": "YUV422_8",
-}
-
 
 def encoding_of(pixel_format: PixelFormat) -> str:
     """Return ROS's encoding of the result of `pixels_of`. Raises PixelFormatError if there is none."""
-    if pixel_format.convertible:
-        name = _raw_encoding(pixel_format)
-        if name:
-            return name
-        if not pixel_format.needs_range:
-            return "mono8" if pixel_format.family is Family.MONO else "rgb8"
+    if name := ros_encodings.encoding_of(pixel_format):
+        return name
+    if pixel_format.convertible and not pixel_format.needs_range:
+        return "mono8" if pixel_format.family is Family.MONO else "rgb8"
     raise PixelFormatError(
         f"ROS has no encoding for {pixel_format} (0x{pixel_format.code:08X}); set another PixelFormat"
     )
@@ -78,30 +48,10 @@ def pixels_of(frame: Frame) -> NDArray[Any]:
     Shape (height, width) or (height, width, n); uint8, or 16 and 32 bits in little-endian order. Formats
     without an encoding of their own are converted to mono8 or rgb8.
     """
-    if not _raw_encoding(frame.pixel_format) and frame.pixel_format.convertible:
+    if not ros_encodings.encoding_of(frame.pixel_format) and frame.pixel_format.convertible:
         return frame.mono() if frame.pixel_format.family is Family.MONO else frame.rgb()
     pixels = frame.raw()
     return pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
-
-
-def _raw_encoding(pixel_format: PixelFormat) -> str:
-    """Return ROS's encoding of `Frame.raw`, or an empty text."""
-    family, bits = pixel_format.family, 8 * pixel_format.sample_bytes
-    if pixel_format.is_coordinate or (family is Family.MONO and (pixel_format.kind != "u" or bits > 16)):
-        kind = pixel_format.kind.upper().replace("I", "S")
-        known = f"{bits}{kind}" in ("8U", "8S", "16U", "16S", "32S", "32F", "64F")
-        return f"{bits}{kind}C{pixel_format.components}" if known else ""
-    if pixel_format.depth < 8 or pixel_format.fields:
-        return ""
-    if family is Family.MONO:
-        return f"mono{bits}"
-    if family is Family.BAYER:
-        return f"bayer_{_BAYER[pixel_format.order]}{bits}"
-    if family is Family.RGB:
-        return _COLOUR[pixel_format.order] + str(bits)
-    if family is Family.YUV and bits == 8 and not pixel_format.standard:
-        return _YUV.get(pixel_format.raw_order, "")
-    return ""
 
 
 def describe(message: Any, frame: Frame, pixels: NDArray[Any]) -> None:
@@ -121,11 +71,11 @@ def message_bytes(values: NDArray[Any]) -> array.array[int]:
 
 def format_of(encoding: str) -> PixelFormat:
     """Return the pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
-    name = _FORMATS.get(encoding)
-    if name is None:
-        known = ", ".join(_FORMATS)
+    pixel_format = ros_encodings.format_of(encoding)
+    if pixel_format is None:
+        known = ", ".join(ros_encodings.FORMATS)
         raise PixelFormatError(f"images with the encoding '{encoding}' cannot be shown; known are {known}")
-    return pfnc.by_name(name)
+    return pixel_format
 
 
 SAME_CLOCK = 5.0

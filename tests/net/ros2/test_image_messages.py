@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
+from grabbergui.core.ros_encodings import FORMATS
 from grabbergui.net.ros2.image_messages import (
-    _FORMATS,
     Continuity,
     encoding_of,
     format_of,
@@ -75,7 +75,7 @@ def test_what_contradicts_itself_is_refused(wrong):
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(0, 2**32 - 1),
-    st.one_of(st.sampled_from(sorted(_FORMATS)), st.text(max_size=8)),
+    st.one_of(st.sampled_from(sorted(FORMATS)), st.text(max_size=8)),
     st.integers(0, 2**32 - 1),
     st.binary(max_size=64),
 )
@@ -125,26 +125,6 @@ def test_no_stamps_at_all_are_no_remark():
     assert [continuity.remarks(frame_of(image(stamp=0), number)) for number in range(2)] == [{}, {}]
 
 
-@pytest.mark.parametrize(
-    ("name", "encoding"),
-    [
-        ("Mono8", "mono8"),
-        ("Mono10", "mono16"),
-        ("Mono12p", "mono16"),
-        ("BayerRG8", "bayer_rggb8"),
-        ("BayerBG12Packed", "bayer_bggr16"),
-        ("BayerGB16", "bayer_gbrg16"),
-        ("BayerGR8", "bayer_grbg8"),
-        ("RGB8", "rgb8"),
-        ("BGRa8", "bgra8"),
-        ("YUV422_8_UYVY", "yuv422"),
-        ("YUV422_8", "yuv422_yuy2"),
-    ],
-)
-def test_names(name, encoding):
-    assert encoding_of(pfnc.by_name(name)) == encoding
-
-
 WITHOUT = {"Mono32", "Data32", "Data64", "Data64s"}
 "Formats that no encoding of ROS holds."
 CHANNELS = {"mono": 1, "bayer": 1, "rgb": 3, "bgr": 3, "rgba": 4, "bgra": 4, "yuv": 2}
@@ -178,8 +158,3 @@ def test_what_has_no_encoding_is_named():
             encoding_of(pfnc.by_name(name))
     with pytest.raises(PixelFormatError, match="'64FC4' cannot be shown"):
         format_of("64FC4")
-
-
-def test_encodings_come_back_as_the_formats_that_we_show():
-    for name in ("Mono8", "Mono16", "BayerRG8", "RGB8", "RGB16", "YUV422_8", "Coord3D_C16", "Coord3D_ABC32f"):
-        assert format_of(encoding_of(pfnc.by_name(name))).name == name
