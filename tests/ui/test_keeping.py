@@ -222,6 +222,19 @@ def test_closing_the_window_does_not_cut_a_recording_off(app, monkeypatch):
     assert cv2.VideoCapture(str(movie)).read()[0]
 
 
+def test_a_window_that_is_closed_is_gone_before_anything_is_waited_for(app):
+    seen = []
+    stop = app.program.source_list.stop
+
+    def notice(timeout):
+        seen.append(app.window.isVisible())
+        return stop(timeout)
+
+    app.program.source_list.stop = notice
+    app.window.close()
+    assert seen and not any(seen)
+
+
 def tick(table, name, ticked):
     (item,) = table.findItems(name, Qt.MatchExactly, 0)
     item.setCheckState(0, Qt.Checked if ticked else Qt.Unchecked)

@@ -172,6 +172,7 @@ class Program(QObject):
             self._down = True
             self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
             self.favourites.keep_layout()
+            self.window.hide()  # at once: what follows may take CLOSE_TIME
             self.features.set_model(None)
             self.source_list.stop(0)  # a search in progress ends while the rest is closed
             self.connection.close_all()
