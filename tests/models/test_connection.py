@@ -42,7 +42,7 @@ def test_features_are_there_when_it_says_opened(bench):
 def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    bench.source.noticed.emit("pictures are 320×240 now")
+    bench.source.noticed.emit("images are 320×240 now")
     assert bench.said() == ["Pictures are 320×240 now"] and bench.failures == []
     bench.link.disconnect()
     assert bench.said() == []

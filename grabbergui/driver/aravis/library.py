@@ -245,9 +245,9 @@ WAIT_US = 100_000
 "Microseconds after which the thread checks whether it should end."
 SUCCESS = 0
 "ArvBufferStatus of a complete frame."
-PAYLOADS_WITH_PICTURE = (0x1, 0x5, 0xA)
+PAYLOADS_WITH_IMAGE = (0x1, 0x5, 0xA)
 "Image, extended chunk data, multi-part."
-PARTS_WITH_PICTURE = range(1, 10)
+PARTS_WITH_IMAGE = range(1, 10)
 "2D and 3D images, their planes, confidence maps."
 
 _COUNTERS = {
@@ -269,7 +269,7 @@ class AravisStream:
         """`deliver` is called on the receiving thread and returns at once. Raises TransportError."""
         size = request.payload_size
         if not 0 < size <= MAX_PAYLOAD_BYTES:
-            raise TransportError(f"the camera announces pictures of {size} bytes; check PayloadSize")
+            raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
         self._library = library
         self._deliver = deliver
         self._pool = BufferPool(size)
@@ -374,7 +374,7 @@ class AravisStream:
         self._rate.add(used)
         # A payload without an image (a file, GenDC) goes on as one line of bytes of no known format.
         x, y, width, height, padding_x, pixel_format = 0, 0, used, 1, 0, 0
-        if self._is_picture(buffer):
+        if self._is_image(buffer):
             x, y, width, height = self._numbers(library.arv_buffer_get_image_region, buffer, 4)
             padding_x, _ = self._numbers(library.arv_buffer_get_image_padding, buffer, 2)
             pixel_format = library.arv_buffer_get_image_pixel_format(buffer)
@@ -391,12 +391,12 @@ class AravisStream:
             padding_x=padding_x,
         )
 
-    def _is_picture(self, buffer: int) -> bool:
+    def _is_image(self, buffer: int) -> bool:
         library = self._library
         return (
             library.arv_buffer_get_n_parts(buffer) > 0
-            and library.arv_buffer_get_payload_type(buffer) in PAYLOADS_WITH_PICTURE
-            and library.arv_buffer_get_part_data_type(buffer, 0) in PARTS_WITH_PICTURE
+            and library.arv_buffer_get_payload_type(buffer) in PAYLOADS_WITH_IMAGE
+            and library.arv_buffer_get_part_data_type(buffer, 0) in PARTS_WITH_IMAGE
         )
 
     @staticmethod

@@ -272,7 +272,7 @@ class GentlStream:
         stream = self._stream
         size = stream.payload_size if stream.defines_payload_size() else request.payload_size
         if not 0 < size <= MAX_PAYLOAD_BYTES:
-            raise TransportError(f"the camera announces pictures of {size} bytes; check PayloadSize")
+            raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
         fewest = stream.buffer_announce_min + 1
         for index in range(max(fewest, min(BUFFERS, POOL_MEMORY // size))):
             memory = bytes(size)  # of all types the binding takes only this; the producer writes into it
@@ -328,7 +328,7 @@ class GentlStream:
                 errors += 1
                 log.log(logging.WARNING if errors == 1 else logging.DEBUG, "receiving: %s", error)
                 if errors == ERRORS_IN_A_ROW:
-                    self._on_gone(f"the producer gives no pictures any more: {reason_of(error)}")
+                    self._on_gone(f"the producer gives no frames any more: {reason_of(error)}")
                     return
                 self._stopping.wait(0.1)
                 continue

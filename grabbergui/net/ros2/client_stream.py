@@ -184,7 +184,7 @@ class ImageStream:
             if other.topic_type != IMAGE_TYPE:
                 self._remark(f"{other} publishes {other.topic_type} there, which is no image")
         if len(images) > 1:
-            self._remark(f"{' and '.join(map(str, images))} publish there at once: their pictures mix")
+            self._remark(f"{' and '.join(map(str, images))} publish there at once: their images mix")
         unable = [publisher for publisher in images if not publisher.reliable]
         if self._reliable and unable:
             self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")

@@ -122,7 +122,7 @@ class Continuity:
         last, self._last = self._last, frame
         found = {}
         if last is not None and _layout(last) != _layout(frame):
-            found["layout"] = f"pictures are {_layout(frame)} now, they were {_layout(last)}"
+            found["layout"] = f"images are {_layout(frame)} now, they were {_layout(last)}"
         back = (last.timestamp_ns - frame.timestamp_ns) / 1e9 if last is not None else 0
         if back > 0 and frame.timestamp_ns:
             found["jump"] = (

@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 _JPEG_QUALITY = 90
 
 
-class PicturePublisher:
+class ImagePublisher:
     """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below the node's name.
 
     Frames with several components also have `ComponentTopics`.
@@ -131,10 +131,10 @@ class PicturePublisher:
     def _jpeg(self, frame: Frame) -> Any:
         message = self._compressed_type()
         mono = frame.pixel_format.family in (Family.MONO, Family.COORDINATES)
-        picture = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
-        done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        image = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
+        done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
         if not done:
-            raise PixelFormatError(f"a picture of {frame.width}×{frame.height} cannot be written as JPEG")
+            raise PixelFormatError(f"an image of {frame.width}×{frame.height} cannot be written as JPEG")
         # The encoding that image_transport's subscribers give the decoded image precedes that of the JPEG.
         encoding = "mono8" if mono else "bgr8"
         message.format = f"{encoding}; jpeg compressed {encoding}"

@@ -13,8 +13,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.net.numbered_features import FeatureId, FeatureMode, FeatureModes, NumberedFeatures
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
+from grabbergui.net.ros2.image_publisher import ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
-from grabbergui.net.ros2.pictures import PicturePublisher
 from grabbergui.net.ros2.runtime import Ros2Node, RosoutHandler, require_interfaces, require_ros2
 from grabbergui.net.tree import Terminal, TreeService, dumps, no_terminal
 
@@ -78,7 +78,7 @@ class Ros2GrabberServer:
             self._parameters = FeatureParameters(node, grabber)
             node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
             Diagnostics(node, grabber, self._counters)
-            self._pictures = PicturePublisher(node, grabber, qos, self._calibration)
+            self._images = ImagePublisher(node, grabber, qos, self._calibration)
         except BaseException:
             self._rosout.close()
             self._ros.close()
@@ -87,10 +87,10 @@ class Ros2GrabberServer:
     @property
     def published(self) -> int:
         """Images published."""
-        return self._pictures.published
+        return self._images.published
 
     def _counters(self) -> dict[str, int]:
-        return {"published": self.published, "dropped": self._pictures.dropped}
+        return {"published": self.published, "dropped": self._images.dropped}
 
     def start(self) -> None:
         """Join the network; start the stream if it is off."""
@@ -102,12 +102,12 @@ class Ros2GrabberServer:
         except BaseException:
             self.stop()
             raise
-        self._pictures.start()
+        self._images.start()
         self._ros.start()
 
     def stop(self) -> None:
         """Leave the network; stop the stream if it was started here. May be called twice."""
-        self._pictures.stop()
+        self._images.stop()
         self._calibration.close()
         self._parameters.stop()
         self._services.close()

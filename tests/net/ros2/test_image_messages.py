@@ -98,7 +98,7 @@ def test_a_change_of_size_or_format():
     continuity.remarks(frame_of(image(), 1))
 
     assert continuity.remarks(frame_of(image(2), 2)) == {
-        "layout": "pictures are 2×2 Mono8 now, they were 4×2 Mono8"
+        "layout": "images are 2×2 Mono8 now, they were 4×2 Mono8"
     }
     assert "BayerRG8" in continuity.remarks(frame_of(image(2, encoding="bayer_rggb8"), 3))["layout"]
 

@@ -299,7 +299,7 @@ def test_a_changed_size_is_reported(driver, opened, notices):
 
     driver.message = image(2, 2)
 
-    until(said(notices, "pictures are 2×2 Mono8 now, they were 4×2 Mono8"))
+    until(said(notices, "images are 2×2 Mono8 now, they were 4×2 Mono8"))
     until(lambda: frames.get(PATIENCE).width == 2)
 
 
@@ -323,7 +323,7 @@ def test_two_publishers_of_one_topic_are_reported(driver, opened, notices):
     second = Ros2Node("second_driver")
     second.node.create_publisher(Image, "/other/image_raw", 5)
 
-    until(said(notices, "their pictures mix"))
+    until(said(notices, "their images mix"))
     second.close()
 
 
