@@ -43,7 +43,7 @@ def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     bench.source.noticed.emit("images are 320×240 now")
-    assert bench.said() == ["Pictures are 320×240 now"] and bench.failures == []
+    assert bench.said() == ["Images are 320×240 now"] and bench.failures == []
     bench.link.disconnect()
     assert bench.said() == []
 

@@ -271,11 +271,11 @@ def test_reliable_where_it_can_be_had(driver, opened, notices):
 
 
 def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_image_is_shown(driver, opened, notices):
-    driver.message = image(encoding="64FC1")
+    driver.message = image(encoding="64FC4")
     remote = opened("ros2:/other")
     frames = remote.open_queue()
     remote.start()
-    until(said(notices, "encoding '64FC1' cannot be shown"))
+    until(said(notices, "encoding '64FC4' cannot be shown"))
     assert remote.statistics().incomplete > 0
 
     driver.message = image()
