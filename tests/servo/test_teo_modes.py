@@ -18,6 +18,7 @@ from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from patience import until
+from yarp_bytes import reply_to
 
 LEAD = 0.1
 "Seconds that positions are ahead."
@@ -207,7 +208,8 @@ def test_a_board_of_4_answers_requests_for_its_methods(names, simulated):
         for request, reply in REPLIES.items():
             sent = Bottle.from_text(request, Dialect.YARP4).encode(Dialect.YARP4)
             assert client.call(sent).to_text() == reply, request
-        version = client.call_raw(Bottle(["getRemoteProtocolVersion"]).encode())
+        request = Bottle(["getRemoteProtocolVersion"]).encode()
+        version = reply_to(names.query("/teoSim/head/nws/rpc:i").address, request)
         assert version.hex() == "00010000" "01000000" "0000" "0400" "0000" "0000"  # fmt: skip
 
 

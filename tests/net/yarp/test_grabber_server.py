@@ -24,6 +24,7 @@ from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Stamp, Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
 from patience import PATIENCE, attempts, until
+from yarp_bytes import reply_to
 
 
 @pytest.fixture
@@ -136,7 +137,8 @@ def test_requests_on_either_port(scene: Stage, server: YarpGrabberServer) -> Non
             reply = rpc.call(Bottle.from_text("[fgc] [set] [feat] 8 5"))
             assert reply is not None
             assert reply.to_text() == "[fgc] [set] 1"
-            assert rpc.call_raw(Bottle(["getRemoteProtocolVersion"])) == VERSION_REPLY
+            version = Bottle(["getRemoteProtocolVersion"]).encode()
+            assert reply_to(scene.names.query(name).address, version) == VERSION_REPLY
             # Both dialects on one connection.
             assert rpc.call(Bottle(["getWidthRPC"])) == [[Vocab("ok")], 168]
 

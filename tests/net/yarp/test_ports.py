@@ -18,6 +18,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
 from patience import PATIENCE, until
+from yarp_bytes import reply_to
 
 
 @pytest.fixture(autouse=True)
@@ -78,13 +79,17 @@ def test_replies_are_written_in_the_dialect_of_the_request():
     with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
         for dialect in Dialect:
             client.dialect = dialect
-            assert client.call_raw(Bottle([2.5])) == Bottle([Vocab("ok"), 2.5]).encode(dialect)
+            assert client.call(Bottle([2.5])) == [Vocab("ok"), 2.5]
+            sent = Bottle([2.5]).encode(dialect, specialise=dialect is Dialect.YARP3)
+            assert reply_to((server.contact.host, server.contact.port), sent) == Bottle(
+                [Vocab("ok"), 2.5]
+            ).encode(dialect)
 
 
 def test_no_reply_is_an_acknowledgement_alone():
     with RpcServer("/rpc", lambda request: None) as server, RpcClient(server.place()) as client:
         assert client.call(Bottle([1])) is None
-        assert client.call_raw(Bottle([1])) == b""
+        assert reply_to((server.contact.host, server.contact.port), Bottle([1]).encode()) == b""
 
 
 def test_a_client_comes_back_after_its_server(names):

@@ -252,7 +252,7 @@ def replayed(conversation: Conversation, dialect: Dialect, step: int):
                 while not isinstance(event := reader.next_event(), Wait | Closed):
                     found.append((side, event))
                     writer.send(event)
-                    opener.expect_replies(dialect, raw=False)
+                    opener.expect_replies(dialect)
 
     for side, data in conversation.turns:
         for start in range(0, len(data), step):

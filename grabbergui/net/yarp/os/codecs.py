@@ -55,8 +55,6 @@ class Codec:
     def __init__(self) -> None:
         self.dialect = Dialect.YARP3
         "Of the Bottles in replies."
-        self.raw_replies = False
-        "Whether a reply is any bytes before an acknowledgement."
         self.missing = 1
         "Bytes that the next event lacks at least."
 
@@ -188,24 +186,18 @@ class BinaryCodec(Codec):
         return message
 
     def read_reply(self, data: ReceiveBuffer) -> Reply | None:
-        """Read a Bottle, or all before an acknowledgement."""
+        """Read a Bottle."""
         available = len(data.data)
-        if available <= _SHORT_REPLY and not self.raw_replies and data.data.endswith(wire.ACK):
+        if available <= _SHORT_REPLY and data.data.endswith(wire.ACK):
             # It seems to be complete. Decoding it costs as much as finding its end.
             with suppress(RemoteProtocolError):
                 bottle, size = Bottle.decode_from(bytes(data.data), 0, self.dialect)
                 self._scanner, self.missing = None, 1
                 return Reply(data.take(size), bottle=bottle)
-        if self.raw_replies:
-            size, complete = available - len(wire.ACK), data.data.endswith(wire.ACK)
-            if size > REPLY_LIMIT:
-                raise RemoteProtocolError(f"reply of more than {REPLY_LIMIT} bytes")
-        else:
-            self._scanner = self._scanner or BottleScanner(self.dialect, REPLY_LIMIT)
-            size = self._scanner.scan(data.data)
-            complete = size <= available
-        if not complete:
-            self.missing = max(1, size - available)
+        self._scanner = self._scanner or BottleScanner(self.dialect, REPLY_LIMIT)
+        size = self._scanner.scan(data.data)
+        if size > available:
+            self.missing = size - available
             return None
         self._scanner, self.missing = None, 1
         return Reply(data.take(size))

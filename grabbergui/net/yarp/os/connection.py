@@ -224,9 +224,9 @@ class Connection:
             raise
         return event
 
-    def expect_replies(self, dialect: Dialect, *, raw: bool) -> None:
-        """Read replies as Bottles of this dialect; if `raw` as any bytes before an acknowledgement."""
-        self._codec.dialect, self._codec.raw_replies = dialect, raw
+    def expect_replies(self, dialect: Dialect) -> None:
+        """Read replies as Bottles of this dialect."""
+        self._codec.dialect = dialect
 
     # -- sending ---------------------------------------------------------------------------------
     def send(self, event: Event) -> list[Buffer]:

@@ -183,17 +183,12 @@ class RpcClient:
         Raises SourceNotFoundError and SourceUnavailableError from the name server, AckTimeoutError,
         TransportError, RemoteProtocolError. After any of them the next call connects again.
         """
-        reply = self._exchange(request, timeout, raw=False)
+        reply = self._exchange(request, timeout)
         if reply is None:
             return None
         if reply.bottle is not None:
             return reply.bottle
         return Bottle.decode_from(reply.body, 0, self.dialect)[0]
-
-    def call_raw(self, request: Bottle | Buffer | Sequence[Buffer], timeout: float = 2.0) -> bytes:
-        """Send a request; return all bytes before the acknowledgement, for replies that are no Bottle."""
-        reply = self._exchange(request, timeout, raw=True)
-        return bytes(reply.body) if reply else b""
 
     def close(self) -> None:
         """Close the connection. May be called twice; never raises."""
@@ -206,25 +201,23 @@ class RpcClient:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _exchange(
-        self, request: Bottle | Buffer | Sequence[Buffer], timeout: float, *, raw: bool
-    ) -> Reply | None:
+    def _exchange(self, request: Bottle | Buffer | Sequence[Buffer], timeout: float) -> Reply | None:
         message = Message("d", parts=_parts(request, self.dialect))
         with self._lock:
             fresh = self._link is None
             try:
-                return self._once(message, timeout, raw)
+                return self._once(message, timeout)
             except _NotAnsweredError:
                 # A connection that lay idle while the port was restarted breaks before the first byte.
                 if fresh:
                     raise
-            return self._once(message, timeout, raw)
+            return self._once(message, timeout)
 
-    def _once(self, message: Message, timeout: float, raw: bool) -> Reply | None:
+    def _once(self, message: Message, timeout: float) -> Reply | None:
         try:
             link = self._link = self._link or self._connect(timeout)
             deadline = time.monotonic() + timeout
-            link.connection.expect_replies(self.dialect, raw=raw)
+            link.connection.expect_replies(self.dialect)
             try:
                 link.send(message)
                 reply = link.answer(deadline)
