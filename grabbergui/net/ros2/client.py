@@ -146,10 +146,10 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             elif now - (nameless := nameless or now) > NAME_TIMEOUT:
                 break
             time.sleep(0.05)
-        link.join(self._announce)
         try:
+            link.join(self._announce)
             self._recognise(link.described(self.info))
-        except OtherCameraError:
+        except BaseException:
             link.leave()
             raise
         return link

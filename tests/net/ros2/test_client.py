@@ -19,8 +19,10 @@ from grabbergui.core.errors import (  # noqa: E402
     DeviceLostError,
     FeatureNotFoundError,
     FeatureValueError,
+    FrameTimeoutError,
 )
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
+from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
 
@@ -126,6 +128,28 @@ def test_a_server_that_is_back_with_other_values_reports_it(serve, camera, opene
     assert remote.unlike_before == ("Gain is 0 instead of 3",)
     assert why == "but not as before: Gain is 0 instead of 3"
     assert "Gain is 0 instead of 3" in caplog.text
+
+
+def test_a_server_that_does_not_answer_on_its_return_leaves_nothing_behind(serve, opened, monkeypatch):
+    server = serve("/mute")
+    remote = opened("ros2:/mute")
+    clients = len(list(remote._link.node.clients))
+    server.stop()
+    until(lambda: remote.lost)
+
+    tries = []
+    described = CameraLink.described
+
+    def mute(link, info):
+        tries.append(link)
+        if len(tries) < 4:
+            raise FrameTimeoutError("/mute/ask did not answer within 7 s")
+        return described(link, info)
+
+    monkeypatch.setattr(CameraLink, "described", mute)
+    serve("/mute")
+    until(lambda: not remote.lost)
+    assert len(tries) == 4 and len(list(remote._link.node.clients)) == clients
 
 
 def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back(serve, opened, drive):
