@@ -201,18 +201,22 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._link = None
 
     def _watch(self) -> None:
+        complaint = ""
         while not self._stopping.wait(self._watch_period()):
             try:
                 if self._link is None:
                     self._return()
                 else:
                     self._look()
+                complaint = ""
             except OtherCameraError as error:
                 self._lose(str(error))
             except _GONE as error:
                 self._lose_server(str(error))
             except GrabberError as error:
-                log.warning("%s: %s", self._name, error)
+                if str(error) != complaint:  # ten times a second otherwise
+                    complaint = str(error)
+                    log.warning("%s: %s", self._name, complaint)
 
     def _watch_period(self) -> float:
         link = self._link
@@ -255,13 +259,17 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         assert self._names
         with self._lock:
             self._connect(self._names)
-            if not (camera_lost := self._ask_for_loss()):
-                self._compare_with_seen()
-            if self._stream is not None:
-                # Even if it seems connected: a machine that lost its power closes no connection.
-                self._stream.reconnect()
-            elif self._starts_on_return:
-                self.start()
+            try:
+                if not (camera_lost := self._ask_for_loss()):
+                    self._compare_with_seen()
+                if self._stream is not None:
+                    # Even if it seems connected: a machine that lost its power closes no connection.
+                    self._stream.reconnect()
+                elif self._starts_on_return:
+                    self.start()
+            except BaseException:
+                self._disconnect()  # or nobody would report that it is back
+                raise
         if camera_lost:
             self._lose(camera_lost)
         else:

@@ -6,13 +6,11 @@ import itertools
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import pytest
-from grabber_stage import Stage, connect
+from grabber_stage import Stage, connect, pretend_to_be_yarps_own
 
 from grabbergui.core.errors import (
-    DeviceLostError,
     FeatureAccessError,
     FeatureError,
     FeatureNotFoundError,
@@ -22,16 +20,13 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client, grabber_ends, grabber_values
+from grabbergui.net.yarp import client, grabber_ends
 from grabbergui.net.yarp.client import YarpGrabber
-from grabbergui.net.yarp.os import carrier, name_client
-from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.outputs import connect as connect_output
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os import name_client
 from patience import PATIENCE, attempts, until
 
 
@@ -42,31 +37,12 @@ def remote(
     """An open client of a server that is ours, or pretends to be YARP's own of one kind."""
     monkeypatch.setattr(grabber_ends, "TIMEOUT", PATIENCE)  # others may have the machine's cores
     if request.param != "ours":
-        answer = grabber_ends.GrabberService.answer
-        foreign = Vocab("nak") if request.param == "3.x" else Vocab("fail")
-
-        def pretend(self: grabber_ends.GrabberService, message: Bottle) -> object:
-            thrift = isinstance(message[0], str)
-            if grabber_values.is_tree_request(message) or thrift == (request.param == "3.x"):
-                return [Bottle([foreign]).encode()] if thrift else None
-            return answer(self, message)
-
-        monkeypatch.setattr(grabber_ends.GrabberService, "answer", pretend)
+        pretend_to_be_yarps_own(monkeypatch, request.param)
     with scene.share():
         grabber = connect(scene)
         grabber.open()
         yield grabber
         grabber.close()
-
-
-@pytest.fixture
-def coloured(scene: Stage) -> Iterator[Stage]:
-    """The camera in a format with colours, so that it has balance ratios; as it was behind the test."""
-    before = scene.grabber.feature("PixelFormat").value
-    assert before is not None
-    scene.grabber.write_feature("PixelFormat", "RGB8")
-    yield scene
-    scene.grabber.write_feature("PixelFormat", before)
 
 
 def test_features_are_read_and_written(scene: Stage, remote: FrameGrabber) -> None:
@@ -111,95 +87,6 @@ def test_what_others_change_is_seen_within_a_second(scene: Stage, remote: FrameG
             with watch:
                 scene.grabber.write_feature("Gain", next(values))
                 until(lambda: "Gain" in seen, "the change")
-
-
-def test_the_server_goes_and_comes_back(scene: Stage) -> None:
-    states: list[ConnectionState] = []
-    server = scene.share()
-    server.start()
-    remote = connect(scene)
-    remote.connection_changed.connect(lambda state, reason: states.append(state))
-    remote.open()
-    queue = remote.open_queue(1)
-    remote.start()
-    queue.get(PATIENCE)
-    server.stop()
-    until(lambda: ConnectionState.LOST in states, "the loss")
-    with pytest.raises(TransportError):
-        remote.feature("Gain")
-    assert remote.has_feature("Gain")  # what was known stays known
-    queue.clear()
-    with scene.share():
-        until(lambda: states[-1] is ConnectionState.OPEN, "the return")
-        assert queue.get(PATIENCE).complete
-        assert remote.feature("Gain").value is not None
-        remote.close()
-    assert states == [
-        *(ConnectionState.OPEN, ConnectionState.LOST, ConnectionState.OPEN, ConnectionState.CLOSED),
-    ]
-
-
-def test_a_name_server_that_ends_loses_nothing_that_is_open(
-    scene: Stage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    states: list[ConnectionState] = []
-    asked: list[str] = []
-
-    def no_answer(self: name_client.NameClient, prefix: str = "") -> None:
-        asked.append(prefix)
-        raise SourceUnavailableError("no YARP name server")
-
-    with scene.share():
-        remote = connect(scene)
-        remote.open()
-        remote.connection_changed.connect(lambda state, reason: states.append(state))
-        monkeypatch.setattr(name_client.NameClient, "list", no_answer)
-        remote.start()
-        until(lambda: len(asked) > 1, "two searches for components")
-        assert states == [] and remote.open_queue(1).get(PATIENCE).complete
-        remote.close()
-
-
-def test_a_stream_that_is_started_while_the_server_is_away_starts_when_it_is_back(scene: Stage) -> None:
-    """As after a file of settings whose loading the loss broke off, with the stream paused for it."""
-    states: list[ConnectionState] = []
-    remote = connect(scene)
-    with scene.share():
-        remote.connection_changed.connect(lambda state, reason: states.append(state))
-        remote.open()
-    until(lambda: ConnectionState.LOST in states, "the loss")
-    with pytest.raises(DeviceLostError):
-        remote.start()
-    with scene.share():
-        queue = remote.open_queue(1)
-        until(lambda: states[-1] is ConnectionState.OPEN, "the return")
-        assert remote.streaming and queue.get(PATIENCE).complete
-        remote.close()
-
-
-def test_a_server_that_is_back_with_other_values_reports_it(
-    coloured: Stage, caplog: pytest.LogCaptureFixture
-) -> None:
-    reported: list[tuple[ConnectionState, str]] = []
-    with coloured.share():
-        remote = connect(coloured)
-        remote.connection_changed.connect(lambda state, why: reported.append((state, why)))
-        remote.open()
-        before = remote.write_feature("Gain", 3.0).value
-        red = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Red"),))
-        remote.write_setting(red, 1.5)
-        remote.read_setting(red)
-    until(lambda: reported[-1][0] is ConnectionState.LOST, "the loss")
-    coloured.grabber.write_feature("Gain", 0.0)
-    coloured.grabber.write_setting(red, 1.25)
-    with coloured.share():
-        until(lambda: reported[-1][0] is ConnectionState.OPEN, "the return")
-        assert before == 3.0
-        expected = ("Gain is 0 instead of 3", f"{red} is 1.25 instead of 1.5")
-        assert remote.unlike_before == expected
-        assert all(difference in caplog.text for difference in expected), "for commands, which show the log"
-        assert reported[-1][1] == f"but not as before: {'; '.join(expected)}"
-        remote.close()
 
 
 def test_a_server_selects_and_writes_in_one_step(coloured: Stage) -> None:
@@ -259,28 +146,6 @@ def test_a_server_of_an_older_version_is_asked_step_by_step(
         remote.close()
 
 
-def test_a_server_that_vanished_without_closing_its_connections_is_read_again(scene: Stage) -> None:
-    lost = threading.Event()
-    remote = connect(scene)
-    with scene.share():
-        remote.connection_changed.connect(lambda state, why: state is ConnectionState.LOST and lost.set())
-        remote.open()
-        queue = remote.open_queue(1)
-        remote.start()
-        queue.get(PATIENCE)
-    assert lost.wait(PATIENCE)
-    ours = next(contact for contact in scene.names.list("/grabbergui/") if contact.name.endswith("/grabber"))
-    # What a server's machine that loses its power leaves behind: a connection that says nothing any more.
-    dead = connect_output("/grabber", "/grabber", ours.name, ours.address, carrier.FAST_TCP, None)
-    assert isinstance(remote, YarpGrabber) and remote._stream is not None
-    until(lambda: remote._stream.connected, "the dead connection")
-    queue.clear()
-    with scene.share():
-        assert queue.get(PATIENCE).complete
-        remote.close()
-    dead.close()
-
-
 def test_ours_gives_several_features_by_one_request(scene: Stage) -> None:
     names = ["Gain", "Width", "PixelFormat"]
     with scene.share():
@@ -329,48 +194,6 @@ def test_commands(scene: Stage) -> None:
             remote.execute("Launch")
         with pytest.raises(FeatureError, match="UserSetLoad"):  # locked while streaming
             remote.execute("UserSetLoad")
-        remote.close()
-
-
-def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = grabber_ends.GrabberService.answer
-    empty = [Bottle([Vocab("fail")]).encode()]
-    monkeypatch.setattr(grabber_ends.GrabberService, "answer", lambda self, message: empty)
-    with scene.share():
-        remote = connect(scene)
-        remote.open()
-        assert not remote.has_feature("Gain")
-        states: list[ConnectionState] = []
-        remote.connection_changed.connect(lambda state, reason: states.append(state))
-
-        def attached(self: grabber_ends.GrabberService, message: Bottle) -> object:
-            return empty if isinstance(message[0], str) else answer(self, message)
-
-        monkeypatch.setattr(grabber_ends.GrabberService, "answer", attached)
-        until(lambda: states, "the camera's arrival")
-        assert remote.has_feature("Gain")
-        remote.close()
-
-
-def test_another_camera_on_the_port_is_refused_and_named_until_the_same_is_back(
-    scene: Stage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    read_hello = grabber_values.read_tree_hello
-    reported: list[tuple[ConnectionState, str]] = []
-    with scene.share():
-        remote = connect(scene)
-        remote.open()
-        remote.connection_changed.connect(lambda state, reason: reported.append((state, reason)))
-    until(lambda: reported)
-    other = replace(scene.grabber.info, serial="OTHER")
-    monkeypatch.setattr(grabber_values, "read_tree_hello", lambda reply: other)
-    with scene.share():
-        until(lambda: "OTHER" in reported[-1][1])
-        assert reported[-1][0] is ConnectionState.LOST
-        monkeypatch.setattr(grabber_values, "read_tree_hello", read_hello)
-        until(lambda: reported[-1][0] is ConnectionState.OPEN)
-        assert sum("OTHER" in reason for _, reason in reported) == 1, "said once, not at every attempt"
-        assert remote.info.serial == scene.grabber.info.serial
         remote.close()
 
 
