@@ -41,22 +41,22 @@ lint: setup
 	$(BIN)/mypy --package grabbergui --platform win32 --cache-dir .mypy_cache/win32
 	$(BIN)/mypy --package grabbergui --platform darwin --cache-dir .mypy_cache/darwin
 
-# The tests of one package alone: make test ROOM=net/yarp
-ROOM ?=
+# The tests of one package alone: make test PACKAGE=net/yarp; ROOM is the variable's older name.
+PACKAGE ?= $(ROOM)
 test: setup
 	scripts/system-packages tests
-	$(BIN)/python tests/run_tests.py tests/$(ROOM)
+	$(BIN)/python tests/run_tests.py tests/$(PACKAGE)
 
-# Branch coverage of all tests, or of one package's: make coverage ROOM=core; the lines are in build/coverage.
+# Branch coverage of all tests, or of one package's: make coverage PACKAGE=core; the lines are in build/coverage.
 coverage: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check pytest-cov
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal --cov=grabbergui$(if $(ROOM),/$(ROOM)) \
-	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage tests/$(ROOM)
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal --cov=grabbergui$(if $(PACKAGE),/$(PACKAGE)) \
+	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage tests/$(PACKAGE)
 
-# Mutation testing of the packages where an untested line hurts, or of one: make mutants ROOM=core
+# Mutation testing of the packages where an untested line hurts, or of one: make mutants PACKAGE=core
 mutants: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check mutmut
-	$(BIN)/python scripts/mutants $(ROOM)
+	$(BIN)/python scripts/mutants $(PACKAGE)
 
 # The pictures in docs/, made by the program itself.
 screenshots: setup
