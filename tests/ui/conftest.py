@@ -3,9 +3,11 @@
 import threading
 
 import pytest
+from panel_harness import PanelHarness, camera_features
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from fakes import ScriptedGrabber
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.run.program import Program
@@ -117,3 +119,17 @@ def make_app(qtbot, tmp_path):
 @pytest.fixture
 def app(make_app):
     return make_app()
+
+
+@pytest.fixture
+def make_panel(qtbot):
+    """Makes feature panels without the window, on a made-up camera or on any other."""
+    made = []
+
+    def build(grabber=None):
+        made.append(PanelHarness(qtbot, grabber or ScriptedGrabber(camera_features())))
+        return made[-1]
+
+    yield build
+    for panel in made:
+        panel.close()

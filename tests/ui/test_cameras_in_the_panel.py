@@ -89,7 +89,7 @@ def test_every_feature_of_the_simulated_camera_is_shown_and_none_written(sim, ca
 
 
 def vendor_descriptions():
-    beside = Path(__file__).parents[3].parent / "shared" / "genicam-xml"
+    beside = Path(__file__).parents[2].parent / "shared" / "genicam-xml"
     folder = Path(os.environ.get("GRABBERGUI_GENICAM_XML", beside))
     return sorted(folder.glob("*.xml"))
 

@@ -13,31 +13,34 @@ from grabbergui.models.settings.loading import load_onto
 from patience import PATIENCE
 
 
-def test_steps_are_undone_and_redone_in_order(bench):
-    bench.write("Gain", 2)
-    bench.write("Gamma", 3)
-    bench.revert(UNDO)
-    assert (bench.value("Gain"), bench.value("Gamma")) == (2, 1)
-    assert bench.journal.next_text(REDO) == "Gamma 1 → 3"
-    bench.revert(UNDO)
-    assert bench.value("Gain") == 1
-    bench.revert(REDO, times=2)
-    assert (bench.value("Gain"), bench.value("Gamma")) == (2, 3)
-    assert bench.journal.next_text(REDO) == ""
-    assert bench.revert(REDO) == []
+def test_steps_are_undone_and_redone_in_order(operator):
+    operator.write("Gain", 2)
+    operator.write("Gamma", 3)
+    operator.revert(UNDO)
+    assert (operator.value("Gain"), operator.value("Gamma")) == (2, 1)
+    assert operator.journal.next_text(REDO) == "Gamma 1 → 3"
+    operator.revert(UNDO)
+    assert operator.value("Gain") == 1
+    operator.revert(REDO, times=2)
+    assert (operator.value("Gain"), operator.value("Gamma")) == (2, 3)
+    assert operator.journal.next_text(REDO) == ""
+    assert operator.revert(REDO) == []
 
 
-def test_undoing_is_in_the_log(bench):
-    bench.write("Gain", 2)
-    bench.revert(UNDO)
-    assert [(str(c), c.cause) for c in bench.journal.changes] == [("Gain 1 → 2", ""), ("Gain 2 → 1", "Undo")]
+def test_undoing_is_in_the_log(operator):
+    operator.write("Gain", 2)
+    operator.revert(UNDO)
+    assert [(str(c), c.cause) for c in operator.journal.changes] == [
+        ("Gain 1 → 2", ""),
+        ("Gain 2 → 1", "Undo"),
+    ]
 
 
-def test_something_new_ends_what_can_be_redone(bench):
-    bench.write("Gain", 2)
-    bench.revert(UNDO)
-    bench.write("Gamma", 3)
-    assert bench.journal.next_text(REDO) == ""
+def test_something_new_ends_what_can_be_redone(operator):
+    operator.write("Gain", 2)
+    operator.revert(UNDO)
+    operator.write("Gamma", 3)
+    assert operator.journal.next_text(REDO) == ""
 
 
 def test_commands_are_noted_cannot_be_undone_and_break_nothing(sim):
@@ -52,23 +55,23 @@ def test_commands_are_noted_cannot_be_undone_and_break_nothing(sim):
     assert [text for text, _ in sim.log].count("TimestampLatch run") == 1
 
 
-def test_an_undo_that_is_refused_reports_it_and_leaves_the_steps_before_it(bench):
-    bench.write("Gain", 2)
-    bench.write("Gamma", 3)
-    bench.grabber.refusals["Gamma"] = FeatureError("Gamma=1: the camera answered: busy", "Gamma")
-    assert bench.revert(UNDO) == ["Undo of Gamma 1 → 3: Gamma=1: the camera answered: busy"]
-    assert bench.revert(UNDO) == []
-    assert bench.value("Gain") == 1
+def test_an_undo_that_is_refused_reports_it_and_leaves_the_steps_before_it(operator):
+    operator.write("Gain", 2)
+    operator.write("Gamma", 3)
+    operator.grabber.refusals["Gamma"] = FeatureError("Gamma=1: the camera answered: busy", "Gamma")
+    assert operator.revert(UNDO) == ["Undo of Gamma 1 → 3: Gamma=1: the camera answered: busy"]
+    assert operator.revert(UNDO) == []
+    assert operator.value("Gain") == 1
 
 
-def test_an_undo_on_a_lost_camera_can_be_tried_again(bench):
-    bench.write("Gain", 2)
-    bench.grabber.failures["Gain"] = DeviceLostError("gone")
+def test_an_undo_on_a_lost_camera_can_be_tried_again(operator):
+    operator.write("Gain", 2)
+    operator.grabber.failures["Gain"] = DeviceLostError("gone")
     with pytest.raises(DeviceLostError):
-        bench.revert(UNDO)
-    bench.grabber.failures.clear()
-    assert bench.revert(UNDO) == []
-    assert bench.value("Gain") == 1
+        operator.revert(UNDO)
+    operator.grabber.failures.clear()
+    assert operator.revert(UNDO) == []
+    assert operator.value("Gain") == 1
 
 
 def test_undoing_brings_back_the_automatic_mode_that_a_write_took_away(sim):

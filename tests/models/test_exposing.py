@@ -1,7 +1,7 @@
 """One-push exposure and white balance."""
 
 import pytest
-from stage import REGION, on
+from tuning_stage import REGION, on
 
 from grabbergui.models.change_journal import Direction
 from grabbergui.models.change_tracking import revert
@@ -49,8 +49,8 @@ def test_all_that_was_tuned_is_undone_in_one_step(stage):
 @pytest.mark.parametrize(
     "options", ["pixel_format=Mono8", "pixel_format=BayerRG12p&exposure=50", "exposure=45000&fps=20"]
 )
-def test_exposure_on_a_region_of_the_simulated_camera(sim, options):
-    s = sim(options)
+def test_exposure_on_a_region_of_the_simulated_camera(stage_on_sim, options):
+    s = stage_on_sim(options)
     s.grabber.write_feature("Gamma", 0.8)
     s.grabber.write_feature("ExposureAuto", "Continuous")
     with Stopwatch() as watch:
@@ -95,8 +95,8 @@ def test_white_balance_says_what_hinders_it_and_changes_nothing(stage, how, said
 
 
 @pytest.mark.parametrize("options", ["pixel_format=RGB8", "pixel_format=BayerGB8", "pixel_format=BayerRG12p"])
-def test_white_balance_on_a_region_of_the_simulated_camera(sim, options):
-    s = sim(options)
+def test_white_balance_on_a_region_of_the_simulated_camera(stage_on_sim, options):
+    s = stage_on_sim(options)
     for selected in ("Red", "Blue"):
         s.grabber.write_feature("BalanceRatioSelector", selected)
         s.grabber.write_feature("BalanceRatio", 1.0)

@@ -82,6 +82,6 @@ def test_commands_stand_where_they_were_run(sim):
     assert "camera.execute('TimestampLatch')" in program("sim:", sim.journal.changes)
 
 
-def test_nothing_changed_makes_an_empty_line_and_a_program_that_runs(bench):
+def test_nothing_changed_makes_an_empty_line_and_a_program_that_runs(operator):
     assert command_line("sim:", ()) == ""
     compile(program("sim:", ()), "program", "exec")

@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from stage import REGION, on
+from tuning_stage import REGION, on
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
 from grabbergui.models import tuning

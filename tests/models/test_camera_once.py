@@ -8,8 +8,8 @@ from grabbergui.models.change_tracking import revert
 from grabbergui.models.one_push import has_once, let_camera
 
 
-def test_the_simulated_cameras_own_once(sim):
-    s = sim("pixel_format=RGB8&exposure=100")
+def test_the_simulated_cameras_own_once(stage_on_sim):
+    s = stage_on_sim("pixel_format=RGB8&exposure=100")
     assert has_once(s.grabber, Role.EXPOSURE) and has_once(s.grabber, Role.BALANCE_RATIO)
     before = s.light(None).mean
     reported = s.run(lambda bench: let_camera(bench, Role.EXPOSURE))
