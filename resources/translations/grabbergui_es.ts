@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="324"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="326"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="324"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="326"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="330"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="332"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -510,17 +510,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="106"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="136"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="136"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -533,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="86"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -594,27 +594,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="242"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="245"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="242"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="245"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="275"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="278"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="274"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="277"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="282"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="285"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -708,57 +708,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="68"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="47"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="69"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="48"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="70"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="49"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="71"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="50"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="72"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="51"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="73"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="52"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="74"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="53"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="75"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="54"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="76"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="55"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="77"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="56"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="41"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="39"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -781,32 +781,32 @@ It {1}.</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="230"/>
+        <location filename="../../grabbergui/models/messages.py" line="235"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="240"/>
+        <location filename="../../grabbergui/models/messages.py" line="246"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="257"/>
+        <location filename="../../grabbergui/models/messages.py" line="263"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="260"/>
+        <location filename="../../grabbergui/models/messages.py" line="266"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="265"/>
+        <location filename="../../grabbergui/models/messages.py" line="271"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="259"/>
+        <location filename="../../grabbergui/models/messages.py" line="265"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -1492,102 +1492,102 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="147"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="150"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="151"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="154"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="153"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="155"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="159"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="163"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="166"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="165"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="173"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="176"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="175"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="178"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="179"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="182"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="190"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="190"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="202"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="210"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="211"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="214"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="216"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="208"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="149"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="152"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
         <source>1 byte of text</source>
         <translation>texto de 1 byte</translation>
     </message>
@@ -1864,22 +1864,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="152"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="161"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="180"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="181"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="185"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="186"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2414,112 +2414,112 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="320"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="315"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="318"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="325"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="320"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="327"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="321"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="328"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="337"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="333"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="334"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="341"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="342"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="345"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="341"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="366"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="373"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="367"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="374"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="367"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="374"/>
         <source>as the camera has it</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="323"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="323"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
         <source>edited</source>
         <translation>editada</translation>
     </message>
@@ -3439,7 +3439,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="107"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="227"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -3447,7 +3447,7 @@ It {1}.</source>
 <context>
     <name>Messages</name>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="210"/>
+        <location filename="../../grabbergui/models/messages.py" line="212"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
@@ -3488,7 +3488,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="318"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="317"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3496,7 +3496,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="174"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="175"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -3509,7 +3509,7 @@ It {1}.</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="172"/>
+        <location filename="../../grabbergui/models/picture/components.py" line="175"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -3522,27 +3522,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="269"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="279"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="270"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="280"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="271"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="281"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="272"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="282"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="273"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="283"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -3590,32 +3590,32 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="178"/>
         <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="179"/>
         <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="180"/>
         <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="238"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="181"/>
         <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="182"/>
         <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
@@ -3644,6 +3644,16 @@ It {1}.</source>
         <source>Show all images of each frame at once; zoom, position and cursor are common to all. A click on one makes it the current one.</source>
         <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="185"/>
+        <source>Draw a line; Esc cancels.</source>
+        <translation>Dibuje una línea; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="186"/>
+        <source>Draw a region; Esc cancels.</source>
+        <translation>Dibuje una región; Esc cancela.</translation>
+    </message>
 </context>
 <context>
     <name>PlaybackBar</name>
@@ -3668,7 +3678,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="258"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3728,7 +3738,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="258"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -3736,7 +3746,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="315"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="330"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3744,12 +3754,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="251"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="266"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="252"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="267"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -3800,17 +3810,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="279"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="280"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="289"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="289"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -3818,62 +3828,62 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="197"/>
+        <location filename="../../grabbergui/models/recording.py" line="192"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="189"/>
+        <location filename="../../grabbergui/models/recording.py" line="184"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="185"/>
+        <location filename="../../grabbergui/models/recording.py" line="180"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="199"/>
+        <location filename="../../grabbergui/models/recording.py" line="194"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="199"/>
+        <location filename="../../grabbergui/models/recording.py" line="194"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="204"/>
+        <location filename="../../grabbergui/models/recording.py" line="199"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="191"/>
+        <location filename="../../grabbergui/models/recording.py" line="186"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="157"/>
+        <location filename="../../grabbergui/models/recording.py" line="152"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="160"/>
+        <location filename="../../grabbergui/models/recording.py" line="155"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="163"/>
+        <location filename="../../grabbergui/models/recording.py" line="158"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="163"/>
+        <location filename="../../grabbergui/models/recording.py" line="158"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="166"/>
+        <location filename="../../grabbergui/models/recording.py" line="161"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -3881,7 +3891,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="122"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -3956,7 +3966,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="184"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3971,82 +3981,82 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="164"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="122"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="142"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="161"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="139"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
     </message>
@@ -4054,32 +4064,32 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="118"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="86"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
         <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4118,12 +4128,12 @@ It {1}.</source>
 <context>
     <name>ScaleBar</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="284"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="285"/>
         <source>Scale of the colours: {0}</source>
         <translation>Escala de los colores: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="331"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="332"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4131,27 +4141,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="344"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="346"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="344"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="346"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="378"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="380"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="260"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="262"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="329"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="331"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4279,22 +4289,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="232"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="231"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="233"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="232"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="233"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -4428,7 +4438,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="170"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4438,27 +4448,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="172"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="188"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="192"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4866,7 +4876,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="142"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -4960,47 +4970,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="300"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="304"/>
         <source>The camera does not answer; what was set last is shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="344"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="348"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="344"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="348"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="350"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="354"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="352"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="356"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="354"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="358"/>
         <source>The picture goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="385"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="389"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="387"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="391"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="388"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="392"/>
         <source>frames come when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5048,7 +5058,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="349"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="348"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
@@ -5132,7 +5142,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="344"/>
+        <location filename="../../grabbergui/models/tuning.py" line="348"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -5207,12 +5217,12 @@ It {1}.</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="360"/>
+        <location filename="../../grabbergui/models/tuning.py" line="364"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="364"/>
+        <location filename="../../grabbergui/models/tuning.py" line="368"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
@@ -5351,22 +5361,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="262"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="251"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="275"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="252"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="276"/>
         <source>Its old contents are lost; this cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="253"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>

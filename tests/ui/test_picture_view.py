@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.widgets.picture_canvas import Purpose
 
 WIDTH, HEIGHT = 1600, 1200
 
@@ -125,6 +126,18 @@ def test_painted_is_emitted_once_for_each_image(view, qtbot):
         qtbot.waitUntil(lambda number=number: len(reported) == number)
     view.canvas.viewport().repaint()
     assert len(reported) == 3
+
+
+@pytest.mark.parametrize("purpose", Purpose)
+@pytest.mark.parametrize("width", [382, 638, 1000])
+def test_a_hint_says_how_to_cancel_however_narrow_the_window_is(view, qtbot, purpose, width):
+    view.resize(width, 640)
+    view.setCursorText("x 1523  y 1044   R 254  G 254  B 253   " * 3)
+    view.draw(purpose)
+    qtbot.waitUntil(lambda: view.readout.width() == width and "Esc cancels." in view.hintLabel.shown)
+    assert view.cursorLabel.width() >= view.cursorLabel.minimumWidth() > 0
+    if width == 1000:
+        assert view.hintLabel.shown == view.hintLabel.text()
 
 
 def test_the_value_under_the_cursor_is_the_sensors(app):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from PyQt5.QtCore import QPoint, QSignalBlocker, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
-from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QTabBar, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QSizePolicy, QTabBar, QVBoxLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
@@ -158,23 +158,32 @@ class PictureView(QWidget):
 
     def draw(self, purpose: Purpose) -> None:
         """Use the next drag of the mouse for this purpose, and show a hint."""
-        self._show_hint(self._hint(purpose))
+        self._show_hint(*self._hints(purpose))
         self.drawing.begin(purpose)
 
-    def _show_hint(self, text: str = "") -> None:
+    def _show_hint(self, text: str = "", shorter: str = "") -> None:
         """Show a hint in place of what does not matter meanwhile, or with no text that again."""
-        self.hintLabel.setText(text)
+        self.hintLabel.setTexts(text, shorter)
         for label in (self.clippingLabel, self.zoomLabel):
             label.setHidden(bool(text))
+        # A hint that is cut would not say how to cancel: the pixel's value takes the width that is left.
+        policy = self.cursorLabel.sizePolicy()
+        policy.setHorizontalPolicy(QSizePolicy.Policy.Ignored if text else QSizePolicy.Policy.Preferred)
+        policy.setHorizontalStretch(1 if text else 0)
+        self.cursorLabel.setSizePolicy(policy)
 
-    def _hint(self, purpose: Purpose) -> str:
-        return {
+    def _hints(self, purpose: Purpose) -> tuple[str, str]:
+        """Return what to do, and the same for a narrow window."""
+        text = {
             Purpose.SENSOR_REGION: self.tr("Draw the region that the camera should send; Esc cancels."),
             Purpose.FOCUS_REGION: self.tr("Draw the region to bring into focus; Esc cancels."),
             Purpose.PROFILE_LINE: self.tr("Draw the line whose values you want to see; Esc cancels."),
             Purpose.EXPOSURE_REGION: self.tr("Draw the region whose brightness counts; Esc cancels."),
             Purpose.BALANCE_REGION: self.tr("Draw a region that should be grey; Esc cancels."),
-        }.get(purpose, purpose.value)
+        }[purpose]
+        if purpose is Purpose.PROFILE_LINE:
+            return text, self.tr("Draw a line; Esc cancels.")
+        return text, self.tr("Draw a region; Esc cancels.")
 
     def setClippingText(self, text: str) -> None:
         """Show how much of the frame is saturated and black."""
