@@ -210,6 +210,9 @@ def test_port_commands_have_a_limit():
         ("-1 0", None),
         ("3 inf", None),
         ("3 nan", None),
+        ("3 1e300", None),
+        ("3 9.3e9", None),  # more nanoseconds than 64 bits hold
+        ("3 -1e10", None),
         ("3", None),
         ("three 4.5", None),
         ("", None),

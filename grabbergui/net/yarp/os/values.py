@@ -97,6 +97,8 @@ def word(item: object) -> str:
 
 # -- envelope ------------------------------------------------------------------------------------
 _WRAP = 2**31
+_LATEST = 2**63 / 1e9
+"Seconds since 1970 whose nanoseconds still are an integer of 64 bits: the year 2262."
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class Stamp:
             stamp = cls(int(words[0]), float(words[1]))
         except (ValueError, IndexError):
             return None
-        return stamp if math.isfinite(stamp.time) and 0 <= stamp.count < _WRAP else None
+        return stamp if abs(stamp.time) < _LATEST and 0 <= stamp.count < _WRAP else None
 
 
 # -- Bottles as text -----------------------------------------------------------------------------
