@@ -54,7 +54,7 @@ def test_stop_and_start(app):
     app.until(lambda: link.state is LinkState.OPEN)
     app.until(lambda: "Stopped" in window.status.stateLabel.text())
     assert not app.grabber.streaming
-    assert window.actionStart.isEnabled() and not window.actionStop.isEnabled()
+    app.until(lambda: window.actionStart.isEnabled() and not window.actionStop.isEnabled())
     window.actionStart.trigger()
     app.until(lambda: link.state is LinkState.STREAMING)
     app.watch()

@@ -47,9 +47,11 @@ def drag(app, first, last):
 
 
 def screen(app):
-    """The picture's middle, as bytes."""
+    """The picture's middle, (lines, bytes of a line); the background round it depends on the panels."""
     canvas = app.window.picture.canvas
     image = canvas.grab().toImage().convertToFormat(13)  # RGB888
+    aside, above = image.width() // 4, image.height() // 4
+    image = image.copy(image.rect().adjusted(aside, above, -aside, -above))
     bits = image.constBits()
     bits.setsize(image.sizeInBytes())
     return (
