@@ -188,7 +188,7 @@ def latency_of(grabber: FrameGrabber, *, timeout: float) -> int:
     measured = measure_latency(grabber, timeout=timeout)
     if measured is None:
         log.info(
-            "%s: the picture does not change with the exposure time; %d frames are skipped after a write",
+            "%s: the image does not change with the exposure time; %d frames are skipped after a write",
             grabber.info.title,
             UNMEASURED_LATENCY,
         )

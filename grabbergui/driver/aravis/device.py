@@ -243,7 +243,7 @@ class AravisDevice(Device):
         """Only a controller gets images."""
         library = self._library_of_open()
         if not self._writable:
-            raise AccessDeniedError("Aravis receives pictures only for whoever controls the camera")
+            raise AccessDeniedError("Aravis receives images only for whoever controls the camera")
         self.close_stream()
         assert self._device is not None
         self._slot.put(AravisStream(library, self._device, request, deliver))

@@ -56,7 +56,7 @@ def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
     header = ImageHeader.decode(message)
     name = FORMATS.get(header.code)
     if name is None:
-        raise RemoteProtocolError(f"pictures with pixel code {header.code} cannot be shown")
+        raise RemoteProtocolError(f"images with pixel code {header.code} cannot be shown")
     if len(message) < HEADER.size + header.size:
         raise RemoteProtocolError(f"image lacks {HEADER.size + header.size - len(message)} of its bytes")
     stamp = Stamp.decode(envelope) or Stamp(0, 0.0)

@@ -290,7 +290,7 @@ def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
     data = np.frombuffer(jpeg, np.uint8)
     pixels = encoded_image.decode(data)
     if pixels.dtype != np.uint8:
-        raise RemoteProtocolError(f"a picture of {pixels.dtype}, JPEG has bytes")
+        raise RemoteProtocolError(f"an image of {pixels.dtype}, JPEG has bytes")
     colour = pixels.ndim == 3
     if colour:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
@@ -336,7 +336,7 @@ class JpegStreamReader:
             end = _BLANK_LINE.search(self._data)
             if not end:
                 if len(self._data) > _HEADER_LIMIT:
-                    raise RemoteProtocolError(f"{len(self._data)} bytes without a picture's header")
+                    raise RemoteProtocolError(f"{len(self._data)} bytes without an image's header")
                 return False
             head = bytes(self._data[: end.start()])
             if head.startswith(b"HTTP/") and b" 200" not in head.partition(b"\n")[0]:
@@ -345,7 +345,7 @@ class JpegStreamReader:
             del self._data[: end.end()]
             length = _LENGTH.search(head)
             if length and int(length[1]) > _JPEG_LIMIT:
-                raise RemoteProtocolError(f"picture of {int(length[1])} bytes, allowed are {_JPEG_LIMIT}")
+                raise RemoteProtocolError(f"image of {int(length[1])} bytes, allowed are {_JPEG_LIMIT}")
             if length and int(length[1]):
                 self._length = int(length[1])
                 return True
