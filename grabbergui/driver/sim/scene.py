@@ -70,17 +70,6 @@ class Scene(ABC):
         return None
 
 
-class StillScene(Scene):
-    """One image that does not move, for tests."""
-
-    def __init__(self, picture: NDArray[np.uint16]) -> None:
-        self._view = SceneView(picture)
-
-    def view(self, time_ns: int) -> SceneView:
-        """Return the image."""
-        return self._view
-
-
 class StudioScene(Scene):
     """A grey gradient with test figures, wandering slowly on a figure of eight."""
 

@@ -7,10 +7,20 @@ from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim import sensor
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
-from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, StillScene
+from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, Scene, SceneView
 from grabbergui.driver.sim.sensor import draw_pattern
 
 SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.OFFSET_X: 0, reg.OFFSET_Y: 0, reg.BLACK_LEVEL: 0.0}
+
+
+class StillScene(Scene):
+    """One image that does not move."""
+
+    def __init__(self, picture):
+        self._view = SceneView(picture)
+
+    def view(self, time_ns):
+        return self._view
 
 
 def flat(level):
