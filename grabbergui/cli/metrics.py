@@ -69,7 +69,7 @@ def exposition(grabber: FrameGrabber, published: Published) -> str:
             lines += _metric(name, kind, meaning, {label: values[field]})
     if published:
         sent = {f'{label},network="{network}"': count() for network, count in published.items()}
-        lines += _metric("published_total", "counter", "Pictures sent on a network.", sent)
+        lines += _metric("published_total", "counter", "Images sent on a network.", sent)
     return "\n".join(lines) + "\n"
 
 

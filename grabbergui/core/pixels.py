@@ -115,7 +115,7 @@ def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
     frame.
     """
     if not (0 <= x < frame.width and 0 <= y < frame.height):
-        raise IndexError(f"({x}, {y}) is outside the picture of {frame.width}×{frame.height} pixels")
+        raise IndexError(f"({x}, {y}) is outside the image of {frame.width}×{frame.height} pixels")
     family, order = frame.pixel_format.family, frame.pixel_format.raw_order
     values = unpacking.value_at(frame, x, y)
     if family is Family.RGB:

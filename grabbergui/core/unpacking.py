@@ -39,11 +39,11 @@ def check(frame: SensorPicture) -> None:
             f"or choose another PixelFormat such as Mono8"
         )
     if frame.width < 1 or frame.height < 1 or frame.padding_x < 0:
-        raise PixelFormatError(f"a picture of {size} pixels with {frame.padding_x} bytes of padding is empty")
+        raise PixelFormatError(f"an image of {size} pixels with {frame.padding_x} bytes of padding is empty")
     needed = _needed_bytes(frame)
     if frame.payload.size < needed:
         raise PixelFormatError(
-            f"a {pixel_format.name} picture of {size} needs {needed} bytes, the payload has "
+            f"a {pixel_format.name} image of {size} needs {needed} bytes, the payload has "
             f"{frame.payload.size}; the raw bytes can still be saved"
         )
 

@@ -307,7 +307,7 @@ class Camera(FeatureAccess):
         seconds: float | None = None,
         lossless: bool = False,
     ) -> Recording:
-        """Record the stream: `.mp4` (with `lossless`, FFV1), `.mcap`, or a folder of PNG (no ending).
+        """Record the stream: `.mp4` (H.264, with `lossless` exact), `.mcap`, or a folder of PNG (no ending).
 
         `camera.record("run.mcap", seconds=5).wait()`, or `with camera.record("run.mcap"): …`. Nothing is
         overwritten. Raises GrabberError.

@@ -200,5 +200,5 @@ class FolderWriter(RecordingWriter):
             pixels = pixels[..., file_channels(pixel_format.name)]
         done, content = cv2.imencode(self._suffix, pixels, self._parameters)
         if not done:
-            raise RecordingError(f"a picture of shape {pixels.shape} could not be encoded as {self._suffix}")
+            raise RecordingError(f"an image of shape {pixels.shape} could not be encoded as {self._suffix}")
         return self._suffix, content.data, pixel_format

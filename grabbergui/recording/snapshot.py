@@ -146,7 +146,7 @@ def _encoded(frame: Frame) -> tuple[str, bytes]:
 def _encode(suffix: str, pixels: NDArray[Any]) -> bytes:
     done, content = cv2.imencode(suffix, pixels)
     if not done:
-        raise SnapshotError(f"a picture of shape {pixels.shape} could not be encoded as {suffix}")
+        raise SnapshotError(f"an image of shape {pixels.shape} could not be encoded as {suffix}")
     return bytes(content.tobytes())
 
 
