@@ -75,8 +75,9 @@ def test_settings_from_a_file(run: Run) -> None:
 
 def test_matplotlib(run: Run) -> None:
     pyplot = pytest.importorskip("matplotlib.pyplot")
+    before = {*pyplot.get_fignums()}
     run("matplotlib_live", SMALL)
-    (figure,) = map(pyplot.figure, pyplot.get_fignums())
+    (figure,) = map(pyplot.figure, {*pyplot.get_fignums()} - before)
     assert figure.axes[0].images[0].get_array().shape == (240, 320, 3)
     pyplot.close(figure)
 
