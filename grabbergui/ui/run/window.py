@@ -50,14 +50,15 @@ def run(
 ) -> int:
     """Open the window on a source and return the exit code once it is closed.
 
-    With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of itself
-    when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
-    frame came. With `script` it runs that file, whose exit code is the window's, and opens nothing by itself
-    but `uri`; see `ui.run.scripting`. With `settings` the first camera that opens is compared with that file, and
-    the report offers to load it. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
-    desktop's), `language` a code like `es`; without one it is the desktop's. Settings are neither read nor
-    kept offscreen. `create` makes the grabber of a URI, for a program that holds one open already. Setting
-    `stop` closes the window. Raises SourceUnavailableError where there is no display.
+    With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of
+    itself when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr
+    when no frame came. With `script` it runs that file, whose exit code is the window's, and opens
+    nothing by itself but `uri`; see `ui.run.scripting`. With `settings` the first camera that opens is
+    compared with that file, and the report offers to load it. `theme` is `light`, `dark`, or `auto` (what
+    was chosen before, or the desktop's), `language` a code like `es`; without one it is the desktop's.
+    Settings are neither read nor kept offscreen. `create` makes the grabber of a URI, for a program that
+    holds one open already. Setting `stop` closes the window. Raises SourceUnavailableError where there is
+    no display.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
