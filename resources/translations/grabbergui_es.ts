@@ -3815,14 +3815,24 @@ It {1}.</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="289"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="289"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <source>{0} could not be opened: {1}</source>
+        <translation>{0} no se pudo abrir: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="291"/>
+        <source>Snapshots are in {0}; no program here shows folders</source>
+        <translation>Las capturas están en {0}; ningún programa de este equipo muestra carpetas</translation>
     </message>
 </context>
 <context>

@@ -222,6 +222,15 @@ def test_closing_the_window_does_not_cut_a_recording_off(app, monkeypatch):
     assert cv2.VideoCapture(str(movie)).read()[0]
 
 
+def test_a_snapshot_folder_that_cannot_be_made_is_named(app, tmp_path):
+    occupied = tmp_path / "file"
+    occupied.touch()
+    app.program.preferences.snapshot_folder = occupied / "snapshots"
+    app.window.actionOpenSnapshotFolder.trigger()
+    (message,) = app.program.messages.shown(None)
+    assert message.text == f"{occupied / 'snapshots'} could not be opened: Not a directory"
+
+
 def test_a_window_that_is_closed_is_gone_before_anything_is_waited_for(app):
     seen = []
     stop = app.program.source_list.stop

@@ -63,9 +63,9 @@ class FeatureWorker:
         """Run `job` later; then `done` with its result or `failed` with its error, both on the worker.
 
         A job with a `key` takes the place of a waiting one with the same key, which is then neither run nor
-        answered, and goes to the end: jobs submitted in between come first. An exception that is no
-        GrabberError is a bug; it is logged and reported like an error. With a `delay` in seconds the job
-        lets others pass until then. False, and nothing happens, once closed.
+        answered, and goes to the end: jobs submitted in between come first. A file that the system refuses is
+        an error too; any other exception is a bug, which is logged and reported like an error. With a `delay`
+        in seconds the job lets others pass until then. False, and nothing happens, once closed.
         """
         with self._wakeup:
             if self._closed:
@@ -120,7 +120,7 @@ class FeatureWorker:
     def _run(self, job: _Job) -> None:
         try:
             try:
-                result = job.run()
+                result = _result_of(job)
             except GrabberError as error:
                 if job.failed is not None:
                     job.failed(error)
@@ -141,6 +141,15 @@ class FeatureWorker:
             job.failed(GrabberError(f"internal error, see the log: {type(error).__name__}: {error}"))
         except Exception:
             log.exception("the feature worker could not report an error")
+
+
+def _result_of(job: _Job) -> Any:
+    try:
+        return job.run()
+    except OSError as error:
+        if error.filename is None:
+            raise
+        raise GrabberError(f"{error.filename}: {error.strerror}") from error
 
 
 # -- when writes are sent ------------------------------------------------------------------------

@@ -282,8 +282,15 @@ class Program(QObject):
 
     def _open_snapshot_folder(self) -> None:
         folder = self.preferences.snapshot_folder
-        folder.mkdir(parents=True, exist_ok=True)
-        QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            self.messages.error(self.tr("{0} could not be opened: {1}").format(folder, error.strerror))
+            return
+        if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder))):
+            self.messages.notice(
+                self.tr("Snapshots are in {0}; no program here shows folders").format(folder)
+            )
 
     def _show_about(self) -> None:
         QMessageBox.about(

@@ -52,6 +52,16 @@ def test_a_newer_job_replaces_a_waiting_one_of_its_key_and_goes_to_the_end(worke
     assert calls == ["gain", "no key", "second"]
 
 
+def test_a_file_that_the_system_refuses_is_named_without_talk_of_an_internal_error(worker, tmp_path, caplog):
+    errors = []
+    path = tmp_path / ("long" * 100)
+    worker.submit(path.exists, failed=lambda error: errors.append(str(error)))
+    worker.submit(path.read_bytes, failed=lambda error: errors.append(str(error)))
+    assert worker.close()
+    assert errors == [f"{path}: File name too long"] * 2
+    assert not caplog.records
+
+
 def test_a_running_job_is_not_replaced(worker):
     entered, gate, calls = threading.Event(), threading.Event(), []
     worker.submit(lambda: (entered.set(), gate.wait(PATIENCE), calls.append(1)), key="same")
