@@ -109,11 +109,6 @@ class CalibratingModel:
         self._seen = 0.0
         "Time of the last frame on the monotonic clock."
 
-    @property
-    def collecting(self) -> bool:
-        """Whether views are taken."""
-        return self._collecting
-
     def open(self) -> None:
         """Start to examine frames. The source must stream."""
         self._seen = time.monotonic()

@@ -239,11 +239,6 @@ class ChangeJournal:
         with self._lock:
             return str(self._history.next(direction) or "")
 
-    @property
-    def gathering(self) -> bool:
-        """Whether current writes belong to a larger step."""
-        return self._step is not None
-
     def clear(self) -> None:
         """Clear the log; steps can still be undone."""
         with self._lock:

@@ -276,7 +276,6 @@ class Connection:
     def _start(self, source: OpenSource) -> None:
         def job() -> None:
             if not source.abandoned.is_set() and source.grabber is not None:
-                source.streaming_since = time.monotonic()
                 source.grabber.start()
 
         def done(_: None) -> None:

@@ -53,8 +53,6 @@ class OpenSource:
         "None until the grabber is open, and so is `tracked_grabber`."
         self.journal = ChangeJournal()
         "The changes of its features."
-        self.streaming_since: float | None = None
-        "`time.monotonic` of the last start."
         self.read_only = ""
         "Reason for read-only access as display text; empty if values can be changed."
         self.losses = 0
