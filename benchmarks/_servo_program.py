@@ -15,11 +15,11 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks._priority import run_as_others
 from grabbergui import cli
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import Grey, MarkerDetection
 from grabbergui.cli import servo_robots
-from grabbergui.core.priority import run_as_others
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import HAND_ON_MARKER

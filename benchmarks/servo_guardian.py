@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._document import markdown
+from benchmarks._priority import run_as_others
 from benchmarks._results import Goal, Section, Table, machine
 from benchmarks._servo_at_full_speed import SPEED
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.priority import run_as_others, run_first
+from grabbergui.core.priority import run_first
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots import teo, tiago

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from benchmarks._document import markdown
+from benchmarks._priority import run_as_others
 from benchmarks._results import Goal, Section, Table, machine
 from benchmarks._servo_stand import EXPOSURE_US, stand
 from benchmarks.servo_guardian import busy
@@ -21,7 +22,7 @@ from grabbergui import sources
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.priority import run_as_others, run_first, single_threaded
+from grabbergui.core.priority import run_first, single_threaded
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

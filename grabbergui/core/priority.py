@@ -99,12 +99,6 @@ def run_first() -> str:
     return f"{refused}, nor is nice {NICE} (ulimit -e)"
 
 
-def run_as_others() -> None:
-    """Schedule all threads of this process like other programs' again."""
-    if sys.platform == "linux":
-        _for_each_thread(lambda thread: os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0)))
-
-
 def single_threaded() -> None:
     """Let OpenCV compute on the threads that call it, in a process that should be in time on a busy computer.
 
