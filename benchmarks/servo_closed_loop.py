@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
+from benchmarks._viewpoint import looking_at
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.priority import single_threaded
@@ -63,7 +64,7 @@ def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Po
         board = model.stands @ goal @ before
         behind = 1.35 * (board[1, 3] - eye[1]) / max(board[0, 3], 0.1) + random.uniform(-0.25, 0.25)
         person = np.array([1.35, behind, random.uniform(0.7, 0.85)])
-        looking = geometry.looking_at(eye, person - (0, 0, HeadConfig().below))
+        looking = looking_at(eye, person - (0, 0, HeadConfig().below))
         sight = board[:3, 3] - eye
         facing = -board[:3, 2] @ sight / np.linalg.norm(sight)
         visible = sight[0] > 0.25 and facing > math.cos(math.radians(45)) and board[2, 1] > 0.6

@@ -129,16 +129,6 @@ def distance(first: Pose, second: Pose) -> float:
     return math.dist(first[:3, 3].tolist(), second[:3, 3].tolist())
 
 
-def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Pose:
-    """A camera's pose (z forward, x right, y down) at `eye` that looks at `target`."""
-    position = np.asarray(eye, np.float64)
-    forward = np.asarray(target, np.float64) - position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, np.asarray(up, np.float64))
-    right /= np.linalg.norm(right)
-    return pose(np.column_stack((right, np.cross(forward, right), forward)), position)
-
-
 def is_pose(matrix: NDArray[np.float64]) -> bool:
     """Whether it is finite and a rotation with a position; what a failed solver returns is not."""
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from grabbergui.calibration import geometry
+from benchmarks._viewpoint import looking_at
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
@@ -42,4 +42,4 @@ def picture(of, camera=None, board=None, face=None, seconds=0.0):
 
 
 def camera(x=0.0, y=0.0, z=0.5, towards=(1.0, 0.0, 0.5)):
-    return geometry.looking_at((x, y, z), towards)
+    return looking_at((x, y, z), towards)
