@@ -17,7 +17,7 @@ from benchmarks import _document
 from benchmarks._results import Goal, Section, Table, machine
 from grabbergui.core import pixel_loops, pixels
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import CONVERTIBLE, Family, PixelFormat
+from grabbergui.core.pfnc import FORMATS, Family, PixelFormat
 
 WIDTH, HEIGHT = 2448, 2048
 VIEW = (1200, 1000)
@@ -53,7 +53,9 @@ def measure(argv: list[str] | None = None) -> Section:
     pixel_loops.wait()
     before, rows = machine(), []
     worst = dict.fromkeys(GOALS, ("", 0.0))
-    for pixel_format in CONVERTIBLE:
+    for pixel_format in FORMATS:
+        if not pixel_format.convertible:
+            continue
         if pixel_format.family is Family.BAYER and pixel_format.order not in _ONE_OF_EACH:
             continue
         if pixel_format.name not in MEASURED and pixel_format.family is not Family.BAYER:

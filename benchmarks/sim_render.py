@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks import _document
 from benchmarks._results import Goal, Section, Table, machine
-from grabbergui.core.pfnc import CONVERTIBLE, Family, PixelFormat, by_name
+from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -46,7 +46,8 @@ def measure(arguments: list[str] | None = None) -> Section:
     cv2.setNumThreads(1)
     before = machine()
     sensor, rows, taken = Sensor(), [], {}
-    chosen = [by_name(name) for name in options.formats] if options.formats else CONVERTIBLE
+    shown = [pixel_format for pixel_format in FORMATS if pixel_format.convertible]
+    chosen = [by_name(name) for name in options.formats] if options.formats else shown
     for pixel_format in chosen:
         if not options.formats and pixel_format.family is Family.BAYER and pixel_format.order != "RG":
             continue

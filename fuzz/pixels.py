@@ -15,7 +15,7 @@ CODES = (
     0x01080001, 0x01100003, 0x010A0046, 0x010C0047, 0x010C0004, 0x010C0006, 0x01080009, 0x010C002B,
     0x010C0057, 0x010A0058, 0x02180014, 0x02180015, 0x02200016, 0x0210001F, 0x02100032, 0x020C001E,
     0x0224005D, 0x0220001D, 0x02100035, 0x010100C5, 0x82FF1234,
-    *(known.code for known in pfnc.CONVERTIBLE),
+    *(known.code for known in pfnc.FORMATS if known.convertible),
 )  # fmt: skip
 "The first ones by hand, as saved findings name them by their place; then all others."
 

@@ -321,9 +321,6 @@ FORMATS = tuple(_read(name, int(code, 16)) for name, code in zip(_WORDS[::2], _W
 _BY_CODE = {pixel_format.code: pixel_format for pixel_format in FORMATS}
 _BY_NAME = {pixel_format.name: pixel_format for pixel_format in FORMATS}
 
-CONVERTIBLE = tuple(pixel_format for pixel_format in FORMATS if pixel_format.convertible)
-"""The formats that can be shown."""
-
 _ONE_COMPONENT = {1: "p", 2: "p", 4: "p", 8: "", 10: "p", 12: "p", 14: "p", 16: "", 32: ""}
 _SEVERAL = {24: "RGB8", 30: "RGB10p", 32: "RGBa8", 36: "RGB12p", 40: "RGBa10p", 48: "RGB16", 64: "RGBa16"}
 

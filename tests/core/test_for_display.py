@@ -5,8 +5,9 @@ from hypothesis import strategies as st
 from pictures import frame_of, random_values
 
 from grabbergui.core import pfnc, pixels
-from grabbergui.core.pfnc import CONVERTIBLE, Family
+from grabbergui.core.pfnc import Family
 from grabbergui.core.pixels import Region
+from pixel_formats import CONVERTIBLE
 
 GREY = (Family.MONO, Family.COORDINATES)
 "What is shown without colour."

@@ -3,7 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core import pfnc
-from grabbergui.core.pfnc import CONVERTIBLE, FORMATS, Family, Layout
+from grabbergui.core.pfnc import FORMATS, Family, Layout
+from pixel_formats import CONVERTIBLE
 
 # The standard's list of values: name, code. Written out by hand, so that a slip in the table shows.
 CODES = """

@@ -18,8 +18,9 @@ from pictures import (
 from grabbergui.core import pfnc, pixel_loops, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import CONVERTIBLE, Family, Layout
+from grabbergui.core.pfnc import Family, Layout
 from grabbergui.core.pixels import Region, millimetres, polarisation
+from pixel_formats import CONVERTIBLE
 
 SIZES = [(16, 6), (12, 5), (4, 7), (8, 3)]
 PACKED = [f for f in CONVERTIBLE if f.packed]

@@ -8,9 +8,10 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
+from grabbergui.core.pfnc import Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Kind, Register, camera_xml, with_transport
+from pixel_formats import CONVERTIBLE
 
 NAMESPACE = "{http://www.genicam.org/GenApi/Version_1_1}"
 ROOT = ElementTree.fromstring(camera_xml())

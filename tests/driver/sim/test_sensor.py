@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
+from grabbergui.core.pfnc import Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim import sensor
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, Scene, SceneView
 from grabbergui.driver.sim.sensor import draw_pattern
+from pixel_formats import CONVERTIBLE
 
 SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.OFFSET_X: 0, reg.OFFSET_Y: 0, reg.BLACK_LEVEL: 0.0}
 

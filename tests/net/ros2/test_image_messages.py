@@ -20,6 +20,7 @@ from grabbergui.net.ros2.image_messages import (
     frame_of,
     pixels_of,
 )
+from pixel_formats import CONVERTIBLE
 
 NOW = "now"
 
@@ -130,7 +131,7 @@ WITHOUT = {"Mono32", "Data32", "Data64", "Data64s"}
 CHANNELS = {"mono": 1, "bayer": 1, "rgb": 3, "bgr": 3, "rgba": 4, "bgra": 4, "yuv": 2}
 
 
-@pytest.mark.parametrize("pixel_format", [f for f in pfnc.CONVERTIBLE if f.name not in WITHOUT], ids=str)
+@pytest.mark.parametrize("pixel_format", [f for f in CONVERTIBLE if f.name not in WITHOUT], ids=str)
 def test_pixels_are_what_their_encoding_says(pixel_format):
     payload = np.zeros(pixel_format.image_bytes(8, 4), np.uint8)
     pixels, encoding = pixels_of(Frame(payload, 8, 4, pixel_format)), encoding_of(pixel_format)
