@@ -81,10 +81,10 @@ class NotebookPanel:
 
     def __init__(self, camera: Camera, widgets: Any) -> None:
         self._camera = camera
-        self._picture = widgets.Image(format="jpeg")
+        self._image = widgets.Image(format="jpeg")
         self._status = widgets.Label()
         sliders = [self._slider(widgets, role) for role in (Role.EXPOSURE, Role.GAIN)]
-        self.widget = widgets.VBox([self._picture, *filter(None, sliders), self._status])
+        self.widget = widgets.VBox([self._image, *filter(None, sliders), self._status])
         "The panel itself, for the caller's own layout."
         camera.start()
         self._closed = threading.Event()
@@ -117,7 +117,7 @@ class NotebookPanel:
             self._status.value = str(error)
 
     def _show(self, frame: Frame) -> None:
-        self._picture.value = encode_jpeg(frame.rgb())
+        self._image.value = encode_jpeg(frame.rgb())
         self._closed.wait(1 / RATE)
 
     def _on_sink_failed(self, error: Exception, frame: Frame) -> None:
@@ -133,13 +133,11 @@ def _slider_of(widgets: Any, feature: Feature) -> Any:
     return widgets.FloatSlider(min=low, max=high, step=(high - low) / 1000, **common)
 
 
-def encode_jpeg(picture: NDArray[np.uint8]) -> bytes:
+def encode_jpeg(image: NDArray[np.uint8]) -> bytes:
     """Encode an RGB image (height, width, 3) as JPEG, at most `WIDEST` pixels wide."""
-    height, width = picture.shape[:2]
+    height, width = image.shape[:2]
     if width > WIDEST:
         size = (WIDEST, max(1, height * WIDEST // width))
-        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    _, content = cv2.imencode(
-        ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80]
-    )
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    _, content = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80])
     return content.tobytes()

@@ -189,7 +189,7 @@ def _quantum(used: int, row_bytes: int) -> int:
 
 
 # -- what a frame grabber sends ------------------------------------------------------------------
-Picture = tuple[NDArray[Any], str]
+PixelsAndCode = tuple[NDArray[Any], str]
 """Pixels and YARP's code for them."""
 
 PIXELS: Final = "pixels"
@@ -210,7 +210,7 @@ class Capability(Enum):
     RAW = "RAW"
     "The sensor's own values; Bayer patterns as mono, which is what YARP's raw readers expect."
 
-    def picture(self, frame: Frame, *, mono: bool = False) -> Picture:
+    def pixels(self, frame: Frame, *, mono: bool = False) -> PixelsAndCode:
         """Return the frame's pixels for this interface. Raises PixelFormatError.
 
         With `mono`, those of a sensor without colour are not repeated for each of three colours.
@@ -222,19 +222,19 @@ class Capability(Enum):
         return frame.rgb(), "rgb"
 
     def encode(self, frame: Frame, *, mono: bool = False) -> tuple[bytes, memoryview]:
-        """Return the frame as an image message; `mono` as for `picture`. Raises PixelFormatError."""
-        return encode(*self.picture(frame, mono=mono))
+        """Return the frame as an image message; `mono` as for `pixels`. Raises PixelFormatError."""
+        return encode(*self.pixels(frame, mono=mono))
 
     def item(self, frame: Frame, box: tuple[int, int, int, int] | None = None) -> Bottle:
         """Return the frame, or its part (left, top, right, bottom), as an item of a reply."""
-        pixels, code = self.picture(frame)
+        pixels, code = self.pixels(frame)
         if box is not None:
             left, top, right, bottom = box
             pixels = pixels[top:bottom, left:right]
         return to_bottle(*encode(pixels, code))
 
 
-def _raw(frame: Frame) -> Picture:
+def _raw(frame: Frame) -> PixelsAndCode:
     """Return the sensor's values where YARP has a code for their type, else the image for display."""
     pixels = frame.raw()
     if pixels.ndim == 2 and pixels.dtype == np.uint8:
@@ -319,14 +319,14 @@ class JpegStreamReader:
     def feed(self, data: Buffer) -> list[bytes]:
         """Take received bytes; return the images that they complete. Raises RemoteProtocolError."""
         self._data += data
-        pictures: list[bytes] = []
+        images: list[bytes] = []
         while True:
             if self._length is None and not self._read_head():
-                return pictures
+                return images
             length = self._length or 0
             if len(self._data) < length:
-                return pictures
-            pictures.append(bytes(self._data[:length]))
+                return images
+            images.append(bytes(self._data[:length]))
             del self._data[:length]
             self._length = None
 

@@ -78,7 +78,7 @@ def test_both_layouts_show_the_same_frame(scene: Stage) -> None:
     with scene.share():
         frame = queue.get(PATIENCE)
     queue.close()
-    grey, code = Capability.COLOR.picture(frame, mono=True)
+    grey, code = Capability.COLOR.pixels(frame, mono=True)
     assert code == "mono" and np.array_equal(frame.rgb(), np.dstack([grey] * 3))
 
 

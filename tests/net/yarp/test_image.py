@@ -85,7 +85,7 @@ def test_arrays_that_fit_no_code_are_refused():
 def test_values_that_yarp_has_no_code_for_are_sent_as_they_are_shown(name, code, dtype):
     pixel_format = pfnc.by_name(name)
     payload = np.random.default_rng(1).integers(0, 120, pixel_format.image_bytes(8, 4), np.uint8)
-    pixels, sent = image.Capability.RAW.picture(Frame(payload, 8, 4, pixel_format))
+    pixels, sent = image.Capability.RAW.pixels(Frame(payload, 8, 4, pixel_format))
     assert (sent, pixels.dtype) == (code, dtype)
 
 
