@@ -155,7 +155,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         with self._lock:
             if self._stream is not None:
                 return
-            self._starts_on_return = self._link is None
+            self._starts_on_return |= self._link is None
             self._connected()
             assert self._names and self._link
             components, carrier = None, self._carrier
@@ -176,6 +176,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._fanout.clear()
             stream.open()
             self._stream = stream
+            self._starts_on_return = False
             self._looks = 0
 
     @override
@@ -263,8 +264,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 if not (camera_lost := self._ask_for_loss()):
                     self._compare_with_seen()
                 if self._stream is not None:
-                    # Even if it seems connected: a machine that lost its power closes no connection.
-                    self._stream.reconnect()
+                    self._stream.reconnect()  # even if it seems connected
                 elif self._starts_on_return:
                     self.start()
             except BaseException:

@@ -127,10 +127,9 @@ class ImageReader:
         """Connect again. Raises as `open`."""
         self._port.connect(self._source, self._carrier)
 
-    def reconnect(self) -> None:
-        """Close the old connection and connect again. Raises as `open`."""
+    def disconnect(self) -> None:
+        """Close the connection, also one that only seems to stand. Never raises."""
         self._port.remove_input(self._source)
-        self.connect()
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -174,6 +173,17 @@ class PictureStream(ImageReader):
         super().close()
         if self._components is not None:
             self._components.close()
+
+    def reconnect(self) -> None:
+        """Close the old connections and connect again. Raises as `open`.
+
+        A machine that lost its power closes no connection: all seem to stand when it is back. `look` connects
+        to the component ports.
+        """
+        if self._components is not None:
+            self._components.disconnect()
+        self.disconnect()
+        self.connect()
 
     def look(self) -> None:
         """Connect to component ports that appeared, and leave those that are gone. Raises TransportError."""
@@ -261,6 +271,11 @@ class ComponentReaders:
                 self._read(name)
             except GrabberError as error:
                 log.debug("%s%s: %s", prefix, name, error)
+
+    def disconnect(self) -> None:
+        """Close all connections; the next `look` connects again."""
+        for reader in self._readers.values():
+            reader.disconnect()
 
     def close(self) -> None:
         """Stop all. May be called twice; never raises."""

@@ -19,6 +19,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp import grabber_ends, grabber_values
 from grabbergui.net.yarp.client import YarpGrabber
+from grabbergui.net.yarp.client_stream import PictureStream
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
@@ -88,6 +89,35 @@ def test_a_stream_that_is_started_while_the_server_is_away_starts_when_it_is_bac
         until(lambda: states[-1] is ConnectionState.OPEN, "the return")
         assert remote.streaming and queue.get(PATIENCE).complete
         remote.close()
+
+
+def test_a_stream_whose_first_start_on_the_return_fails_starts_at_the_next_attempt(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states: list[ConnectionState] = []
+    remote = connect(scene)
+    with scene.share():
+        remote.connection_changed.connect(lambda state, reason: states.append(state))
+        remote.open()
+    until(lambda: ConnectionState.LOST in states, "the loss")
+    with pytest.raises(DeviceLostError):
+        remote.start()
+    tries: list[object] = []
+    start = PictureStream.open
+
+    def refused_once(self: PictureStream) -> None:
+        tries.append(self)
+        if len(tries) == 1:
+            raise TransportError("the port for images is not there yet")
+        start(self)
+
+    monkeypatch.setattr(PictureStream, "open", refused_once)
+    with scene.share():
+        queue = remote.open_queue(1)
+        until(lambda: states[-1] is ConnectionState.OPEN, "the return")
+        assert remote.streaming and queue.get(PATIENCE).complete
+        remote.close()
+    assert len(tries) == 2
 
 
 def test_a_server_that_is_back_with_other_values_reports_it(

@@ -14,6 +14,8 @@ from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
+from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os.outputs import connect as connect_output
 from grabbergui.net.yarp.os.ports import OutputPort
 from patience import PATIENCE, until
 
@@ -138,6 +140,34 @@ def test_a_frame_has_all_components_that_the_server_sends(ranging: Stage) -> Non
             assert frame.components[2].raw().shape == (100, 168)
         finally:
             remote.close()
+
+
+def test_components_of_a_server_that_vanished_without_closing_its_connections_come_again(
+    ranging: Stage,
+) -> None:
+    lost = threading.Event()
+    remote = connect(ranging)
+    with ranging.share():
+        remote.connection_changed.connect(lambda state, why: state is ConnectionState.LOST and lost.set())
+        remote.open()
+        queue = remote.open_queue(1)
+        remote.start()
+        until(lambda: len(queue.get(PATIENCE).components) == 3, "all components")
+    assert lost.wait(PATIENCE)
+    # What a server's machine that loses its power leaves behind: connections that say nothing any more.
+    dead = [
+        connect_output(of, of, contact.name, contact.address, carrier.FAST_TCP, None)
+        for of in ("/grabber/range", "/grabber/confidence")
+        for contact in ranging.names.list("/grabbergui/")
+        if contact.name.endswith(of)
+    ]
+    assert len(dead) == 2
+    queue.clear()
+    with ranging.share():
+        until(lambda: len(queue.get(PATIENCE).components) == 3, "all components again")
+        remote.close()
+    for connection in dead:
+        connection.close()
 
 
 def test_only_the_first_component_is_received_where_one_asks_for_that(ranging: Stage) -> None:
