@@ -71,6 +71,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         self._stream: StreamType | None = None
         self._statistics = StreamStatistics()
         self._lost = ""
+        self._access = Access.CONTROL
 
     @abstractmethod
     def _known(self) -> RemoteFeatures:
@@ -79,6 +80,11 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     def _connected(self) -> RemoteFeatures:
         """Return the features. Raises while the other end does not answer."""
         return self._known()
+
+    @property
+    @override
+    def access(self) -> Access:
+        return self._access
 
     # -- the other end, and the camera behind it -------------------------------------------------
     @property

@@ -79,6 +79,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             self._leave()
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
+        self._access = access
         self._closing.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
@@ -100,11 +101,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._leave()
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
-
-    @override
-    @property
-    def access(self) -> Access:
-        return Access.CONTROL
 
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:

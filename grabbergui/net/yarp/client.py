@@ -80,7 +80,6 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self._names: NameClient | None = None
         self._link: GrabberLink | None = None
         self._features: Features | None = None
-        self._access = Access.CONTROL
         self._stopping = threading.Event()
         self._watcher: threading.Thread | None = None
         self._looks = 0
@@ -117,11 +116,6 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._features = None
         if was_open:
             self.connection_changed.emit(ConnectionState.CLOSED, "")
-
-    @override
-    @property
-    def access(self) -> Access:
-        return self._access
 
     # -- features --------------------------------------------------------------------------------
     @override

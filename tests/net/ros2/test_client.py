@@ -15,13 +15,15 @@ pytestmark = pytest.mark.ros2
 
 from ros2_peers import until  # noqa: E402
 
+from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import (  # noqa: E402
     DeviceLostError,
+    FeatureAccessError,
     FeatureNotFoundError,
     FeatureValueError,
     FrameTimeoutError,
 )
-from grabbergui.core.grabber import ConnectionState  # noqa: E402
+from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
@@ -63,6 +65,21 @@ def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
     with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):
         remote.feature("Gian")
     remote.execute("TimestampLatch")
+
+
+def test_one_that_was_opened_for_reading_writes_nothing(server, camera):
+    remote = sources.create("ros2:/cam")
+    remote.open(Access.MONITOR)
+    try:
+        assert remote.access is Access.MONITOR
+        before = camera.feature("Gain").value
+        with pytest.raises(FeatureAccessError, match="reading only"):
+            remote.write_feature("Gain", before + 1)
+        with pytest.raises(FeatureAccessError, match="reading only"):
+            remote.execute("TimestampLatch")
+        assert camera.feature("Gain").value == before
+    finally:
+        remote.close()
 
 
 def test_others_changes_are_reported(remote, camera):
