@@ -22,7 +22,7 @@ HOMES = {
         "driver/sim/contents.py",
     ),
     "numba": ("core/pixel_loops.py",),
-    "psutil": ("driver/gige/discovery.py",),
+    "psutil": ("driver/gige",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
     **dict.fromkeys(QT, ("ui",)),

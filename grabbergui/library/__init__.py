@@ -19,6 +19,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.library.camera import Camera
+from grabbergui.library.closing import await_collected
 
 AccessName = Literal["control", "monitor", "take over"]
 
@@ -36,10 +37,12 @@ def open(source: str | DeviceInfo, *, access: AccessName = "control") -> Camera:
 
     A kind alone (`gige:`) opens the first one found. With access `"monitor"` features are only read, beside
     the program that has control; `"take over"` takes control from one that offers it. Nothing is written to
-    the camera. Use it as a context manager, or call `close`.
+    the camera. Use it as a context manager, or call `close`; otherwise it is closed when nobody refers to it
+    any more, and at the program's end.
 
     Raises UsageError for a malformed URI, SourceNotFoundError, AccessDeniedError, TransportError.
     """
+    await_collected()  # it may be the same camera
     grabber = sources.create(source.uri if isinstance(source, DeviceInfo) else source)
     grabber.open(Access(access))
     return Camera(grabber)

@@ -22,6 +22,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.core.sfnc import Role
+from grabbergui.library.closing import Closing
 from grabbergui.library.effect import Effects, SettingEffect
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
@@ -36,6 +37,10 @@ RETRIGGER = 0.5
 "Seconds without a frame, besides a frame period, until the software trigger is fired again."
 
 
+_WATCHED: set[Camera] = set()
+"Open cameras with callbacks, which keep them open though nobody else may refer to them."
+
+
 class Camera(FeatureAccess):
     """An open source of frames and features, local or remote.
 
@@ -45,6 +50,8 @@ class Camera(FeatureAccess):
 
     Any thread may call; calls that reach the camera wait for each other. Errors are `GrabberError`s. A camera
     that is lost is opened again when it is back and set as before; meanwhile calls raise `TransportError`.
+
+    A camera that is not closed is closed when nobody refers to it any more, and at the program's end.
     """
 
     def __init__(self, grabber: FrameGrabber) -> None:
@@ -52,15 +59,17 @@ class Camera(FeatureAccess):
         super().__init__(grabber)
         self._busy_until = 0.0
         "Moment of the monotonic clock until which triggers are lost."
-        self._effects = Effects(grabber, self.start)
-        self._callbacks = Callbacks(grabber)
+        self._effects = effects = Effects(grabber)
+        self._callbacks = callbacks = Callbacks(grabber)
+
+        def close() -> None:
+            callbacks.close()
+            effects.undo()
+            grabber.close()
+
+        self._closing = Closing(self, close)
 
     # -- connection ------------------------------------------------------------------------------
-    @property
-    def grabber(self) -> FrameGrabber:
-        """The grabber underneath. Not part of the stable interface."""
-        return self._grabber
-
     @property
     def info(self) -> DeviceInfo:
         """Vendor, model, serial number, address and URI."""
@@ -71,9 +80,8 @@ class Camera(FeatureAccess):
 
         Chunk data that `grab` switched on are switched off again.
         """
-        self._callbacks.close()
-        self._effects.undo()
-        self._grabber.close()
+        self._closing.now()
+        _WATCHED.discard(self)
 
     def __enter__(self) -> Camera:
         return self
@@ -135,7 +143,7 @@ class Camera(FeatureAccess):
             names: list[str] = []
             if settings:
                 names = [self._name_of(name) for name in settings]
-                self._effects.prepare(names, self._patience())
+                self._effects.prepare(names, self.start, self._patience())
             self.start()
             written = time.monotonic()
             values = {
@@ -291,13 +299,14 @@ class Camera(FeatureAccess):
 
         Callbacks run one after the other on a thread of the library and may use the camera.
         """
+        _WATCHED.add(self)
         return self._callbacks.add(occasion, callback)
 
     # -- files -----------------------------------------------------------------------------------
     @property
     def files(self) -> CameraFiles:
         """The files in the camera: `camera.files.list()`, `read`, `write`, `delete`."""
-        return CameraFiles(self._grabber)
+        return CameraFiles(self)
 
     def record(
         self,
@@ -313,7 +322,7 @@ class Camera(FeatureAccess):
         overwritten. Raises GrabberError.
         """
         return Recording.begin(
-            self._grabber, path, RecordingLimits(frames, seconds), self.start, lossless=lossless
+            self._grabber, path, RecordingLimits(frames, seconds), self.start, self.stop, lossless=lossless
         )
 
     def points(self, frame: Frame) -> PointCloud:

@@ -103,24 +103,23 @@ def _close(value: FeatureValue | None, wanted: FeatureValue) -> bool:
 class Effects:
     """Prepares a camera so that the effect of settings can be seen: its chunk data, or its latency."""
 
-    def __init__(self, grabber: FrameGrabber, start: Callable[[], None]) -> None:
+    def __init__(self, grabber: FrameGrabber) -> None:
         self.latency = 0
         "Frames to skip after a write, once `prepare` had to know it."
         self._grabber = grabber
-        self._start = start
         self._latency_known = False
         self._chunks_tried = False
         self._switched_on: list[SettingKey] = []
 
-    def prepare(self, names: Sequence[str], timeout: float) -> None:
+    def prepare(self, names: Sequence[str], start: Callable[[], None], timeout: float) -> None:
         """Start the stream with chunk data for these features; measure the latency if a frame lacks any.
 
-        Raises FrameTimeoutError if no frames arrive within `timeout` seconds.
+        `start` starts the stream. Raises FrameTimeoutError if no frames arrive within `timeout` seconds.
         """
         if not self._chunks_tried:
             self._chunks_tried = True
             self._switch_chunks_on()
-        self._start()
+        start()
         if self._latency_known:
             return
         frames = self._grabber.open_queue(depth=1)

@@ -63,6 +63,11 @@ class FeatureAccess:
         self._keep_trigger = False
         "Whether this program has set a trigger, which `start` must then leave on."
 
+    @property
+    def grabber(self) -> FrameGrabber:
+        """The grabber underneath. Not part of the stable interface."""
+        return self._grabber
+
     def read(self, name: str) -> FeatureValue:
         """Return a feature's value. `name` is the camera's own, with selectors where it has some.
 
@@ -169,16 +174,16 @@ class CameraFiles:
     camera refuses, and TransportError. Remote sources list files, and raise FeatureAccessError for all else.
     """
 
-    def __init__(self, grabber: FrameGrabber) -> None:
-        self._grabber = grabber
+    def __init__(self, camera: FeatureAccess) -> None:
+        self._camera = camera  # open as long as its files are used
 
     def list(self) -> tuple[CameraFile, ...]:
         """Return the files with `name`, `size` in bytes, `modes`, and the maker's `details`."""
-        return tuple(file_access.list_files(self._grabber))
+        return tuple(file_access.list_files(self._camera.grabber))
 
     def read(self, name: str) -> bytes:
         """Return a file's bytes."""
-        return file_access.read_file(self._grabber, name)
+        return file_access.read_file(self._camera.grabber, name)
 
     def write(self, name: str, content: bytes | Path, *, replace_firmware: bool = False) -> Written:
         """Replace a file by bytes, or by a file on this computer, and read it back.
@@ -187,11 +192,11 @@ class CameraFiles:
         `replace_firmware`: a wrong file, or a power cut meanwhile, may leave the camera useless.
         """
         data = content.read_bytes() if isinstance(content, Path) else content
-        return file_access.write_file(self._grabber, name, data, replace_firmware=replace_firmware)
+        return file_access.write_file(self._camera.grabber, name, data, replace_firmware=replace_firmware)
 
     def delete(self, name: str) -> None:
         """Delete a file; firmware is refused."""
-        file_access.delete_file(self._grabber, name)
+        file_access.delete_file(self._camera.grabber, name)
 
 
 Occasion = Literal["change", "event", "lost", "back", "notice"]

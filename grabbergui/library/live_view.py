@@ -62,7 +62,7 @@ def _show_figure(camera: Camera, pyplot: Any) -> object:
     axes.set_axis_off()
     shown = axes.imshow(queue.get(5.0).rgb())
 
-    def update() -> None:
+    def update(_: Camera = camera) -> None:  # open as long as it is shown
         with contextlib.suppress(FrameTimeoutError):
             shown.set_data(queue.get(0.0).rgb())
             figure.canvas.draw_idle()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import contextlib
+import os
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -112,12 +114,17 @@ class AsyncFrames:
 class Recording:
     """A recording in progress: `with camera.record("run.mcap") as recording: …`, or `.wait()` for its limit.
 
-    The file is complete and can be read once `stop` or the `with` block has returned.
+    The file is complete and can be read once `stop` or the `with` block has returned, at the latest when the
+    program has ended.
     """
 
-    def __init__(self, recorder: Recorder, done: Callable[[], None]) -> None:
+    def __init__(self, recorder: Recorder, stop_stream: Callable[[], None], *, ours: bool) -> None:
+        """`stop_stream` is the camera's, which stays open. `ours`: the stream runs for this recording."""
         self._recorder = recorder
-        self._done = done
+        self._stop_stream = stop_stream
+        self._ours = ours
+        self._process = os.getpid()
+        atexit.register(self._finish)
 
     @classmethod
     def begin(
@@ -126,6 +133,7 @@ class Recording:
         path: str | Path,
         limits: RecordingLimits,
         start: Callable[[], None],
+        stop: Callable[[], None],
         *,
         lossless: bool,
     ) -> Recording:
@@ -141,7 +149,7 @@ class Recording:
             recorder.stop()
             recorder.wait()
             raise
-        return cls(recorder, grabber.stop if ours else lambda: None)
+        return cls(recorder, stop, ours=ours)
 
     @property
     def path(self) -> Path:
@@ -163,14 +171,21 @@ class Recording:
 
     def stop(self) -> RecordingProgress:
         """Finish the file. May be called twice. Raises GrabberError if the recording failed before."""
-        self._recorder.stop()
-        self._recorder.wait()
-        done, self._done = self._done, lambda: None
-        with contextlib.suppress(GrabberError):
-            done()
+        self._finish()
         if self.progress.reason:
             raise GrabberError(self.progress.reason)
         return self.progress
+
+    def _finish(self) -> None:
+        atexit.unregister(self._finish)
+        if os.getpid() != self._process:
+            return  # a forked process: the recording is its parent's
+        self._recorder.stop()
+        self._recorder.wait()
+        ours, self._ours = self._ours, False
+        if ours:
+            with contextlib.suppress(GrabberError):
+                self._stop_stream()
 
     def __enter__(self) -> Recording:
         return self

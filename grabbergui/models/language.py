@@ -85,6 +85,7 @@ _SENTENCES = (
     # A camera that somebody else uses
     QT_TRANSLATE_NOOP("Drivers", "another application at {0} controls {1}; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "another application controls {0}; close it there"),
+    QT_TRANSLATE_NOOP("Drivers", "this program controls {0} already; close it first"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is in use by another application; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "the camera is open for reading only; another application may control it"),
     QT_TRANSLATE_NOOP(

@@ -125,9 +125,20 @@ class OrderedWork(Generic[Result]):
 
     def add(self, work: Callable[[], Result]) -> None:
         """Give a piece of work; waits while too many are held. Raises what it or an earlier piece raised."""
-        self._begun.append(self._pool.submit(work))
+        self._begun.append(self._submitted(work))
         while self._begun and (self._begun[0].done() or len(self._begun) > self._waiting):
             self._done(self._begun.popleft().result())
+
+    def _submitted(self, work: Callable[[], Result]) -> Future[Result]:
+        try:
+            return self._pool.submit(work)
+        except RuntimeError:  # the interpreter ends, and its pools take nothing more
+            done: Future[Result] = Future()
+            try:
+                done.set_result(work())
+            except Exception as error:
+                done.set_exception(error)
+            return done
 
     def finish(self) -> None:
         """Wait for all and end the threads; then raises the first error there was. May be called twice."""

@@ -1225,6 +1225,11 @@ It {1}.</source>
         <source>its corners are no square&apos;s</source>
         <translation>sus esquinas no son las de un cuadrado</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>this program controls {0} already; close it first</source>
+        <translation>este programa ya controla {0}; ciérrela primero</translation>
+    </message>
 </context>
 <context>
     <name>Errors</name>
@@ -3815,12 +3820,12 @@ It {1}.</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="296"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="296"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>

@@ -8,16 +8,12 @@ from __future__ import annotations
 
 import ipaddress
 import logging
-import socket
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from grabbergui.core.errors import (
-    AccessDeniedError,
     AckTimeoutError,
     DeviceLostError,
-    DeviceStatusError,
-    GrabberError,
     OtherCameraError,
     ProtocolError,
     SourceNotFoundError,
@@ -31,12 +27,11 @@ from grabbergui.core.identity import DeviceInfo, describe, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
-from grabbergui.driver.gige import bootstrap, discovery
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
+from grabbergui.driver.gige import bootstrap, discovery, privilege
+from grabbergui.driver.gige.bootstrap import Capability, Register
+from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
-from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.stream.channel import (
@@ -51,13 +46,6 @@ from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, Pac
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
-
-SWITCHOVER_KEY = 0x4742
-"""Control is handed over to programs that request it with this key: our own, when their user wants it. Others
-are refused, so that no program loses control by accident."""
-
-BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
-"For commands that a camera may leave unanswered: taking control from another program, releasing it."
 
 
 @dataclass(frozen=True)
@@ -115,10 +103,11 @@ class GigeDevice(Device):
             self._identify(link, memory, found)
             holder = None
             if access is Access.CONTROL:
-                self._take_control(link, memory.capability)
+                camera = f"{self.info.title} ({self.info.address})"
+                privilege.take(link, camera, memory.capability, take_over=self.take_over)
                 memory.writable = True
-                self._offer_control(link, memory.capability)
-                holder = self._holder(link, memory.capability)
+                privilege.offer(link, camera, memory.capability)
+                holder = privilege.holder_of(link, memory.capability)
             timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
             link.on_lost = self._on_link_lost
             controlling = access is Access.CONTROL
@@ -164,19 +153,8 @@ class GigeDevice(Device):
         # The heartbeat stops first: control that we release must not look lost.
         link.stop_heartbeat()
         if memory.writable:
-            self._release(link)
+            privilege.release(link, self.info.uri)
         link.close()
-
-    def _release(self, link: ControlLink) -> None:
-        """Release control; otherwise the camera refuses everybody until the heartbeat timeout."""
-        release = WriteReg(((Register.CCP, 0),))
-        if link.lost is not None:
-            link.send_last(release)
-            return
-        try:
-            link.execute(release, BRIEF)
-        except GrabberError as error:
-            log.info("releasing %s: %s", self.info.uri, error)
 
     def search(self) -> FoundDevice:
         """Find the camera of this name; once it was opened, the same unit at whatever address it has now.
@@ -232,57 +210,6 @@ class GigeDevice(Device):
         """Return the identity from DISCOVERY; from registers if a router drops that."""
         found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
-
-    def _take_control(self, link: ControlLink, capability: Capability) -> None:
-        privilege = link.read_register(Register.CCP)
-        held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
-        privilege_wanted: int = Control.CONTROL
-        if held and self.take_over and capability & Capability.SWITCHOVER:
-            privilege_wanted |= SWITCHOVER_KEY << 16
-        try:
-            # Some devices do not answer a refused write, so do not insist if another program has control.
-            link.execute(WriteReg(((Register.CCP, privilege_wanted),)), BRIEF if held else None)
-        except DeviceStatusError as error:
-            if error.status == Status.ACCESS_DENIED:
-                raise self._denied(link) from error
-            raise
-        except AckTimeoutError as error:
-            # Perhaps only the answer was lost, so release; a device ignores this from others than the holder.
-            self._release(link)
-            link.read_register(Register.CCP)
-            raise self._denied(link) from error
-
-    def _offer_control(self, link: ControlLink, capability: Capability) -> None:
-        if not capability & Capability.SWITCHOVER:
-            return
-        try:
-            link.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, SWITCHOVER_KEY),)))
-            link.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
-        except DeviceStatusError as error:
-            log.info("%s: control cannot be offered to others: %s", self.info.uri, error)
-
-    @staticmethod
-    def _holder(link: ControlLink, capability: Capability) -> Holder | None:
-        """Read who is in control right after we took it: behind a router this is not our own address."""
-        needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
-        if capability & needed != needed:
-            return None
-        try:
-            _, *holder = PRIVILEGE_AND_HOLDER.decode_ack(link.execute(PRIVILEGE_AND_HOLDER))
-        except (DeviceStatusError, ProtocolError) as error:
-            log.info("the holder of control cannot be read: %s", error)
-            return None
-        return holder[0], holder[1]
-
-    def _denied(self, link: ControlLink) -> AccessDeniedError:
-        try:
-            address = link.read_register(Register.PRIMARY_APPLICATION_IP)
-            holder = f" at {socket.inet_ntoa(address.to_bytes(4, 'big'))}" if address else ""
-        except GrabberError:
-            holder = ""  # only a detail of the message
-        return AccessDeniedError(
-            f"another application{holder} controls {self.info.title} ({self.info.address}); close it there"
-        )
 
     def _on_link_lost(self, reason: str) -> None:
         if self.on_lost is not None:

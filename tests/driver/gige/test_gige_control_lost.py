@@ -11,6 +11,7 @@ import pytest
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLostError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.gige import privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
 from grabbergui.driver.gige.control_link import ControlLink
@@ -68,7 +69,7 @@ def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.Monk
             assert simulated.control.controlled
             raise AckTimeoutError("no answer")
 
-        monkeypatch.setattr(device, "_holder", refuse)
+        monkeypatch.setattr(privilege, "holder_of", refuse)
         with pytest.raises(AckTimeoutError):
             device.open(Access.CONTROL)
         assert not simulated.control.controlled
@@ -163,11 +164,11 @@ def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:
         closing(Camera(GigeDevice(address))) as camera,
     ):
         holder.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
-        with pytest.raises(AccessDeniedError, match="another application"):
+        with pytest.raises(AccessDeniedError, match="this program controls"):
             camera.open(Access.TAKE_OVER)
         holder.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, 0x1234),)))
         holder.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
-        with pytest.raises(AccessDeniedError, match="another application"):
+        with pytest.raises(AccessDeniedError, match="this program controls"):
             camera.open(Access.TAKE_OVER)
         holder.execute(WriteReg(((Register.CCP, 0),)))
         camera.open(Access.TAKE_OVER)

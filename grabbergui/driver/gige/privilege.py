@@ -1,0 +1,175 @@
+"""The control privilege of a GigE Vision camera: taking it, offering it, releasing it, and who holds it.
+
+A camera obeys one application at a time: the one that wrote its privilege to CCP, until that application
+releases it or is silent for the heartbeat timeout (GigE Vision 2.2, "Control Channel Privilege").
+"""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import socket
+import time
+from typing import NamedTuple
+
+import psutil
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceStatusError,
+    GrabberError,
+    ProtocolError,
+)
+from grabbergui.driver.gige.bootstrap import PORT_MASK, Capability, Control, Register
+from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.gvcp import Status, WriteReg
+
+log = logging.getLogger(__name__)
+
+SWITCHOVER_KEY = 0x4742
+"""Control is handed over to programs that request it with this key: our own, when their user wants it. Others
+are refused, so that no program loses control by accident."""
+BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
+"For commands that a camera may leave unanswered: taking control from another program, releasing it."
+HELD = Control.CONTROL | Control.EXCLUSIVE
+LONGEST_WAIT = 5.0
+"Seconds to wait at most until a camera notices that its controller has ended. Their usual timeout is 3 s."
+LOOK_AGAIN = 0.05
+"Seconds between two looks whether control is free."
+
+
+# -- taking --------------------------------------------------------------------------------------
+def take(link: ControlLink, camera: str, capability: Capability, *, take_over: bool = False) -> None:
+    """Take control of a camera, with `take_over` also from an application that offers it.
+
+    A program of this machine that was killed has not released the camera: its heartbeat timeout is waited
+    for. `camera` is what messages call it. Raises AccessDeniedError, which says who has control; else as
+    `ControlLink.execute`.
+    """
+    if _granted(link, camera, capability, take_over=take_over):
+        return
+    holder = _controller(link)
+    if holder is not None and holder.ended and _released_in_time(link):
+        if _granted(link, camera, capability, take_over=take_over):
+            return
+        holder = _controller(link)
+    if holder is not None and holder.process == os.getpid():
+        raise AccessDeniedError(f"this program controls {camera} already; close it first")
+    where = f" at {holder}" if holder is not None else ""
+    raise AccessDeniedError(f"another application{where} controls {camera}; close it there")
+
+
+def _granted(link: ControlLink, camera: str, capability: Capability, *, take_over: bool) -> bool:
+    held = bool(link.read_register(Register.CCP) & HELD)
+    privilege: int = Control.CONTROL
+    if held and take_over and capability & Capability.SWITCHOVER:
+        privilege |= SWITCHOVER_KEY << 16
+    try:
+        # Some devices do not answer a refused write, so do not insist if another program has control.
+        link.execute(WriteReg(((Register.CCP, privilege),)), BRIEF if held else None)
+    except DeviceStatusError as error:
+        if error.status == Status.ACCESS_DENIED:
+            return False
+        raise
+    except AckTimeoutError:
+        # Perhaps only the answer was lost, so release; a device ignores this from others than the holder.
+        release(link, camera)
+        link.read_register(Register.CCP)
+        return False
+    return True
+
+
+def _released_in_time(link: ControlLink) -> bool:
+    """Wait until the camera has noticed that its controller is gone; return whether it has."""
+    timeout = link.read_register(Register.HEARTBEAT_TIMEOUT_MS) / 1000
+    end = time.monotonic() + min(1.2 * timeout, LONGEST_WAIT)
+    while link.read_register(Register.CCP) & HELD:
+        if time.monotonic() >= end:
+            return False
+        time.sleep(LOOK_AGAIN)
+    return True
+
+
+# -- what comes after ----------------------------------------------------------------------------
+def offer(link: ControlLink, camera: str, capability: Capability) -> None:
+    """Offer control to other programs of ours, where the camera can hand it over."""
+    if not capability & Capability.SWITCHOVER:
+        return
+    try:
+        link.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, SWITCHOVER_KEY),)))
+        link.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
+    except DeviceStatusError as error:
+        log.info("%s: control cannot be offered to others: %s", camera, error)
+
+
+def release(link: ControlLink, camera: str) -> None:
+    """Release control; otherwise the camera refuses everybody until the heartbeat timeout."""
+    free = WriteReg(((Register.CCP, 0),))
+    if link.lost is not None:
+        link.send_last(free)
+        return
+    try:
+        link.execute(free, BRIEF)
+    except GrabberError as error:
+        log.info("releasing %s: %s", camera, error)
+
+
+def holder_of(link: ControlLink, capability: Capability) -> Holder | None:
+    """Read who is in control right after we took it: behind a router this is not our own address."""
+    needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
+    if capability & needed != needed:
+        return None
+    try:
+        _, *holder = PRIVILEGE_AND_HOLDER.decode_ack(link.execute(PRIVILEGE_AND_HOLDER))
+    except (DeviceStatusError, ProtocolError) as error:
+        log.info("the holder of control cannot be read: %s", error)
+        return None
+    return holder[0], holder[1]
+
+
+# -- who holds it --------------------------------------------------------------------------------
+class _Controller(NamedTuple):
+    """The application that controls a camera, as far as this machine knows."""
+
+    address: str
+    ended: bool = False
+    "It ran on this machine, and its socket is closed."
+    process: int | None = None
+    name: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.address} ({self.name}, PID {self.process})" if self.process else self.address
+
+
+def _controller(link: ControlLink) -> _Controller | None:
+    """Return who has control; None where the camera does not say."""
+    try:
+        number = link.read_register(Register.PRIMARY_APPLICATION_IP)
+        port = link.read_register(Register.PRIMARY_APPLICATION_PORT) & PORT_MASK
+    except GrabberError:
+        return None  # only a detail of a message
+    if not number:
+        return None
+    address = socket.inet_ntoa(number.to_bytes(4, "big"))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind((address, port))
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                return _local_controller(address, port)
+            return _Controller(address)  # on another machine
+    return _Controller(address, ended=port != 0)
+
+
+def _local_controller(address: str, port: int) -> _Controller:
+    try:
+        for connection in psutil.net_connections("udp4"):
+            if connection.pid and connection.laddr in ((address, port), ("0.0.0.0", port)):
+                name = psutil.Process(connection.pid).name()
+                return _Controller(address, process=connection.pid, name=name)
+    except (psutil.Error, OSError) as error:
+        log.debug("the process at %s:%d cannot be named: %s", address, port, error)
+    return _Controller(address)

@@ -1,0 +1,104 @@
+"""Who controls a camera: what a refusal says, and a controller that ended without releasing it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from grabbergui.core.errors import AccessDeniedError
+from grabbergui.core.grabber import Access
+from grabbergui.driver.gige import privilege
+from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.gvcp import WriteReg
+from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.server import GigeCamera
+
+ADDRESS = f"127.85.{os.getpid() % 250 + 1}.1"
+TAKE = WriteReg(((Register.CCP, Control.CONTROL),))
+HOLD = """
+import sys
+from grabbergui.core.grabber import Access
+from grabbergui.driver.gige.device import GigeDevice
+device = GigeDevice(sys.argv[1])
+device.open(Access.CONTROL)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def simulated() -> Iterator[GigeCamera]:
+    camera = GigeCamera(ADDRESS)
+    yield camera
+    camera.close()
+
+
+@pytest.fixture
+def holder(simulated: GigeCamera) -> Iterator[subprocess.Popen[str]]:
+    """Another program that controls the camera."""
+    command = [sys.executable, "-c", HOLD, simulated.address]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None and program.stdout.readline() == "held\n"
+        yield program
+        program.kill()
+
+
+def test_another_program_of_this_machine_is_named(holder: subprocess.Popen[str]) -> None:
+    pattern = rf"another application at 127\.0\.0\.1 \(.+, PID {holder.pid}\) controls .*; close it there"
+    with closing(GigeDevice(ADDRESS)) as device, pytest.raises(AccessDeniedError, match=pattern):
+        device.open(Access.CONTROL)
+
+
+def test_one_that_was_killed_is_waited_for(simulated: GigeCamera, holder: subprocess.Popen[str]) -> None:
+    simulated.control.memory.set(gev.HEARTBEAT_TIMEOUT, 1500)
+    holder.send_signal(signal.SIGKILL)
+    holder.wait()
+    assert simulated.control.controlled
+    with closing(GigeDevice(ADDRESS)) as device:
+        assert device.open(Access.CONTROL) is Access.CONTROL
+
+
+def test_it_is_not_waited_for_without_end(simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(privilege, "LONGEST_WAIT", 0.2)
+    with closing(ControlLink(ADDRESS)) as link:
+        link.execute(TAKE)
+    simulated.control.memory.set(gev.HEARTBEAT_TIMEOUT, 60_000)
+    with (
+        closing(GigeDevice(ADDRESS)) as device,
+        pytest.raises(AccessDeniedError, match=r"another application at 127\.0\.0\.1 controls"),
+    ):
+        device.open(Access.CONTROL)
+
+
+def test_one_on_another_machine_is_not_waited_for(
+    simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(privilege, "_released_in_time", lambda link: pytest.fail("waited"))
+    with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
+        link.execute(TAKE)
+        simulated.control.memory.set(gev.PRIMARY_IP, 0xC000_0205)
+        with pytest.raises(AccessDeniedError, match=r"another application at 192\.0\.2\.5 controls"):
+            device.open(Access.CONTROL)
+
+
+def test_a_camera_that_does_not_say_who_it_is(simulated: GigeCamera) -> None:
+    with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
+        link.execute(TAKE)
+        simulated.control.memory.set(gev.PRIMARY_IP, 0)
+        with pytest.raises(AccessDeniedError, match="another application controls"):
+            device.open(Access.CONTROL)
+
+
+def test_this_program_itself(simulated: GigeCamera) -> None:
+    with closing(GigeDevice(ADDRESS)) as first, closing(GigeDevice(ADDRESS)) as second:
+        first.open(Access.CONTROL)
+        with pytest.raises(AccessDeniedError, match=r"this program controls .* already; close it first"):
+            second.open(Access.CONTROL)
