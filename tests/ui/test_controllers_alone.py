@@ -82,17 +82,18 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
 class Undrawn:
     """A picture whose drawing tool counts how often it was asked for."""
 
-    def __init__(self):
+    def __init__(self, qtbot):
         self.purposes = []
-        self.drawing = DrawingTool(PictureCanvas())
-        self.canvas = self.drawing.parent()
+        self.canvas = PictureCanvas()
+        qtbot.addWidget(self.canvas)
+        self.drawing = DrawingTool(self.canvas)
 
     def draw(self, purpose):
         self.purposes.append(purpose)
 
 
-def test_a_region_cannot_be_drawn_where_there_is_no_image(program):
-    buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn()
+def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
+    buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn(qtbot)
     RegionController(buttons, view, program.connection, PictureModel(), program.said, program.owner)
     buttons.actionRegion.setEnabled(True)
 
