@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from grabbergui.core import pixels
-from grabbergui.core.encoded_image import Encoding
+from grabbergui.core.encoded_image import Encoding, jpeg_to_show
+from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pfnc import PixelFormat
 
 
@@ -99,6 +101,17 @@ class Component:
     encoding: Encoding | None = None
     "How `data` is compressed; None where it is not."
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
+
+    @override
+    def __repr__(self) -> str:
+        return f"<Component {self.name}: {self.width}×{self.height} {self.pixel_format.name}>"
+
+    def _repr_jpeg_(self) -> bytes | None:
+        """Show the image in a notebook, if its format can be shown."""
+        try:
+            return jpeg_to_show(self.rgb())
+        except PixelFormatError:
+            return None
 
     @property
     def name(self) -> str:

@@ -182,3 +182,17 @@ def _png_is_whole(file: memoryview) -> bool:
             return True
         at += 12 + int(struct.unpack_from(">I", file, at)[0])
     return False
+
+
+SHOWN_WIDTH = 960
+"Pixels of an image in a notebook; wider ones are scaled down, as each travels to the browser."
+
+
+def jpeg_to_show(image: NDArray[np.uint8]) -> bytes:
+    """Encode an RGB image (height, width, 3) as a JPEG of at most `SHOWN_WIDTH` pixels' width."""
+    height, width = image.shape[:2]
+    if width > SHOWN_WIDTH:
+        size = (SHOWN_WIDTH, max(1, height * SHOWN_WIDTH // width))
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    _, content = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80])
+    return content.tobytes()

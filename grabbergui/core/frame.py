@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core import pixels
-from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType
+from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pfnc import PixelFormat
 
@@ -134,6 +134,21 @@ class Frame:
             age = (time.time_ns() - self.received_ns) / 1e9
             # A stamp from the future, or older than a minute, is another clock's.
             self.captured = now - age if 0 <= age < MOST_AGE else now
+
+    @override
+    def __repr__(self) -> str:
+        what = f"{self.width}×{self.height} {self.pixel_format.name}"
+        if not self.has_image:
+            what = self.payload_type.value
+        if len(self.parts) > 1:
+            what += f" of {len(self.parts)} components"
+        missing = "" if self.complete else f", {self.missing_bytes} of them missing"
+        return f"<Frame {self.frame_id}: {what}, {self.nbytes} bytes{missing}>"
+
+    def _repr_jpeg_(self) -> bytes | None:
+        """Show the frame's own image in a notebook."""
+        own = own_component(self.components)
+        return own._repr_jpeg_() if own is not None else None
 
     @property
     def complete(self) -> bool:

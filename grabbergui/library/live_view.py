@@ -12,10 +12,7 @@ import math
 import threading
 from typing import Any
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
+from grabbergui.core.encoded_image import jpeg_to_show
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError
 from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
@@ -25,8 +22,6 @@ from grabbergui.library.camera import Camera
 
 RATE = 15.0
 "Images shown per second, at most."
-WIDEST = 960
-"Pixels of an image in a notebook; wider ones are scaled down, as each travels to the browser as JPEG."
 
 
 def live_view(camera: Camera) -> object:
@@ -117,7 +112,7 @@ class NotebookPanel:
             self._status.value = str(error)
 
     def _show(self, frame: Frame) -> None:
-        self._image.value = encode_jpeg(frame.rgb())
+        self._image.value = jpeg_to_show(frame.rgb())
         self._closed.wait(1 / RATE)
 
     def _on_sink_failed(self, error: Exception, frame: Frame) -> None:
@@ -131,13 +126,3 @@ def _slider_of(widgets: Any, feature: Feature) -> Any:
     if feature.logarithmic and low > 0:
         return widgets.FloatLogSlider(min=math.log10(low), max=math.log10(high), **common)
     return widgets.FloatSlider(min=low, max=high, step=(high - low) / 1000, **common)
-
-
-def encode_jpeg(image: NDArray[np.uint8]) -> bytes:
-    """Encode an RGB image (height, width, 3) as JPEG, at most `WIDEST` pixels wide."""
-    height, width = image.shape[:2]
-    if width > WIDEST:
-        size = (WIDEST, max(1, height * WIDEST // width))
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
-    _, content = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80])
-    return content.tobytes()

@@ -8,11 +8,12 @@ import pytest
 
 from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.component import Component, ComponentKind, PayloadType
-from grabbergui.core.encoded_image import StillImage
+from grabbergui.core.encoded_image import ImageHeader, StillImage
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.frame import EncodedFrame, Frame
+from grabbergui.core.frame import EncodedFrame, Frame, FrameStatus
 
 MONO8, MONO16 = pfnc.by_name("Mono8"), pfnc.by_name("Mono16")
+JPEG_OF_4_BY_3 = StillImage("JPEG", ImageHeader(4, 3, MONO8))
 RANDOM = np.random.default_rng(3)
 
 
@@ -51,6 +52,30 @@ def test_a_frame_without_an_image_says_what_it_is(kind):
     assert frame.components == ()
     with pytest.raises(PixelFormatError, match=f"{kind.value} \\(100 bytes\\) without an image.*PayloadType"):
         frame.rgb()
+
+
+def test_frames_are_described_in_a_line():
+    half = Frame(np.zeros(12, np.uint8), 4, 3, MONO8, 7, status=FrameStatus.INCOMPLETE, missing_bytes=5)
+    assert repr(half) == "<Frame 7: 4×3 Mono8, 12 bytes, 5 of them missing>"
+    raw = Frame(np.zeros(100, np.uint8), 0, 0, pfnc.by_code(0), 8, payload_type=PayloadType.RAW_DATA)
+    assert repr(raw) == "<Frame 8: raw data, 100 bytes>"
+    damaged = Component(np.zeros(9, np.uint8), 4, 3, MONO8, ComponentKind.RANGE, encoding=JPEG_OF_4_BY_3)
+    assert repr(damaged) == "<Component range: 4×3 Mono8>"
+    parts = (damaged, Component(np.zeros(12, np.uint8), 4, 3, MONO8))
+    assert repr(Frame(parts[1].data, 4, 3, MONO8, 9, parts=parts)) == (
+        "<Frame 9: 4×3 Mono8 of 2 components, 12 bytes>"
+    )
+    encoded = EncodedFrame.of(Frame(damaged.data, 4, 3, MONO8, 10, parts=(damaged,)), damaged)
+    assert repr(encoded) == "<Frame 10: 4×3 Mono8, 9 bytes>", "nothing is decoded for it"
+
+
+def test_a_notebook_shows_the_image_of_a_frame():
+    wide = Frame(np.full(2000 * 100, 128, np.uint8), 2000, 100, MONO8)
+    shown = cv2.imdecode(np.frombuffer(wide._repr_jpeg_(), np.uint8), cv2.IMREAD_COLOR)
+    assert shown.shape == (48, encoded_image.SHOWN_WIDTH, 3) and abs(int(shown[20, 20, 0]) - 128) < 3
+    damaged = Component(np.zeros(9, np.uint8), 4, 3, MONO8, encoding=JPEG_OF_4_BY_3)
+    assert damaged._repr_jpeg_() is None
+    assert Frame(np.zeros(9, np.uint8), 0, 0, pfnc.by_code(0))._repr_jpeg_() is None
 
 
 IMAGES = [
