@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from enum import Enum
 from types import NoneType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from grabbergui.core import errors
 from grabbergui.core.errors import FeatureError, GrabberError, RemoteProtocolError, UsageError
@@ -270,6 +270,17 @@ _MAX_DEPTH = 32
 _Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
 
 
+def _plain_types(kind: type) -> dict[str, tuple[type, ...]]:
+    """Return the types of those fields that JSON carries as they are."""
+    types = {name: get_args(hint) or (hint,) for name, hint in get_type_hints(kind).items()}
+    return {
+        name: allowed for name, allowed in types.items() if {*allowed} <= {bool, int, float, str, NoneType}
+    }
+
+
+_PLAIN_TYPES = {kind: _plain_types(kind) for kind in (Category, EnumEntry, Feature, FeatureDescription)}
+
+
 def dumps(result: object) -> str:
     """Encode plain data, features, categories, device infos or results of writes as JSON."""
     return json.dumps(result, default=_plain, separators=(",", ":"))
@@ -294,10 +305,7 @@ def read_feature(data: object) -> Feature:
     """Return a Feature out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     entries = tuple(_built(EnumEntry, entry) for entry in _array(table.get("entries", [])))
-    feature = _built(Feature, {**table, "entries": entries})
-    if not isinstance(feature.value, (int, float, str, NoneType)):
-        raise RemoteProtocolError(f"{feature.name} has a value that is a {type(feature.value).__name__}")
-    return feature
+    return _built(Feature, {**table, "entries": entries})
 
 
 def read_write_result(data: object) -> WriteResult:
@@ -346,8 +354,9 @@ def _built(kind: type[_Built], data: object) -> _Built:
     names = {field.name for field in fields(kind)}
     values = {key: value for key, value in table.items() if key in names}
     try:
-        if not isinstance(values["name"], str):
-            raise ValueError("its name is no text")
+        for key, plain in _PLAIN_TYPES[kind].items():
+            if key in values and not isinstance(values[key], plain):
+                raise ValueError(f"its {key} is a {type(values[key]).__name__}")
         for key in values.keys() & _ENUMS.keys():
             values[key] = _ENUMS[key](values[key])
         if "selectors" in values:

@@ -120,6 +120,14 @@ def test_fields_of_a_newer_peer_are_ignored() -> None:
         {"name": "X", "kind": "float", "access": "RW", "entries": 3},
         {"name": "X", "kind": "float", "access": "RW", "entries": [3]},
         {"name": "X", "kind": "float", "access": "RW", "selectors": 3},
+        {"name": "X", "kind": "float", "access": "RW", "minimum": "0"},
+        {"name": "X", "kind": "float", "access": "RW", "increment": [1]},
+        {"name": "X", "kind": "float", "access": "RW", "unit": 5},
+        {"name": "X", "kind": "float", "access": "RW", "display_name": None},
+        {"name": "X", "kind": "float", "access": "RW", "auto": 1},
+        {"name": "X", "kind": "float", "access": "RW", "pauses_stream": "yes"},
+        {"name": "X", "kind": "string", "access": "RW", "maximum_length": 1.5},
+        {"name": "X", "kind": "enumeration", "access": "RW", "entries": [{"name": "A", "tooltip": 1}]},
     ],
 )
 def test_malformed_features_are_refused(data: object) -> None:
