@@ -14,6 +14,7 @@ from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, Fea
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import as_editable
+from grabbergui.net.ros2.runtime import sendable
 
 log = logging.getLogger(__name__)
 
@@ -53,6 +54,8 @@ def message_of(kind: FeatureKind, value: FeatureValue | None) -> Any:
         return ParameterValue(type=_NOT_SET)
     field = _FIELDS[_TYPES[kind]]
     typed = float(value) if kind is FeatureKind.FLOAT else value
+    if isinstance(typed, str):
+        typed = sendable(typed)
     return ParameterValue(type=_TYPES[kind], **{field: typed})
 
 
@@ -92,8 +95,8 @@ def _descriptor_of(feature: Feature, *, settable: bool) -> Any:
     descriptor = ParameterDescriptor(
         name=feature.name,
         type=_type_of(feature),
-        description=_description(feature),
-        additional_constraints=feature.range_text() if settable else feature.access_problem(),
+        description=sendable(_description(feature)),
+        additional_constraints=sendable(feature.range_text() if settable else feature.access_problem()),
         read_only=not settable,
     )
     low, high, increment = feature.minimum, feature.maximum, feature.increment
@@ -349,7 +352,7 @@ class FeatureParameters:
         except GrabberError as error:
             # Viewers show what they asked for, until they hear how it is.
             self._events.publish(frozenset({parameter.name}))
-            return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=False, reason=sendable(str(error)))
         return SetParametersResult(successful=True)
 
     def _write(self, parameter: Any) -> None:

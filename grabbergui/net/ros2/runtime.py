@@ -165,6 +165,11 @@ class Ros2Node:
                 log.exception("%s: a callback failed", self._thread.name)
 
 
+def sendable(text: str) -> str:
+    """Return a text with `?` for what was no UTF-8, as in names of files and YARP's texts: ROS refuses it."""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
 def _without_places(error: Exception) -> str:
     """Return ROS's message without places in its source; for unknown arguments ROS only lists them."""
     text = re.sub(r",? at /\S+?:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
@@ -254,14 +259,17 @@ class RosoutHandler(logging.Handler):
 
     def _run(self) -> None:
         while (record := self._records.get()) is not None:
-            self._publisher.publish(self._log(record))
+            try:
+                self._publisher.publish(self._log(record))
+            except Exception:
+                self.handleError(record)  # as every handler does; the next record is still wanted
 
     def _log(self, record: logging.LogRecord) -> Any:
         fraction, seconds = math.modf(record.created)
         message = self._message(
             level=min(record.levelno, logging.CRITICAL),  # ROS numbers them as Python does
             name=self._node.get_logger().name,
-            msg=record.getMessage(),
+            msg=sendable(record.getMessage()),
             file=record.filename,
             function=record.funcName or "",
             line=record.lineno,

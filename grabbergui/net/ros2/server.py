@@ -15,7 +15,13 @@ from grabbergui.net.numbered_features import FeatureId, FeatureMode, FeatureMode
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
 from grabbergui.net.ros2.image_publisher import ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
-from grabbergui.net.ros2.runtime import Ros2Node, RosoutHandler, require_interfaces, require_ros2
+from grabbergui.net.ros2.runtime import (
+    Ros2Node,
+    RosoutHandler,
+    require_interfaces,
+    require_ros2,
+    sendable,
+)
 from grabbergui.net.tree import Terminal, TreeService, dumps, no_terminal
 
 log = logging.getLogger(__name__)
@@ -169,9 +175,10 @@ class Ros2GrabberServer:
             calibration = read_camera_info(request.camera_info, self.name.rpartition("/")[2])
             if not self._ros.node.get_parameter("camera_info_url").value:
                 path_of("", self.name).parent.mkdir(parents=True, exist_ok=True)
-            answer.success, answer.status_message = True, f"kept in {self._calibration.keep(calibration)}"
+            kept = self._calibration.keep(calibration)
+            answer.success, answer.status_message = True, sendable(f"kept in {kept}")
         except (GrabberError, OSError) as error:
-            answer.success, answer.status_message = False, str(error)
+            answer.success, answer.status_message = False, sendable(str(error))
         return answer
 
 
@@ -278,7 +285,7 @@ class GrabberServices:
             answer.text = f"{format_value(answer.value)} {format_value(answer.second_value)}"
             return
         value = feature.value
-        answer.text = format_value(value)
+        answer.text = sendable(format_value(value))
         if feature.kind is FeatureKind.ENUMERATION:
             names = [entry.name for entry in feature.entries]
             answer.value = float(names.index(str(value))) if value in names else 0.0
@@ -291,7 +298,7 @@ class GrabberServices:
             answer.result = dumps(self._tree.perform(request.verb, *request.arguments))
             answer.success = True
         except GrabberError as error:
-            answer.result, answer.error = str(error), type(error).__name__
+            answer.result, answer.error = sendable(str(error)), type(error).__name__
             answer.feature = getattr(error, "feature", "")
         return answer
 
@@ -304,7 +311,7 @@ def _as_callback(action: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any
             action(request, answer)
             answer.success = True
         except GrabberError as error:
-            answer.success, answer.message = False, str(error)
+            answer.success, answer.message = False, sendable(str(error))
         return answer
 
     return serve
@@ -377,9 +384,9 @@ class Diagnostics:
         array.status = [
             DiagnosticStatus(
                 level=level,
-                name=f"{self._name}: {self._grabber.info.title}",
-                hardware_id=self._grabber.info.serial,
-                message=message,
+                name=sendable(f"{self._name}: {self._grabber.info.title}"),
+                hardware_id=sendable(self._grabber.info.serial),
+                message=sendable(message),
                 values=[KeyValue(key=key, value=format_number(value)) for key, value in facts.items()],
             )
         ]

@@ -22,7 +22,8 @@ from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.calibration import camera_info  # noqa: E402
 from grabbergui.core.calibration import Calibration  # noqa: E402
-from grabbergui.core.errors import UsageError  # noqa: E402
+from grabbergui.core.errors import FeatureValueError, UsageError  # noqa: E402
+from grabbergui.core.features import AccessMode, Feature, FeatureKind  # noqa: E402
 from grabbergui.net.ros2.client_link import publishers_of  # noqa: E402
 from grabbergui.net.ros2.image_messages import path_of  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
@@ -230,6 +231,18 @@ def test_who_may_change_nothing_may_not_change_the_frame(serve):
     parameters.close()
 
 
+# -- text that is no UTF-8, as file names and YARP's texts may be ------------------------------------
+def test_text_that_is_no_utf_8_is_answered_and_others_follow(domain):
+    name = Feature(name="Name", kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, value="caf\udce9")
+    camera = ScriptedGrabber([name])
+    with Ros2GrabberServer(camera, "/front/latin"):
+        parameters = ParameterProbe("/front/latin")
+        assert parameters.values("Name")[0].string_value == "caf?"
+        camera.refusals["Name"] = FeatureValueError("Name: caf\udce9 stays", "Name")
+        assert parameters.set(Name="other")[0].reason == "Name: caf? stays"
+        parameters.close()
+
+
 # -- /rosout -----------------------------------------------------------------------------------------
 def test_rosout_carries_warnings_and_errors(domain, probe):
     from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -237,6 +250,7 @@ def test_rosout_carries_warnings_and_errors(domain, probe):
     with Ros2GrabberServer(ScriptedGrabber(), "/front/noisy"):
         log = logging.getLogger("grabbergui.driver.camera")
         log.warning("frames are being %s", "lost")
+        log.warning("%s cannot be read", "caf\udce9.yaml")  # as a file name in Latin-1 is
         log.error("the camera is gone")
         log.info("nothing of interest")
         quality = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -247,8 +261,12 @@ def test_rosout_carries_warnings_and_errors(domain, probe):
             message = messages.get(timeout=PATIENCE)
             if message.name == "front.noisy":
                 ours.put((message.level, message.msg))
-            return ours.qsize() == 2
+            return ours.qsize() == 3
 
         until(heard)
-    assert [ours.get(), ours.get()] == [(30, "frames are being lost"), (40, "the camera is gone")]
+    assert [ours.get() for _ in range(3)] == [
+        (30, "frames are being lost"),
+        (30, "caf?.yaml cannot be read"),
+        (40, "the camera is gone"),
+    ]
     assert not [handler for handler in logging.getLogger("grabbergui").handlers if "Rosout" in repr(handler)]
