@@ -191,7 +191,7 @@ class Connection:
             return
 
         def stopped(_: None) -> None:
-            self._change(source, LinkState.OPEN, "")
+            self._reach(source, LinkState.OPEN)
 
         def failed(error: GrabberError) -> None:
             text = translate("Connection", "stopping failed: {0}")
@@ -266,7 +266,7 @@ class Connection:
             return
         if source.replaces is not None and not self._take_place(source):
             return
-        if self._change(source, LinkState.OPEN, ""):
+        if self._reach(source, LinkState.OPEN):
             self._announce(source)
         if source.access is Access.TAKE_OVER and not source.read_only:
             self._link_messages.took_control(source)
@@ -279,7 +279,7 @@ class Connection:
                 source.grabber.start()
 
         def done(_: None) -> None:
-            self._change(source, LinkState.STREAMING, "")
+            self._reach(source, LinkState.STREAMING)
 
         def failed(error: GrabberError) -> None:
             if source.read_only and isinstance(error, AccessDeniedError):
@@ -306,11 +306,17 @@ class Connection:
                 self._link_messages.back(source, time.monotonic() - source.lost_since, reason)
             source.lost_since = None
 
-    def _change(self, source: OpenSource, state: LinkState, reason: str) -> bool:
+    def _reach(self, source: OpenSource, state: LinkState) -> bool:
+        """Set the state in which a call left a source, unless it was lost before the call ended."""
+        return self._change(source, state, "", keeps_loss=True)
+
+    def _change(self, source: OpenSource, state: LinkState, reason: str, *, keeps_loss: bool = False) -> bool:
         """Set and announce a source's state. Return whether it is the current one."""
         with self._lock:
             if source not in self._sources:
                 return False
+            if keeps_loss and source.state is LinkState.LOST:
+                state, reason = source.state, source.reason
             source.state, source.reason = state, reason
             current = source is self._source
         if current:

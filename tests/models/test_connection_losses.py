@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from connection_bench import S, Source
 
 from grabbergui.core.errors import (
@@ -41,6 +42,37 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
         (said,) = bench.said()
         assert said.startswith("Back after ") and "s, set as before" in said
     assert len(bench.failures) == 2
+
+
+@pytest.mark.parametrize("call", ["open", "start", "stop"])
+def test_one_that_is_lost_while_a_call_ends_is_lost(bench, call):
+    """What the call reached holds no more; the window showed it for good, as it missed the return too."""
+    source, reached = bench.source, getattr(bench.source, call)
+
+    def lost_at_its_end(*arguments, **options):
+        reached(*arguments, **options)
+        setattr(source, call, reached)
+        lose(bench)
+
+    setattr(source, call, lost_at_its_end)
+    if call == "open":
+        source.start_problem = DeviceLostError("the camera does not answer")
+    bench.link.connect_to("sim:")
+    until(lambda: "start" in source.calls)
+    if call == "stop":
+        bench.until(S.STREAMING)
+        bench.link.stop()
+    opened = bench.link.source
+    until(lambda: opened.losses == 1)
+    opened.worker.submit(lambda: None, done=lambda _: source.calls.append("done"))
+    until(lambda: "done" in source.calls)
+    assert bench.link.state is S.LOST and bench.link.reason == "the camera does not answer"
+    assert any(said.startswith("Reconnecting since") for said in bench.said())
+    source.start_problem = None
+    if call == "open":
+        source.start()  # as a camera does that was to start when it was lost
+    come_back(bench)
+    assert bench.link.state is (S.OPEN if call == "stop" else S.STREAMING)
 
 
 def test_another_reason_for_which_it_is_still_lost_is_shown_too(bench):
