@@ -314,6 +314,8 @@ class McapRecording(Recording):
                 body = self._file.read(length)
             except OSError as error:
                 raise self._unreadable(error) from error
+            except struct.error as error:
+                raise RecordingError(f"{self.path} was cut short while it was played") from error
             self._chunk = (at, self._opened(body))
         return self._chunk[1]
 

@@ -247,6 +247,8 @@ class MovieWriter(RecordingWriter):
         self._rate = rate if rate > 0 else NOMINAL_RATE
         self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
         self._movie: MovieFile | None = None
+        self._made = False
+        "Whether the file is ours; until the first frame another program may make one of that name."
         self._shape: tuple[tuple[int, ...], Any] | None = None
         self._first = 0
         self._clock = Rising()
@@ -259,6 +261,7 @@ class MovieWriter(RecordingWriter):
         shape = (pixels.shape, pixels.dtype)
         if self._movie is None:
             self._movie = MovieFile(self.path, self._kind, *shape, self._rate)
+            self._made = True
             self._shape, self._first = shape, frame.received_ns
         if shape != self._shape:
             raise RecordingError(
@@ -286,9 +289,10 @@ class MovieWriter(RecordingWriter):
             self._notes.close()
 
     def discard(self) -> None:
-        """Remove the movie and its notes."""
+        """Remove the movie, if it was begun, and its notes."""
         notes_beside(self.path).unlink(missing_ok=True)
-        super().discard()
+        if self._made:
+            super().discard()
 
     def size(self) -> int:
         """Return the bytes encoded, or those of the finished file."""

@@ -332,6 +332,9 @@ class Recorder:
                 self.writer.discard()
         except (GrabberError, OSError) as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)
+        except Exception as error:  # of a library, perhaps once more for another frame
+            log.exception("finishing %s", self.writer.path)
+            problem = problem or UnfinishedFileError(self.writer.path, error)
         self._progress = replace(
             self._progress,
             ended=True,

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import os
 import shutil
 import time
 from dataclasses import replace
@@ -242,6 +243,35 @@ def test_without_a_frame_the_name_is_free_again(camera, tmp_path, kind):
     written(kind, path, [made("Mono8", 0)])
 
 
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+def test_without_a_frame_a_file_of_somebody_else_stays(camera, tmp_path, kind):
+    """A movie is made with its first frame; until then another program may have taken the name."""
+    path = tmp_path / NAMES[kind]
+    recorder = Recorder(camera, create_writer(kind, path, INFO))
+    path.write_text("theirs")
+    recorder.start()
+    camera.start()
+    assert "File exists" in ended(recorder).reason
+    assert [file.name for file in tmp_path.iterdir()] == [path.name] and path.read_text() == "theirs"
+
+
+def test_it_ends_although_closing_fails_in_a_way_nobody_foresaw(camera, tmp_path, monkeypatch):
+    writer = create_writer(RecordingKind.PNG, tmp_path / "pictures", INFO)
+
+    def no_memory(frame):
+        time.sleep(0.1)  # so that others are begun, which fail when the writer is closed
+        raise MemoryError("no room for an image")
+
+    monkeypatch.setattr(writer, "_encoded", no_memory)
+    recorder = Recorder(camera, writer)
+    reported = []
+    recorder.changed.connect(reported.append)
+    recorder.start()
+    camera.start()
+    assert ended(recorder).reason == "internal error, see the log: no room for an image"
+    assert reported[-1].ended
+
+
 def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     really = writer.write
@@ -410,6 +440,29 @@ def test_compressed_files_of_others_are_played(tmp_path):
         assert len(recording) == 4
         assert np.array_equal(recording.frame(3, 0).raw(), lines[:, :18])
         recording.close()
+
+
+def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_path):
+    from mcap.writer import CompressionType, Writer
+
+    from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
+
+    path = tmp_path / "x.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1)
+        writer.start()
+        schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
+        channel = writer.register_channel("/cam", "cdr", schema)
+        for index in range(8):  # each in a chunk, of which only the last are in memory
+            pixels = made("Mono8", index, 64, 64).payload.tobytes()
+            message = RosImage(START, "c", 64, 64, "mono8", 0, 64, pixels).encode()
+            writer.add_message(channel, START + index, message, START + index, index)
+        writer.finish()
+    recording = open_recording(path)
+    os.truncate(path, 8)
+    with pytest.raises(RecordingError, match="was cut short while it was played"):
+        recording.frame(0, 0)
+    recording.close()
 
 
 def test_what_nobody_can_lay_out_is_kept_as_its_bytes(tmp_path):
