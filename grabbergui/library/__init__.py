@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
-from typing import Literal
+from typing import Literal, get_args
 
 from grabbergui import sources
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
@@ -42,6 +42,12 @@ def open(source: str | DeviceInfo, *, access: AccessName = "control") -> Camera:
 
     Raises UsageError for a malformed URI, SourceNotFoundError, AccessDeniedError, TransportError.
     """
+    if not isinstance(source, str | DeviceInfo):
+        raise UsageError(
+            f"{source!r} is no source; write its URI, as in 'gige:192.168.0.10' or 'file:run.mcap'"
+        )
+    if access not in get_args(AccessName):
+        raise UsageError(f"access={access!r}: there are {', '.join(get_args(AccessName))}")
     await_collected()  # it may be the same camera
     grabber = sources.create(source.uri if isinstance(source, DeviceInfo) else source)
     grabber.open(Access(access))
@@ -49,7 +55,9 @@ def open(source: str | DeviceInfo, *, access: AccessName = "control") -> Camera:
 
 
 def open_all(sources: Iterable[str | DeviceInfo], *, access: AccessName = "control") -> CameraGroup:
-    """Open several cameras at once; if one of them fails, none stays open."""
+    """Open several cameras at once; if one of them fails, none stays open. Raises as `open`."""
+    if isinstance(sources, str):
+        raise UsageError(f"open_all takes several sources, as in open_all(['{sources}'])")
     wanted = list(sources)
     with ThreadPoolExecutor(max(len(wanted), 1), "open camera") as pool:
         opening = [pool.submit(open, source, access=access) for source in wanted]

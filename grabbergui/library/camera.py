@@ -168,9 +168,9 @@ class Camera(FeatureAccess):
         Several settings are stepped together and need lists of one length. The settings stand as they stood
         afterwards.
         """
-        lengths = {len(values) for values in settings.values()}
-        if len(lengths) != 1:
-            raise UsageError(f"bracket: settings need lists of one length, not {sorted(lengths)}")
+        lengths = {None if isinstance(each, str | int | float) else len(each) for each in settings.values()}
+        if len(lengths) != 1 or None in lengths:
+            raise UsageError("bracket: write lists of one length, as in bracket(ExposureTime=[1000, 4000])")
         before = {self._name_of(name): self.read(self._name_of(name)) for name in settings}
         steps = [dict(zip(settings, step, strict=True)) for step in zip(*settings.values(), strict=True)]
         try:

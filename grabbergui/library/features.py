@@ -140,12 +140,15 @@ class FeatureAccess:
 
     def _feature_name(self, attribute: str) -> str:
         names = self._attributes()
-        if attribute not in names:
-            try:
-                self._grabber.feature("".join(part.capitalize() for part in attribute.split("_")))
-            except FeatureNotFoundError as error:
-                raise AttributeError(str(error)) from None
-        return names[attribute]
+        if attribute in names:
+            return names[attribute]
+        name = "".join(part.capitalize() for part in attribute.split("_"))
+        problem = f"a camera has no attribute '{attribute}'; did you mean {attribute_name(name)}?"
+        try:
+            self._grabber.feature(name)
+        except FeatureNotFoundError as error:
+            problem = str(error)
+        raise AttributeError(problem)
 
     def _attributes(self) -> dict[str, str]:
         """Features by their names in Python's spelling."""

@@ -123,6 +123,9 @@ def test_what_is_misspelled_is_named_with_what_was_meant(camera: grabbergui.Came
         _ = camera.exposure_tim
     with pytest.raises(AttributeError, match="did you mean ExposureTime"):
         camera.exposure_tim = 5
+    with pytest.raises(AttributeError, match="did you mean exposure_time"):
+        _ = camera.exposure_time_
+    assert not hasattr(camera, "exposure__time")
     with pytest.raises(grabbergui.FeatureNotFoundError, match="did you mean"):
         camera["ExposureTim"] = 5
 
@@ -196,10 +199,28 @@ def test_closing_ends_a_wait(camera: grabbergui.Camera) -> None:
         camera.grab(timeout=PATIENCE)
 
 
-@pytest.mark.parametrize("call", [lambda c: c.frames(-1), lambda c: c.bracket(ExposureTime=[1], Gain=[1, 2])])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda c: c.frames(-1),
+        lambda c: c.bracket(),
+        lambda c: c.bracket(ExposureTime=[1], Gain=[1, 2]),
+        lambda c: c.bracket(ExposureTime=5),
+        lambda c: c.bracket(ExposureTime="5ms"),
+    ],
+)
 def test_senseless_arguments_are_refused(camera: grabbergui.Camera, call: Any) -> None:
     with pytest.raises(UsageError):
         call(camera)
+
+
+def test_what_is_no_source_is_refused() -> None:
+    with pytest.raises(UsageError, match="write its URI"):
+        grabbergui.open(Path("run.mcap"))  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="there are control, monitor, take over"):
+        grabbergui.open(FAST, access="write")  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match=r"as in open_all\(\['sim:'\]\)"):
+        grabbergui.open_all("sim:")
 
 
 # -- asyncio -----------------------------------------------------------------------------------------
