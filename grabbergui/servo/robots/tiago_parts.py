@@ -266,7 +266,9 @@ _LIST = "/controller_manager/list_controllers"
 _LIST_S = 0.5
 "Seconds between two looks at the list."
 _ANSWER_S = 2.0
-"Seconds to wait for MoveIt Servo's services."
+"Seconds to wait for MoveIt Servo's services, and for the list once it has come."
+_MOST_PENDING = 4
+"Requests for the list that may wait; of more than that the oldest is given up."
 
 
 def receive_description(timeout: float = 3.0) -> str:
@@ -295,7 +297,9 @@ class ControllerManager:
     def __init__(self, node: Any) -> None:
         self._listed: list[Controller] | None = None
         self._client: Any = None
-        self._pending: Any = None
+        self._pending: list[Any] = []
+        "Requests that have no answer yet, in their order."
+        self._asked = 0.0
         try:
             import controller_manager_msgs
             from controller_manager_msgs.srv import ListControllers
@@ -324,12 +328,26 @@ class ControllerManager:
         return next((one.state for one in self._listed if one.name == name), "not loaded")
 
     def _ask(self) -> None:
-        if self._pending is None and self._client.service_is_ready():
-            self._pending = self._client.call_async(self._request)
-            self._pending.add_done_callback(self._on_answer)
+        """Ask, unless an answer is on its way.
+
+        One gets lost if the manager ends meanwhile, or has not discovered yet who reads its answers.
+        """
+        now = time.monotonic()
+        patience = _LIST_S if self._listed is None else _ANSWER_S
+        if (self._pending and now - self._asked < patience) or not self._client.service_is_ready():
+            return
+        while len(self._pending) >= _MOST_PENDING:
+            self._client.remove_pending_request(self._pending.pop(0))
+        self._asked = now
+        future = self._client.call_async(self._request)
+        self._pending.append(future)
+        future.add_done_callback(self._on_answer)
 
     def _on_answer(self, future: Any) -> None:
-        self._pending = None
+        pending, self._pending = self._pending, []
+        for other in pending:
+            if other is not future:
+                self._client.remove_pending_request(other)
         self._listed = [
             Controller(
                 row.name,

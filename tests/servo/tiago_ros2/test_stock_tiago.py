@@ -13,8 +13,11 @@ pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
 pytestmark = pytest.mark.ros2
 
+from controller_manager_msgs.msg import ControllerState  # noqa: E402
+from controller_manager_msgs.srv import ListControllers  # noqa: E402
 from fake_tiago import FakeTiago  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.task import Future  # noqa: E402
 from whole_chain import detecting_runner, reach_marker  # noqa: E402
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError  # noqa: E402
@@ -22,7 +25,7 @@ from grabbergui.driver.sim.rendered_scene import Things, board_pose  # noqa: E40
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402
-from grabbergui.servo.robots import tiago  # noqa: E402
+from grabbergui.servo.robots import tiago, tiago_parts  # noqa: E402
 from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
 from grabbergui.servo.robots.tiago_parts import receive_description  # noqa: E402
@@ -64,6 +67,52 @@ def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
     # A busy machine may deliver a trajectory late, which the robot refuses as it should.
     refused = [each for controller in fake.controllers.values() for each in controller.refused]
     assert [each for each in refused if not each.startswith("it ended")] == []
+
+
+class SilentManager:
+    """A node and its client of a controller manager that receives requests, and answers when it is told."""
+
+    def __init__(self):
+        self.requests = []
+
+    def create_client(self, kind, service):
+        return self
+
+    def create_timer(self, seconds, callback):
+        self.tick = callback
+
+    def service_is_ready(self):
+        return True
+
+    def call_async(self, request):
+        self.requests.append(Future())
+        return self.requests[-1]
+
+    def remove_pending_request(self, future):
+        self.requests.remove(future)
+
+    def answer(self, future, state):
+        controller = ControllerState(name="arm_controller", type="any", state=state)
+        future.set_result(ListControllers.Response(controller=[controller]))
+
+
+def test_a_controller_manager_whose_answer_was_lost_is_asked_again(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(tiago_parts.time, "monotonic", lambda: now)
+    silent = SilentManager()
+    manager = tiago_parts.ControllerManager(silent)
+    for _ in range(20):  # its first answers, as long as it has not discovered who reads them
+        now += 0.5
+        silent.tick()
+    assert 2 <= len(silent.requests) < 10 and manager.listed() is None
+    silent.answer(silent.requests[-1], "active")
+    assert manager.state_of("arm_controller") == "active" and len(silent.requests) == 1
+    now += 0.5
+    silent.tick()  # to one that ends now
+    now += 5
+    silent.tick()  # to the one that was started in its place
+    silent.answer(silent.requests[-1], "inactive")
+    assert manager.state_of("arm_controller") == "inactive"
 
 
 def test_the_hand_moves_at_the_commanded_speed_and_rests_without_commands(fake, robot):
