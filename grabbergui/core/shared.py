@@ -203,12 +203,11 @@ class ReadOnlyGrabber(SharedGrabber):
 
     def feature(self, name: str) -> Feature:
         """Return the feature as it is now, writable by nobody. Raises FeatureNotFoundError."""
-        feature = super().feature(name)
-        if not feature.access.writable:
-            return feature
-        if feature.access.readable:
-            return replace(feature, access=AccessMode.READ_ONLY)
-        return replace(feature, access=AccessMode.NOT_AVAILABLE, problem=_REASON)
+        return self._unwritable(super().feature(name))
+
+    def read_features(self, names: Sequence[str]) -> list[Feature]:
+        """Return features as `feature` does."""
+        return [self._unwritable(feature) for feature in super().read_features(names)]
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """Raise FeatureAccessError, or FeatureNotFoundError."""
@@ -250,3 +249,10 @@ class ReadOnlyGrabber(SharedGrabber):
     def stop(self) -> None:
         """Raise AccessDeniedError: the stream belongs to everybody."""
         raise AccessDeniedError(f"the stream cannot be stopped: {_REASON}")
+
+    def _unwritable(self, feature: Feature) -> Feature:
+        if not feature.access.writable:
+            return feature
+        if feature.access.readable:
+            return replace(feature, access=AccessMode.READ_ONLY)
+        return replace(feature, access=AccessMode.NOT_AVAILABLE, problem=_REASON)

@@ -73,6 +73,7 @@ def test_no_feature_can_be_written_or_run(both):
     assert shown.access is Access.MONITOR
     for feature in camera.features():
         assert not shown.feature(feature.name).access.writable
+        assert shown.read_features([feature.name]) == [shown.feature(feature.name)]
         refused = shown.execute if feature.kind is FeatureKind.COMMAND else None
         with pytest.raises(FeatureAccessError, match=f"{feature.name} cannot be .*read-only"):
             refused(feature.name) if refused else shown.write_feature(feature.name, feature.value)
