@@ -149,8 +149,8 @@ def test_a_stream_to_the_controller_alone_is_refused_with_the_remedy(
     with ExitStack() as stack:
         operator = opened(stack, f"gige:{camera.address}")
         listener = opened(stack, f"gige:{camera.address}", Access.MONITOR)
-        with pytest.raises(AccessDeniedError, match="sends no frames yet, so only its controller"):
+        with pytest.raises(AccessDeniedError, match=r"sends no frames yet.* multicast group"):
             listener.start()
         operator.start()
-        with pytest.raises(AccessDeniedError, match=r"frames to 127\.0\.0\.1, not to a multicast group"):
+        with pytest.raises(AccessDeniedError, match=r"frames to 127\.0\.0\.1 alone.* multicast group"):
             listener.start()

@@ -200,12 +200,10 @@ class Stream:
         group = socket.inet_ntoa(self._memory.read_register(self._channel.destination).to_bytes(4, "big"))
         port = self._memory.read_register(self._channel.port) & PORT_MASK
         if not is_multicast(group) or not port:
-            sends = (
-                f"sends its frames to {group}, not to a multicast group" if port else "sends no frames yet"
-            )
+            sends = f"sends its frames to {group} alone" if port else "sends no frames yet"
             raise AccessDeniedError(
-                f"the camera {sends}, so only its controller can receive them;"
-                " close the other application or let it stream to 239.x.x.x"
+                f"the camera {sends}, and only its controller may change that; close the other application"
+                " or let it stream to a multicast group, 239.x.x.x"
             )
         receiver = open_stream_socket(listening_address(group), payload_size, port, shared=True)
         try:
