@@ -273,6 +273,7 @@ class PlaybackGrabber(FrameGrabber):
                 player, self._player = self._player, None
             if player is not None and player is not threading.current_thread():
                 player.join()
+            self._rates.clear()
 
     @property
     @override

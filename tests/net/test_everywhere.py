@@ -280,6 +280,20 @@ def test_what_only_the_stream_locks_is_offered_at_the_other_end(camera, client, 
     remote.write_setting(key, "Mono8")
 
 
+@pytest.mark.parametrize("source", ["camera", "yarp_client", "ros2_client"])
+def test_a_stopped_stream_has_no_rate(camera, source, request):
+    source = request.getfixturevalue(source)
+    frames = source.open_queue(4)
+    camera.start()
+    source.start()
+    until(lambda: frames.get(PATIENCE) and source.statistics().frame_rate)
+    source.stop()
+    frames.close()
+    stopped = source.statistics()
+    assert (stopped.frame_rate, stopped.bandwidth) == (0.0, 0.0) and stopped.frames
+    camera.stop()
+
+
 @pytest.mark.parametrize("listened", [False, True], ids=["for images", "for features too"])
 @pytest.mark.parametrize("client", ["yarp_client", "ros2_client"])
 def test_the_loss_of_the_served_camera_and_its_return_are_reported(camera, client, listened, request):

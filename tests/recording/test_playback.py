@@ -155,6 +155,7 @@ def test_stopped_and_started_again_it_goes_on(player):
     queue.get(PATIENCE)
     player.stop()
     player.stop()
+    assert player.statistics().frame_rate == 0.0
     assert not player.streaming
     player.start()
     queue.get(PATIENCE)

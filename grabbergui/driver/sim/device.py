@@ -130,6 +130,7 @@ class SimulatedDevice(Device):
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+            self._rate.clear()
 
     def stream_statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters."""

@@ -160,6 +160,7 @@ class ImageStream:
     def close(self) -> None:
         """Unsubscribe. May be called twice."""
         self._unsubscribe()
+        self._rate.clear()
         if self._components is not None:
             self._components.close()
 

@@ -171,6 +171,7 @@ class PictureStream(ImageReader):
     @override
     def close(self) -> None:
         super().close()
+        self._rate.clear()
         if self._components is not None:
             self._components.close()
 
