@@ -87,6 +87,23 @@ def test_the_exit_code_says_how_it_went(run, capsys):
             assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
 
 
+def test_who_does_not_wait_for_the_source_is_told_how(run, capsys):
+    script = """
+import threading
+
+opening, connection = threading.Event(), app.program.connection
+create = connection._create
+connection._create = lambda uri: opening.wait(60) and create(uri)
+connection.connect_to("sim:")
+try:
+    app.wait_for_frames()
+finally:
+    opening.set()
+"""
+    assert run(script) == 1
+    assert "sim: is not open yet; call app.wait_for_source() first" in capsys.readouterr().err
+
+
 def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, app, capsys):
     program = app.program
     refusals: list[str] = []

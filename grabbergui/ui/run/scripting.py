@@ -188,8 +188,10 @@ class ScriptApi:
     # -- inside ----------------------------------------------------------------------------------
     def _source(self) -> OpenSource:
         source = self.program.connection.source
-        if source is None or source.tracked_grabber is None:
+        if source is None:
             raise GrabberError("nothing is open; call app.open('sim:') first")
+        if source.tracked_grabber is None:
+            raise GrabberError(f"{source.uri} is not open yet; call app.wait_for_source() first")
         return source
 
     def _on_source(self, job: Callable[[], T]) -> T:
