@@ -136,9 +136,9 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
         Only our own servers name the unit that they serve; others are accepted again without this check.
         """
+        if self.info.vendor and not (info.vendor or info.model):
+            return  # a server that has not opened its camera yet
         if self.info.vendor:
-            if not (info.vendor or info.model):
-                return  # a server that has not opened its camera yet
             require_same(self.info, info)
         self.info = info
 

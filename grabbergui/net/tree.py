@@ -59,6 +59,8 @@ class TreeFeatures:
         "After its return: the settings that differ from before, and why; as of the last `look`."
         self.changed_meanwhile: tuple[str, ...] = ()
         "After its return: other settings that changed meanwhile; as of the last `look`."
+        self.missed = False
+        "Whether the last `changes` could not know what changed: the server is another one, or forgot it."
         self._revision = 0
         self._version: int | None = None
         "Of the server's verbs; asked for when it matters first."
@@ -117,6 +119,7 @@ class TreeFeatures:
             raise RemoteProtocolError("the server's list of changes is malformed")
         first, self._revision = not self._revision, revision
         self.lost = str(answer.get("lost", ""))
+        self.missed = names is None and not first
         if names is None:
             return frozenset() if first else self._names
         return self._names.intersection(map(str, names))

@@ -61,6 +61,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._with_components = components
         self._ros: Ros2Node | None = None
         self._link: CameraLink | None = None
+        self._refused = ""
+        "Why what is published now is not ours: it is another camera's. Empty if it is ours."
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -120,7 +122,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     reliable=self._reliable,
                     components=components,
                 )
-                self._stream.open()
+                if not self._refused:  # else once ours is back
+                    self._stream.open()
 
     @override
     def calibration(self) -> Calibration | None:
@@ -164,6 +167,12 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     def _known(self) -> RemoteFeatures:
         return self._opened().features
 
+    @override
+    def _connected(self) -> RemoteFeatures:
+        if self._refused:
+            raise DeviceLostError(self._refused)
+        return self._known()
+
     # -- on the watching thread ------------------------------------------------------------------
     def _watch(self) -> None:
         present, polls = True, 0
@@ -180,9 +189,18 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     present = False
                     self._lose(f"nobody publishes {self._opened().topic} any more")
             except OtherCameraError as error:
-                self._lose(str(error))
+                present = False
+                self._refuse(str(error))
             except GrabberError as error:
                 log.info("%s: %s", self._name, error)
+
+    def _refuse(self, reason: str) -> None:
+        """Take neither images nor features of another camera, until ours is back."""
+        with self._lock:
+            self._refused = reason
+            if self._stream is not None:
+                self._stream.pause()
+        self._lose(reason)
 
     def _poll(self, *, check: bool) -> None:
         with self._lock:
@@ -193,8 +211,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             if isinstance(features, TreeFeatures):
                 if len(self.features_changed):
                     changed = features.changes()
-                elif check:
-                    features.look()
+                # A server that was killed seems to be there for 20 s more, in which another may have started.
+                if check or features.missed:
+                    self._recognise(self._opened().described(self.info))
             self._forget_seen(changed)
         self._report_camera(features)
         self._announce(changed)
@@ -204,6 +223,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         with self._lock:
             old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
             old.leave()
+            self._refused = ""
             if not (camera_lost := self._ask_for_loss()):
                 self._compare_with_seen()
             if self._stream is not None:

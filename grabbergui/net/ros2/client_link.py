@@ -159,7 +159,7 @@ class CameraLink:
         seen = DeviceInfo(info.uri, bus="ROS 2", address=self.topic, interface=str(self.publisher))
         if not isinstance(self.features, TreeFeatures):
             return replace(seen, model=self.publisher.node)
-        reported = read_info(self._ask("hello").get("info", {}))
+        reported = read_info(self.features.look().get("info", {}))
         return replace(
             seen,
             vendor=reported.vendor,

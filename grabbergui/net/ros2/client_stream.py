@@ -164,6 +164,10 @@ class ImageStream:
         if self._components is not None:
             self._components.close()
 
+    def pause(self) -> None:
+        """Receive no more images until the next `look`."""
+        self._unsubscribe()
+
     def _unsubscribe(self) -> None:
         subscriptions, self._subscriptions = self._subscriptions, []
         for subscription in subscriptions:

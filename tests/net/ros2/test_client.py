@@ -25,6 +25,7 @@ from grabbergui.core.errors import (  # noqa: E402
 )
 from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
 
@@ -185,6 +186,43 @@ def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back
     serve("/other")
     until(lambda: reported.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
     assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"
+
+
+def test_another_camera_is_refused_too_if_nobody_saw_the_first_one_go(serve, opened, monkeypatch):
+    """As when a server is killed and started again: its publishers are listed for 20 s more."""
+    server = serve("/other")
+    remote = opened("ros2:/other")
+    reported = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: reported.put((state, why)))
+    frames = remote.open_queue(1)
+    remote.start()
+    frames.get(PATIENCE)
+    monkeypatch.setattr(CameraLink, "published", lambda link: True)
+    server.stop()
+    other = sources.create("sim:?serial=OTHER")
+    other.open()
+    gain = other.feature("Gain").value
+    try:
+        with Ros2GrabberServer(other, "/other"):
+            state, why = reported.get(timeout=PATIENCE)
+            assert state is ConnectionState.LOST and "serial OTHER" in why and "serial SIM001" in why
+            with pytest.raises(DeviceLostError, match="serial OTHER"):
+                remote.write_feature("Gain", gain + 1)
+            assert other.feature("Gain").value == gain
+            until(lambda: stands_still(frames))
+    finally:
+        other.close()
+    serve("/other")
+    until(lambda: reported.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
+    assert frames.get(PATIENCE).complete and remote.feature("Gain").value is not None
+
+
+def stands_still(frames):
+    try:
+        frames.get(0.5)
+    except FrameTimeoutError:
+        return True
+    return False
 
 
 def test_a_frame_has_all_components_that_the_server_publishes(server, camera, opened):
