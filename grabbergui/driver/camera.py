@@ -154,7 +154,8 @@ class Camera(FrameGrabber):
     def feature(self, name: str) -> Feature:
         nodes = self._opened()
         self._require(name)
-        feature = nodes.feature(name)
+        with self._explaining_loss():
+            feature = nodes.feature(name)
         ours = self._access is Access.CONTROL and name != acquisition.TRANSPORT_LOCK
         if feature.access.writable and not ours:
             readable = feature.access.readable
@@ -175,7 +176,7 @@ class Camera(FrameGrabber):
         """Selectors that are moved for it and put back are no change, so none is reported."""
         if not key.selected:
             return self.feature(key.name)
-        with self._lock, self._opened().unreported():
+        with self._explaining_loss(), self._lock, self._opened().unreported():
             return super().read_setting(key)
 
     @override
@@ -239,11 +240,13 @@ class Camera(FrameGrabber):
 
     @override
     def register_length(self, name: str) -> int:
-        return self._opened().register_length(name)
+        with self._explaining_loss():
+            return self._opened().register_length(name)
 
     @override
     def read_register(self, name: str, length: int) -> bytes:
-        return self._opened().read_register(name, length)
+        with self._explaining_loss():
+            return self._opened().read_register(name, length)
 
     @override
     def write_register(self, name: str, content: bytes) -> None:

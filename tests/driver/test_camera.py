@@ -364,7 +364,9 @@ def test_a_device_lost_while_it_is_opened_is_not_taken_for_open(monkeypatch):
     grabber.close()
 
 
-def test_writes_to_a_lost_device_say_why_it_is_lost_and_the_log_when_it_is_back(camera, monkeypatch, caplog):
+def test_accesses_to_a_lost_device_say_why_it_is_lost_and_the_log_when_it_is_back(
+    camera, monkeypatch, caplog
+):
     def refuse(access):
         tried.append(access)
         raise DeviceLostError("still gone")
@@ -376,13 +378,16 @@ def test_writes_to_a_lost_device_say_why_it_is_lost_and_the_log_when_it_is_back(
         away.setattr(camera.device, "open", refuse)
         camera.device.on_lost("another application has it")
         until(lambda: tried, "an attempt to open it")
-        for write in (
+        for access in (
             lambda: camera.write_feature("Gain", 1.0),
             lambda: camera.write_setting(SettingKey("Gain"), 1.0),
             lambda: camera.execute("TimestampLatch"),
+            lambda: camera.feature("Width"),
+            lambda: camera.read_setting(SettingKey("Width")),
+            lambda: camera.read_register("LUTValueAll", 16),
         ):
             with pytest.raises(DeviceLostError, match="is lost: another application has it"):
-                write()
+                access()
     assert [states.get(timeout=PATIENCE) for _ in range(2)] == [ConnectionState.LOST, ConnectionState.OPEN]
     assert camera.write_feature("Gain", 1.0).value == 1.0
     warnings = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
