@@ -7,6 +7,7 @@ import functools
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +46,10 @@ def _add_camera(commands: Any) -> None:
     )
     what.add_argument("--u3v", action="store_true", help="as a USB3 Vision device")
     parser.add_argument(
-        "--camera", default="sim:", metavar="SOURCE", help="its power-on values: sim:?width=640&fps=60 …"
+        "--camera",
+        default="sim:",
+        metavar="SOURCE",
+        help="what it is and its power-on values: sim:colour?width=640&fps=60 …",
     )
     parser.add_argument(
         "--serial",
@@ -106,7 +110,7 @@ def _simulate_camera(options: argparse.Namespace) -> int:
 
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
-    from grabbergui.driver.sim.device import power_on_values
+    from grabbergui.driver.sim.device import power_on_at_address, scene_of
     from grabbergui.driver.sim.gige.server import serve
     from grabbergui.driver.sim.gige.stream import Faults
 
@@ -122,7 +126,8 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
         serve,
         options.gige or ("127.0.0.1",),
         serial=options.serial,
-        power_on=power_on_values(camera),
+        power_on=power_on_at_address(camera),
+        scene=scene_of(camera),
         faults=faults,
         bandwidth=options.bandwidth,
         segmentation=options.segmentation,
@@ -135,7 +140,7 @@ def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., 
     from grabbergui.driver.sim.u3v.serve import place_of, serve
 
     if options.serial:
-        camera = SourceUri("sim", "", {**camera.options, "serial": options.serial})
+        camera = replace(camera, options={**camera.options, "serial": options.serial})
     elif "serial" not in camera.options:
         camera = served_at(camera, place_of(options.via, options.host, options.port, options.udc))
     return functools.partial(

@@ -8,6 +8,12 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from grabbergui.core import pfnc
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige import server
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.rendered_scene import RenderedScene
+from grabbergui.driver.sim.u3v import serve as u3v
 from patience import PATIENCE
 
 
@@ -51,3 +57,36 @@ def test_what_cannot_be_simulated_is_wrong_usage(capsys, arguments):
         code = error.code
 
     assert code == 2 and capsys.readouterr().err.strip()
+
+
+def _served(monkeypatch, *arguments):
+    """The model of each camera that the command would put on the wire."""
+    models = []
+
+    def on_gige(addresses, *, power_on, scene, **others):
+        models.extend(CameraModel(scene=scene() if scene else None, power_on=power_on) for _ in addresses)
+
+    monkeypatch.setattr(server, "serve", on_gige)
+    monkeypatch.setattr(u3v, "serve", lambda via, *, model, **others: models.append(model))
+    assert main(["simulate", *arguments]) == 0
+    return models
+
+
+@pytest.mark.parametrize(
+    "transport", [["--gige"], ["--u3v", "--via", "tcp"], ["--u3v", "--serial", "X1"]], ids=" ".join
+)
+def test_a_camera_in_colour_or_of_a_room_is_so_on_the_wire_too(monkeypatch, transport):
+    (colour,) = _served(monkeypatch, *transport, "--camera", "sim:colour?fps=5")
+    assert colour.memory.get(reg.PIXEL_FORMAT) == pfnc.by_name("BayerRG8").code
+    assert colour.memory.get(reg.DEVICE_MODEL_NAME) == "Simulated colour camera"
+    assert colour.memory.get(reg.DEVICE_SERIAL_NUMBER) != "SIM002", "two on one network need two numbers"
+    assert colour.memory.get(reg.FRAME_RATE) == 5.0
+
+    (room,) = _served(monkeypatch, *transport, "--camera", "sim:scene")
+    assert isinstance(room.sensor.scene, RenderedScene)
+
+
+@pytest.mark.parametrize("transport", [["--gige"], ["--u3v", "--via", "tcp"]], ids=" ".join)
+def test_a_simulated_camera_that_does_not_exist_is_not_another_one(monkeypatch, capsys, transport):
+    assert main(["simulate", *transport, "--camera", "sim:color"]) == 1
+    assert "no simulated camera 'color'" in capsys.readouterr().err

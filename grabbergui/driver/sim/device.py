@@ -259,15 +259,30 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 def create_device(uri: SourceUri) -> SimulatedDevice:
     """Return the device alone, with the URI's options as its power-on values."""
+    scene = scene_of(uri)
+    power_on = _power_on(uri)
+    return SimulatedDevice(
+        _info(uri, power_on), CameraModel(scene=scene() if scene else None, power_on=power_on)
+    )
+
+
+def scene_of(uri: SourceUri) -> Callable[[], Scene] | None:
+    """Return what makes the scene of a named camera, None for the usual one. Raises SourceNotFoundError."""
     if uri.name not in ("", COLOUR_NAME, *_SCENES, reg.DEVICE_SERIAL_NUMBER.default):
         raise SourceNotFoundError(
             f"there is no simulated camera '{uri.name}'; write sim: for the built-in one, "
             f"sim:{COLOUR_NAME} for one in colour, sim:{SCENE_NAME} for one in a room, sim:{BOARD_NAME} for "
             "one that is shown a board to calibrate by"
         )
-    scene = _SCENES[uri.name]() if uri.name in _SCENES else None
-    power_on = _power_on(uri)
-    return SimulatedDevice(_info(uri, power_on), CameraModel(scene=scene, power_on=power_on))
+    return _SCENES.get(uri.name)
+
+
+def power_on_at_address(uri: SourceUri) -> dict[Register, RegisterValue]:
+    """Return the power-on values of a camera whose serial number, unless given, follows from its address."""
+    kind = {
+        key: value for key, value in _KINDS.get(uri.name, {}).items() if key is not reg.DEVICE_SERIAL_NUMBER
+    }
+    return {**kind, **power_on_values(uri)}
 
 
 def served_at(uri: SourceUri, place: str) -> SourceUri:

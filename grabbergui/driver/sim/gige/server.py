@@ -323,7 +323,7 @@ def serve(
     """Run a camera at each address until `stop` is set.
 
     The first has the serial number `serial`, the others count up from it; without one, each serial number
-    follows from the address (`registers.serial_at`). `power_on` is the result of `device.power_on_values`.
+    follows from the address (`registers.serial_at`). `power_on`: see `device.power_on_at_address`.
     `ready` is called with a sentence that contains each camera's address.
     Raises SourceUnavailableError if an address is not available.
     """
