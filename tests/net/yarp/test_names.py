@@ -9,6 +9,7 @@ from grabbergui.net.yarp.os.carrier import (
     Target,
     by_name,
     check_port_name,
+    literal_address,
 )
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import (
@@ -88,6 +89,14 @@ def test_client_and_server():
         assert names.query("tcp://10.0.0.9:77/").address == ("10.0.0.9", 77)
     with pytest.raises(SourceUnavailableError, match="yarp-server"):
         names.query("/x")
+
+
+@pytest.mark.parametrize("port", ["0", "65536", "9" * 5000], ids=["none", "too large", "endless"])
+def test_numbers_that_are_no_port_are_no_address(port):
+    assert Contact.decode(f"registration name /x ip 127.0.0.1 port {port} type tcp") is None
+    assert literal_address(f"tcp://127.0.0.1:{port}/") is None
+    with pytest.raises(UsageError, match="HOST:PORT"):
+        name_client.parse_address(f"127.0.0.1:{port}")
 
 
 def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):

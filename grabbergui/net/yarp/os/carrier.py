@@ -137,7 +137,7 @@ PORT_NAME_LIMIT: Final = 900
 """Characters of a port's name: with modifiers it still fits into a header."""
 
 _PORT_NAME: Final = re.compile(r"/[^\s/]\S*")
-_ADDRESS: Final = re.compile(r"/?(?:([\w+.]+):)?//?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d+)/?", re.ASCII)
+_ADDRESS: Final = re.compile(r"/?(?:([\w+.]+):)?//?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d{1,5})/?", re.ASCII)
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ PREFIX = "NAME_SERVER "
 DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 10000
 DEFAULT_NAMESPACE = "/root"
 
-_LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d+) type (\S+)")
+_LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d{1,5}) type (\S+)")
 
 
 # -- contacts ------------------------------------------------------------------------------------
@@ -99,7 +99,7 @@ def name_server() -> Contact | None:
 
 def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
     """Return the server at `HOST`, `HOST:PORT` or `[HOST]:PORT`. Raises UsageError."""
-    match = re.fullmatch(r"(\[[^\]]+\]|[^:\s]+)(?::(\d+))?", text.strip())
+    match = re.fullmatch(r"(\[[^\]]+\]|[^:\s]+)(?::(\d{1,5}))?", text.strip())
     port = int(match[2] or DEFAULT_PORT) if match else 0
     if not match or not 0 < port < 65536:
         raise UsageError(f"'{text}' is no address of a name server, write HOST:PORT")
