@@ -25,6 +25,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.library.closing import Closing
 from grabbergui.library.effect import Effects, SettingEffect
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
+from grabbergui.library.stream_use import StreamUse
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
@@ -59,6 +60,7 @@ class Camera(FeatureAccess):
         super().__init__(grabber)
         self._busy_until = 0.0
         "Moment of the monotonic clock until which triggers are lost."
+        self._stream = StreamUse(grabber)
         self._effects = effects = Effects(grabber)
         self._callbacks = callbacks = Callbacks(grabber)
 
@@ -119,9 +121,16 @@ class Camera(FeatureAccess):
     def start(self) -> None:
         """Start streaming; `grab` and `frames` do so by themselves. Does nothing where it runs already.
 
-        The camera then runs free, unless this program has set its trigger.
+        The camera then runs free, unless this program has set its trigger. The stream goes on until `stop`.
         """
+        self._stream.keep()
+        self._start()
+
+    def _start(self) -> None:
         self._grabber.start(keep_trigger=self._keep_trigger)
+
+    def _use_stream(self) -> contextlib.AbstractContextManager[None]:
+        return self._stream.loop(self._start)
 
     def stop(self) -> None:
         """Stop streaming."""
@@ -139,12 +148,12 @@ class Camera(FeatureAccess):
         raises, and DeviceLostError.
         """
         frames = self._grabber.open_queue(depth=4)
-        try:
+        with contextlib.closing(frames), self._stream.grab():
             names: list[str] = []
             if settings:
                 names = [self._name_of(name) for name in settings]
-                self._effects.prepare(names, self.start, self._patience())
-            self.start()
+                self._effects.prepare(names, self._start, self._patience())
+            self._start()
             written = time.monotonic()
             values = {
                 self._name_of(name): self.write(self._name_of(name), value)
@@ -159,8 +168,6 @@ class Camera(FeatureAccess):
                     return frame
                 if time.monotonic() > deadline:
                     raise FrameTimeoutError(f"{self.info.title}: no frame was exposed after the write")
-        finally:
-            frames.close()
 
     def bracket(self, timeout: float | None = None, **settings: Sequence[FeatureValue]) -> list[Frame]:
         """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
@@ -186,7 +193,7 @@ class Camera(FeatureAccess):
         """
         return Frames(
             self._grabber,
-            self.start,
+            self._use_stream,
             self._get,
             count,
             self._patience() if timeout is None else timeout,
@@ -202,8 +209,8 @@ class Camera(FeatureAccess):
         """
         self._set_software_trigger()
         frames = self._grabber.open_queue(depth=4)
-        try:
-            self.start()
+        with contextlib.closing(frames), self._stream.grab():
+            self._start()
             fired = time.monotonic()
             deadline = fired + (self._patience() if timeout is None else timeout)
             period = self._frame_period()
@@ -219,8 +226,6 @@ class Camera(FeatureAccess):
                             return frame
                 if time.monotonic() >= deadline:
                     raise FrameTimeoutError(f"{self.info.title}: the software trigger made no frame")
-        finally:
-            frames.close()
 
     def _frame_period(self) -> float:
         """Seconds from one frame to the next that the camera can expose."""
@@ -322,7 +327,7 @@ class Camera(FeatureAccess):
         overwritten. Raises GrabberError.
         """
         return Recording.begin(
-            self._grabber, path, RecordingLimits(frames, seconds), self.start, self.stop, lossless=lossless
+            self._grabber, path, RecordingLimits(frames, seconds), self._use_stream, lossless=lossless
         )
 
     def points(self, frame: Frame) -> PointCloud:

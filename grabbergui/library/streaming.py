@@ -8,6 +8,7 @@ import contextlib
 import os
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import TracebackType
 
@@ -23,20 +24,22 @@ DEPTH = 8
 
 Get = Callable[[FrameQueue, float], Frame]
 "Takes the next frame of a queue within a time-out, in seconds, or raises an error that says why none came."
+Use = Callable[[], AbstractContextManager[None]]
+"Has the stream on as long as the context lasts; raises what starting it raises."
 
 
 class Frames:
     """The next frames of a camera, as an iterable: `for frame in camera.frames(100)`.
 
-    The stream runs while the loop does; if it was off before, it is switched off at the loop's end, also
-    after `break` or an error. A loop that is slower than the camera loses the oldest frames; `dropped` counts
-    them. Each `for` starts over.
+    The stream runs while the loop does. If it was off before, it is switched off at the loop's end, also
+    after `break` or an error, unless another loop, a recording or a `grab` uses it then. A loop that is
+    slower than the camera loses the oldest frames; `dropped` counts them. Each `for` starts over.
     """
 
     def __init__(
         self,
         grabber: FrameGrabber,
-        start: Callable[[], None],
+        use: Use,
         get: Get,
         count: int | None,
         timeout: float,
@@ -45,7 +48,7 @@ class Frames:
         if count is not None and count < 0:
             raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
         self._grabber = grabber
-        self._start = start
+        self._use = use
         self._get = get
         self._count = count
         self._timeout = timeout
@@ -67,17 +70,13 @@ class Frames:
 
     @contextlib.contextmanager
     def _streaming(self) -> Iterator[FrameQueue]:
-        ours = not self._grabber.streaming
         queue = self._queue = self._grabber.open_queue(self._depth)
         try:
-            self._start()
-            yield queue
+            with self._use():
+                yield queue
         finally:
             self._queue, self._dropped = None, queue.dropped
             queue.close()
-            if ours:
-                with contextlib.suppress(GrabberError):  # it may be lost, or closed inside the loop
-                    self._grabber.stop()
 
 
 class AsyncFrames:
@@ -118,11 +117,10 @@ class Recording:
     program has ended.
     """
 
-    def __init__(self, recorder: Recorder, stop_stream: Callable[[], None], *, ours: bool) -> None:
-        """`stop_stream` is the camera's, which stays open. `ours`: the stream runs for this recording."""
+    def __init__(self, recorder: Recorder, stream: contextlib.ExitStack) -> None:
+        """`stream` is the use of the camera's stream, which is closed with the recording."""
         self._recorder = recorder
-        self._stop_stream = stop_stream
-        self._ours = ours
+        self._stream = stream
         self._process = os.getpid()
         atexit.register(self._finish)
 
@@ -132,8 +130,7 @@ class Recording:
         grabber: FrameGrabber,
         path: str | Path,
         limits: RecordingLimits,
-        start: Callable[[], None],
-        stop: Callable[[], None],
+        use: Use,
         *,
         lossless: bool,
     ) -> Recording:
@@ -141,15 +138,15 @@ class Recording:
         path = Path(path)
         kind = kind_of(path, movie=RecordingKind.LOSSLESS if lossless else RecordingKind.H264)
         recorder = create_recorder(grabber, path, kind, limits)
-        ours = not grabber.streaming
+        stream = contextlib.ExitStack()
         recorder.start()
         try:
-            start()
+            stream.enter_context(use())
         except BaseException:
             recorder.stop()
             recorder.wait()
             raise
-        return cls(recorder, stop, ours=ours)
+        return cls(recorder, stream)
 
     @property
     def path(self) -> Path:
@@ -182,10 +179,7 @@ class Recording:
             return  # a forked process: the recording is its parent's
         self._recorder.stop()
         self._recorder.wait()
-        ours, self._ours = self._ours, False
-        if ours:
-            with contextlib.suppress(GrabberError):
-                self._stop_stream()
+        self._stream.close()
 
     def __enter__(self) -> Recording:
         return self

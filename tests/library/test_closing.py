@@ -126,3 +126,21 @@ camera.exposure_time = 1500
 print(camera.grab().complete, recording.progress.ended)
 """
     assert run(script) == "True False\n"
+
+
+def test_a_process_forked_inside_a_loop_leaves_the_stream_to_its_parent(simulated: GigeCamera) -> None:
+    script = f"""
+import os, sys, grabbergui
+camera = grabbergui.open('gige:{ADDRESS}')
+frames = iter(camera.frames())
+next(frames)
+child = os.fork()
+if not child:
+    frames.close()
+    sys.exit()
+os.waitpid(child, 0)
+for _ in range(20):  # more than waited for it
+    next(frames)
+print(camera.streaming)
+"""
+    assert run(script) == "True\n"

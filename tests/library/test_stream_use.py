@@ -1,0 +1,79 @@
+"""The stream of a camera that several loops, recordings and grabs use at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import grabbergui
+from grabbergui.core.errors import GrabberError
+from grabbergui.library.stream_use import StreamUse
+
+FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
+
+
+@pytest.fixture
+def camera() -> Iterator[grabbergui.Camera]:
+    with grabbergui.open(FAST) as camera:
+        yield camera
+
+
+def test_a_loop_that_ends_leaves_the_stream_to_another(camera: grabbergui.Camera) -> None:
+    first, second = iter(camera.frames()), iter(camera.frames())
+    next(first), next(second)
+    first.close()
+    assert camera.streaming
+    ids = [next(second).frame_id for _ in range(20)]  # more than waited for it
+    assert ids == sorted(set(ids))
+    second.close()
+    assert not camera.streaming
+
+
+@pytest.mark.parametrize("recording_first", [True, False])
+def test_a_recording_and_a_loop_leave_each_other_the_stream(
+    camera: grabbergui.Camera, tmp_path: Path, recording_first: bool
+) -> None:
+    if recording_first:
+        recording = camera.record(tmp_path / "run.mcap")
+        assert len(list(camera.frames(2))) == 2
+        assert camera.streaming
+        assert recording.stop().frames >= 2
+    else:
+        loop = iter(camera.frames())
+        next(loop)
+        camera.record(tmp_path / "run.mcap", frames=2).wait()
+        assert camera.streaming
+        loop.close()
+    assert not camera.streaming
+
+
+def test_a_stream_that_is_started_inside_a_loop_goes_on(camera: grabbergui.Camera) -> None:
+    for _ in camera.frames(2):
+        camera.start()
+    assert camera.streaming
+
+
+def test_a_loop_that_ends_leaves_the_stream_to_a_grab_that_waits(camera: grabbergui.Camera) -> None:
+    use = StreamUse(camera.grabber)
+    with use.loop(camera.grabber.start), use.grab():
+        pass
+    assert not camera.streaming
+    with use.grab():
+        with use.loop(camera.grabber.start):
+            assert camera.streaming
+        assert camera.streaming
+    assert camera.streaming
+
+
+def test_a_loop_whose_start_fails_leaves_nothing_behind(camera: grabbergui.Camera) -> None:
+    def refuse() -> None:
+        raise GrabberError("no")
+
+    use = StreamUse(camera.grabber)
+    with pytest.raises(GrabberError), use.loop(refuse):
+        pass
+    with use.loop(camera.grabber.start):
+        assert camera.streaming
+    assert not camera.streaming
