@@ -35,13 +35,15 @@ from grabbergui.core.uri import is_ip_address
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+EXIT_HUNG_UP = 129
 EXIT_TERMINATED = 143
 EXIT_CODES = {
-    0: "ended as asked; also on Ctrl-C or SIGTERM where a command runs until then",
+    0: "ended as asked; also on Ctrl-C, SIGTERM or SIGHUP where a command runs until then",
     EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
     "control. `diff`: the settings differ; `doctor`: a problem was found; `servo`: the marker was not "
     "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image came",
     EXIT_USAGE: "wrong usage: an option, a value, or a file that does not exist",
+    EXIT_HUNG_UP: "its terminal was closed before it was done (SIGHUP); the camera is released first",
     EXIT_INTERRUPTED: "Ctrl-C before it was done; the camera is released first",
     EXIT_TERMINATED: "SIGTERM before it was done; the camera is released first",
 }
@@ -90,7 +92,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # A named file is missing, as with MissingFileError elsewhere.
         return EXIT_USAGE if isinstance(error, FileNotFoundError) else EXIT_FAILURE
     except KeyboardInterrupt as interrupt:
-        return EXIT_TERMINATED if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
+        return 128 + interrupt.number if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
 
 
 def _run(arguments: list[str]) -> int:

@@ -102,8 +102,21 @@ PUT_OFF = 0.02
 _MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
+def _requests_to_end() -> list[signal.Signals]:
+    """Return the signals that ask this program to end. `nohup` has it ignore the end of its terminal."""
+    requests = [signal.SIGINT, signal.SIGTERM]
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        requests.append(signal.SIGHUP)
+    return requests
+
+
 class Terminated(KeyboardInterrupt):
-    """SIGTERM as an exception like that of Ctrl-C, so that everything open is closed."""
+    """SIGTERM or SIGHUP as an exception like that of Ctrl-C, so that everything open is closed."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
+        "The signal's."
 
 
 @contextmanager
@@ -122,7 +135,7 @@ def dies_of_interrupt() -> Iterator[None]:
 
 @contextmanager
 def raising_on_signals() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt and SIGTERM raises Terminated, but never through GenApi.
+    """Ctrl-C raises KeyboardInterrupt, SIGTERM and SIGHUP raise Terminated, but never through GenApi.
 
     GenApi is C++ that calls our ports: an exception that it does not expect crashes it, or leaves its lock
     taken. So a signal that comes meanwhile is put off until its call is over.
@@ -133,13 +146,13 @@ def raising_on_signals() -> Iterator[None]:
     # A signal that was ignored when we were started stays ignored.
     ours = {
         number: handler
-        for number in (signal.SIGINT, signal.SIGTERM)
+        for number in _requests_to_end()
         if (handler := signal.getsignal(number)) in (signal.default_int_handler, signal.SIG_DFL)
     }
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         if not _within(frame, _MUST_NOT_BE_LEFT):
-            raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+            raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
         if sys.platform == "win32":
             again = threading.Timer(PUT_OFF, _thread.interrupt_main, (number,))
         else:  # also ends a system call in which the main thread waits
@@ -158,11 +171,13 @@ def raising_on_signals() -> Iterator[None]:
 
 @contextmanager
 def stop_on_signals() -> Iterator[threading.Event]:
-    """Yield an event that Ctrl-C or SIGTERM sets; another one, a second later, ends the program."""
+    """Yield an event that a request to end sets (Ctrl-C, SIGTERM, SIGHUP).
+
+    Another one, a second later, ends the program.
+    """
     stop = threading.Event()
     first = 0.0
-    signals = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in signals}
+    before = {number: signal.getsignal(number) for number in _requests_to_end()}
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal first
@@ -173,7 +188,7 @@ def stop_on_signals() -> Iterator[threading.Event]:
             signal.signal(number, before[signal.Signals(number)])
             signal.raise_signal(number)
 
-    for number in signals:
+    for number in before:
         signal.signal(number, on_signal)
     try:
         yield stop

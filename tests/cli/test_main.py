@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import EXIT_INTERRUPTED, EXIT_TERMINATED, machine, main
+from grabbergui.cli import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED, machine, main
 from patience import PROGRAM
 
 PROGRAM_LINE = [sys.executable, "-m", "grabbergui"]
@@ -104,7 +104,12 @@ def test_an_interrupt_before_the_command_line_is_imported_says_nothing():
 
 
 @pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, EXIT_INTERRUPTED), (signal.SIGTERM, EXIT_TERMINATED)]
+    ("number", "code"),
+    [
+        (signal.SIGINT, EXIT_INTERRUPTED),
+        (signal.SIGTERM, EXIT_TERMINATED),
+        (signal.SIGHUP, EXIT_HUNG_UP),
+    ],
 )
 def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
     from grabbergui.driver.camera import Camera

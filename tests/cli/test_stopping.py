@@ -6,13 +6,16 @@ import subprocess
 import sys
 import threading
 
+import av
 import pytest
 
-from grabbergui.cli import EXIT_TERMINATED, process
+from grabbergui.cli import EXIT_FAILURE, EXIT_TERMINATED, process
 from patience import PATIENCE, until
 
+FAST = "sim:?width=320&height=240&fps=100&exposure=1000"
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_sets_the_event_and_another_at_once_is_the_same(number):
     with process.stop_on_signals() as stop:
         assert not stop.is_set()
@@ -77,6 +80,41 @@ def test_a_file_of_settings_that_never_ends_is_left(tmp_path):
         program.wait()
         for end in ends:
             os.close(end)
+
+
+@pytest.mark.parametrize("guard", [process.stop_on_signals, process.raising_on_signals])
+def test_the_end_of_the_terminal_stays_ignored_where_nohup_wants_it(guard):
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with guard():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no such terminals")
+def test_a_movie_is_whole_when_its_terminal_is_closed(tmp_path):
+    path = tmp_path / "run.mp4"
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "grabbergui", "record", FAST, "--out", path]
+    with subprocess.Popen(
+        command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=_take_terminal
+    ) as program:
+        os.close(theirs)
+        until(lambda: path.exists() and path.stat().st_size > 10_000, "the recording")
+        os.close(ours)  # the kernel sends SIGHUP to who has the terminal
+        assert program.wait(PATIENCE) == EXIT_FAILURE, "its last line found no terminal"
+    notes = (tmp_path / "run.frames.jsonl").read_text().splitlines()
+    with av.open(str(path)) as movie:
+        frames = sum(1 for _ in movie.decode(video=0))
+    assert frames == sum('"frame_id"' in line for line in notes)
+
+
+def _take_terminal():
+    import fcntl
+    import termios
+
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 
 def test_afterwards_signals_act_as_before():
