@@ -21,9 +21,10 @@ from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.library.closing import Closing
-from grabbergui.library.effect import Effects, SettingEffect
+from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
 from grabbergui.library.stream_use import StreamUse
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
@@ -172,19 +173,20 @@ class Camera(FeatureAccess):
     def bracket(self, timeout: float | None = None, **settings: Sequence[FeatureValue]) -> list[Frame]:
         """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
 
-        Several settings are stepped together and need lists of one length. The settings stand as they stood
-        afterwards.
+        Several settings are stepped together and need lists of one length. Afterwards the settings stand as
+        they stood, and automatic modes that were on are on again.
         """
         lengths = {None if isinstance(each, str | int | float) else len(each) for each in settings.values()}
         if len(lengths) != 1 or None in lengths:
             raise UsageError("bracket: write lists of one length, as in bracket(ExposureTime=[1000, 4000])")
-        before = {self._name_of(name): self.read(self._name_of(name)) for name in settings}
+        keys = [SettingKey.parse(self._name_of(name)) for name in settings]
         steps = [dict(zip(settings, step, strict=True)) for step in zip(*settings.values(), strict=True)]
-        try:
+        with contextlib.ExitStack() as stack:
+            for key in keys:
+                self.read(str(key))  # what cannot be read cannot be put back
+                shown = key if key.selected else self._grabber.setting(key.name)
+                stack.enter_context(restored(self._grabber, shown))
             return [self.grab(timeout, **step) for step in steps]
-        finally:
-            for name, value in before.items():
-                self.write(name, value)
 
     def frames(self, count: int | None = None, *, timeout: float | None = None, depth: int = DEPTH) -> Frames:
         """Iterate over the next `count` frames, or without end: `for frame in camera.frames(100)`.

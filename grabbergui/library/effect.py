@@ -208,22 +208,25 @@ def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
         return None
     queue = grabber.open_queue(depth=4)
     try:
-        with _restored(grabber, exposure.name) as key:
+        key = grabber.setting(exposure.name)
+        with restored(grabber, key):
             return _Measurement(grabber, key, queue, timeout).run(exposure)
     finally:
         queue.close()
 
 
 @contextlib.contextmanager
-def _restored(grabber: FrameGrabber, name: str) -> Iterator[SettingKey]:
-    """Put a setting, and the automatic mode that a write of it switches off, back behind the block."""
-    key = grabber.setting(name)
-    feature = grabber.feature(name)
+def restored(grabber: FrameGrabber, key: SettingKey) -> Iterator[None]:
+    """Put a setting, and the automatic mode that a write of it switches off, back behind the block.
+
+    `key` has the selectors of the feature. Raises what reading and writing raise.
+    """
+    feature = grabber.read_setting(key)
     first: tuple[ValueChange, ...] = ()
     if feature.value is not None:
         first = grabber.write_setting(key, feature.value).written
     try:
-        yield key
+        yield
     finally:
         for change in reversed(first):
             if change.before is not None:

@@ -201,6 +201,14 @@ def test_a_damaged_file_of_latencies_is_no_error(tmp_path: Path, content: str) -
         assert 1 <= effect.latency_of(camera.grabber, timeout=30) <= 3
 
 
+@pytest.mark.parametrize("camera", [1], indirect=True)
+def test_a_bracket_switches_an_automatic_mode_on_again(camera: grabbergui.Camera) -> None:
+    camera["ExposureAuto"] = "Continuous"
+    camera["Gain"] = 6
+    camera.bracket(ExposureTime=[2000, 8000], Gain=[0, 3])
+    assert (camera["ExposureAuto"], camera["Gain"]) == ("Continuous", 6)
+
+
 @pytest.mark.parametrize("camera", [2], indirect=True)
 def test_a_bracket_is_exposed_as_asked_and_leaves_the_camera_as_it_was(camera: grabbergui.Camera) -> None:
     before = camera.exposure_time
