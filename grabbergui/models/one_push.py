@@ -320,6 +320,13 @@ def _usable(light: Light) -> Light:
     if light.mean < DARKEST:
         text = translate("Tuning", "the region is too dark ({0:.1%} of white); set the exposure first")
         raise TuningError(localized(text.format(light.mean)))
+    if light.channels["G"] < DARKEST:
+        text = translate(
+            "Tuning",
+            "the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted;"
+            " choose a grey one, in another light",
+        )
+        raise TuningError(localized(text.format(light.channels["G"])))
     return light
 
 

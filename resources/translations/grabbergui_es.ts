@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="301"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="184"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="179"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="189"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="184"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="212"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="207"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -776,7 +776,7 @@ It {1}.</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="289"/>
+        <location filename="../../grabbergui/models/connection.py" line="288"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -958,6 +958,16 @@ It {1}.</source>
         <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
+        <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
+        <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
+        <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
+        <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
 </context>
 <context>
@@ -5140,6 +5150,11 @@ It {1}.</source>
         <source>1 resent</source>
         <translation>1 reenviado</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="123"/>
+        <source>All waiting packets discarded: {0}×; choose larger packets or a lower frame rate</source>
+        <translation>Descartados todos los paquetes en espera: {0}×; elija paquetes más grandes o una frecuencia más baja</translation>
+    </message>
 </context>
 <context>
     <name>TaskRow</name>
@@ -5227,7 +5242,7 @@ It {1}.</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="347"/>
+        <location filename="../../grabbergui/models/one_push.py" line="354"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
@@ -5250,6 +5265,26 @@ It {1}.</source>
         <location filename="../../grabbergui/models/one_push.py" line="155"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/one_push.py" line="187"/>
+        <source>the light did not settle within {0} steps (it is at {1:.0%} of white); is the scene moving, or the lamp flickering?</source>
+        <translation>la luz no se estabilizó en {0} pasos (está al {1:.0%} del blanco); ¿se mueve la escena o parpadea la lámpara?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/one_push.py" line="234"/>
+        <source>As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; more light, or a lower frame rate, would help</source>
+        <translation>Todo lo claro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría más luz, o una frecuencia más baja</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/one_push.py" line="240"/>
+        <source>As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help</source>
+        <translation>Todo lo oscuro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría menos luz</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/one_push.py" line="324"/>
+        <source>the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted; choose a grey one, in another light</source>
+        <translation>la región apenas tiene verde ({0:.1%} del blanco), al que se ajustan el rojo y el azul; elija una gris, con otra luz</translation>
     </message>
 </context>
 <context>

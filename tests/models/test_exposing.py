@@ -85,7 +85,12 @@ def test_a_lamp_beyond_the_ratios_is_reported(stage):
 
 @pytest.mark.parametrize(
     ("how", "said"),
-    [({"pixel_format": "Mono8"}, "no colour"), ({"light": 50.0}, "saturated"), ({"light": 0.1}, "too dark")],
+    [
+        ({"pixel_format": "Mono8"}, "no colour"),
+        ({"light": 50.0}, "saturated"),
+        ({"light": 0.1}, "too dark"),
+        ({"light": 8.0, "lamp": (1.0, 0.0, 0.7)}, "hardly any green"),
+    ],
 )
 def test_white_balance_says_what_hinders_it_and_changes_nothing(stage, how, said):
     s = stage(**how)
