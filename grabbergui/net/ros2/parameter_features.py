@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError
+from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError, RemoteProtocolError
 from grabbergui.core.features import (
     AccessMode,
     Category,
@@ -139,9 +139,11 @@ class ParameterFeatures:
 
         message = self._message(name, self.read(name).validated(value))
         request = self._srv.SetParameters.Request(parameters=[Parameter(name=name, value=message)])
-        result = self._call("set_parameters", request).results[0]
-        if not result.successful:
-            raise FeatureValueError(f"{name}={value}: the node answered: {result.reason}", name)
+        results = self._call("set_parameters", request).results
+        if not results:
+            raise RemoteProtocolError(f"{name}={value}: the node did not answer whether it was set")
+        if not results[0].successful:
+            raise FeatureValueError(f"{name}={value}: the node answered: {results[0].reason}", name)
         return self.read(name)
 
     def execute(self, name: str) -> None:

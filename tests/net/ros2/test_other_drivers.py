@@ -22,11 +22,12 @@ from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import (  # noqa: E402
     FeatureNotFoundError,
     FeatureValueError,
+    RemoteProtocolError,
     SourceNotFoundError,
     UsageError,
 )
 from grabbergui.core.features import FeatureKind  # noqa: E402
-from grabbergui.net.ros2.client_link import not_found, publishers_of  # noqa: E402
+from grabbergui.net.ros2.client_link import CameraLink, not_found, publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
@@ -85,6 +86,23 @@ def test_parameters_become_controls(driver, opened):
     awb, flicker = remote.feature("awb"), remote.feature("anti_flicker")
     assert [entry.name for entry in awb.entries] == ["off", "auto", "daylight"] and awb.value == "auto"
     assert [entry.name for entry in flicker.entries] == ["0", "50", "60"] and flicker.value == "50"
+
+
+def test_a_node_that_does_not_say_whether_it_set_a_parameter(driver, opened, monkeypatch):
+    driver.node.declare_parameter("gain", 3)
+    remote = opened("ros2:/other")
+    call = CameraLink._call_parameters
+
+    def without_results(link, service, request):
+        answer = call(link, service, request)
+        if service == "set_parameters":
+            answer.results = []
+        return answer
+
+    monkeypatch.setattr(CameraLink, "_call_parameters", without_results)
+    monkeypatch.setattr(remote._link.features, "_call", remote._link._call_parameters)
+    with pytest.raises(RemoteProtocolError, match="gain=4"):
+        remote.write_feature("gain", 4)
 
 
 def test_controls_set_parameters(driver, opened):
