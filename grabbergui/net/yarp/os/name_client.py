@@ -311,15 +311,18 @@ class Registration:
                 )
                 self._register()
             except SourceNotFoundError:
-                self._quietly(self._register)
-                log.info("%s: registered again", name)
+                if self._quietly(self._register):
+                    log.info("%s: registered again", name)
             except GrabberError as error:
                 if not unreachable:
                     log.warning("%s: %s", name, error)
                 unreachable = True
 
-    def _quietly(self, action: Callable[..., object], *arguments: str) -> None:
+    def _quietly(self, action: Callable[..., object], *arguments: str) -> bool:
+        """Do something that may fail; return whether it succeeded."""
         try:
             action(*arguments)
         except GrabberError as error:
             log.debug("%s: %s", self._contact.name, error)
+            return False
+        return True
