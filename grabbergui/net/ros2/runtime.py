@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import importlib
@@ -10,6 +11,7 @@ import math
 import os
 import queue
 import re
+import sys
 import threading
 from collections.abc import Sequence
 from importlib import resources
@@ -32,6 +34,8 @@ _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 _OURS = "<transport_id>pictures</transport_id>"
 """Of our profile with shared memory, as its copies have it too."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+SHARED_MEMORY = Path("/dev/shm")
+"Where Fast DDS has it."
 
 
 # -- what to do without ROS 2 --------------------------------------------------------------------
@@ -192,20 +196,47 @@ def use_transports(*, shared_memory: bool) -> None:
     """Choose how Fast DDS sends, unless the user has a profile of their own. It asks once in a process.
 
     With room for images in shared memory; or by UDP alone, because a port in shared memory has a lock, which
-    a program that is frozen while it holds it never gives back.
+    a program that is frozen while it holds it never gives back. Also by UDP beside another user's programs:
+    Fast DDS prefers shared memory with them, although neither can open the other's, and nothing arrives.
     """
     folder = resources.files("grabbergui.resources") / "ros2"
     chosen = os.environ.get(_PROFILES)
     if chosen is not None and not _is_ours(chosen):
         return
-    if shared_memory:
+    others = other_user_in_shared_memory() if shared_memory else ""
+    if others:
+        log.info("user %s runs ROS 2 programs here: nothing is sent in shared memory, but by UDP", others)
+    if shared_memory and not others:
         os.environ[_PROFILES] = chosen or str(folder / "fastdds.xml")
     elif os.environ.get(_RANGE) == "LOCALHOST":
         # In this range rmw adds shared memory to any transports; the profile keeps to this machine instead.
         os.environ.update({_RANGE: "SUBNET", _PROFILES: str(folder / "fastdds-loopback.xml")})
     else:
-        os.environ.pop(_PROFILES, None)
-        os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
+        os.environ[_PROFILES] = str(folder / "fastdds-network.xml")
+
+
+def other_user_in_shared_memory(folder: Path = SHARED_MEMORY) -> str:
+    """Return the user of a running DDS program whose shared memory we may not use; empty if there is none.
+
+    A program holds a lock (flock) on a file `…_el` beside each of its segments, until it ends.
+    """
+    if sys.platform == "win32":
+        return ""
+    import fcntl
+
+    for lock in folder.glob("fastdds_*_el"):
+        segment = lock.with_name(lock.name.removesuffix("_el"))
+        if os.access(segment, os.R_OK | os.W_OK):
+            continue
+        try:
+            with lock.open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            with contextlib.suppress(FileNotFoundError, KeyError):  # it ends, or the user has no name
+                return lock.owner()
+        except FileNotFoundError:
+            continue
+    return ""
 
 
 def _is_ours(profiles: str) -> bool:

@@ -1,0 +1,49 @@
+"""How Fast DDS sends: in shared memory, but by UDP beside the programs of another user."""
+
+import fcntl
+import os
+from pathlib import Path
+
+import pytest
+
+from grabbergui.net.ros2 import runtime
+
+PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
+RESOURCES = Path(__file__).parents[3] / "resources/ros2"
+
+
+@pytest.fixture
+def segment(tmp_path):
+    """The shared memory of a DDS program that runs, with its lock."""
+    path = tmp_path / "fastdds_0123456789abcdef"
+    path.touch()
+    with (tmp_path / f"{path.name}_el").open("wb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield path
+
+
+def test_memory_that_may_be_used_is_no_other_s(segment):
+    assert runtime.other_user_in_shared_memory(segment.parent) == ""
+
+
+def test_memory_that_may_not_be_used_is_its_owner_s(segment, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: path != segment)
+    assert runtime.other_user_in_shared_memory(segment.parent) == segment.owner()
+
+
+def test_what_a_program_left_is_nobody_s(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    for name in ("fastdds_0123456789abcdef", "fastdds_0123456789abcdef_el"):
+        (tmp_path / name).touch()
+    assert runtime.other_user_in_shared_memory(tmp_path) == ""
+
+
+@pytest.mark.parametrize(("other", "profile"), [("", "fastdds.xml"), ("root", "fastdds-network.xml")])
+def test_beside_another_user_s_programs_udp_is_used(other, profile, monkeypatch):
+    monkeypatch.setenv(PROFILES, "")  # so that it is afterwards what it was before
+    monkeypatch.delenv(PROFILES)
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
+    monkeypatch.setattr(runtime, "other_user_in_shared_memory", lambda: other)
+    runtime.use_transports(shared_memory=True)
+    assert Path(os.environ[PROFILES]).name == profile
+    assert (RESOURCES / profile).exists()
