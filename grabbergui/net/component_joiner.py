@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import OrderedDict, deque
 from collections.abc import Iterator
@@ -29,6 +30,9 @@ MOST_WAITING: Final = 4
 is, the oldest image of a component dropped."""
 MOST_COMPONENTS: Final = 16
 """Components of one camera, sent or received; further ones are ignored."""
+_MOST_AHEAD: Final = 1_000_000_000
+"""Nanoseconds by which a component's stamp may be later than its camera's newest image. One of a later stamp
+is from before the clock was set back, and would show for ever that the components of all images were lost."""
 _REMEMBERED: Final = 32
 """Delivered images whose time of arrival is stored, by which the delay of a component is measured."""
 
@@ -90,6 +94,7 @@ class ComponentJoiner:
     def image(self, frame: Frame, now: float) -> list[Frame]:
         """Take an image that arrived at `now` (seconds); return the complete images."""
         stamp = frame.timestamp_ns
+        self._forget_stamps(after=stamp + _MOST_AHEAD)
         parts = {name: images.pop(stamp) for name, images in self._parts.items() if stamp in images}
         wanted = self._punctual if stamp else set()
         missing = {name for name in wanted - parts.keys() if not self._passed(name, stamp)}
@@ -139,6 +144,12 @@ class ComponentJoiner:
             waiting.missing.discard(name)
         return self._complete()
 
+    def _forget_stamps(self, *, before: float = -math.inf, after: float = math.inf) -> None:
+        """Forget the images of components whose stamps lie outside."""
+        for images in self._parts.values():
+            for stamp in [stamp for stamp in images if not before <= stamp <= after]:
+                del images[stamp]
+
     def _passed(self, name: str, stamp: int) -> bool:
         """Whether a later image of a component has come already."""
         return any(other > stamp for other in self._parts.get(name, ()))
@@ -151,9 +162,7 @@ class ComponentJoiner:
             self._arrivals[stamp] = waiting.arrived
             while len(self._arrivals) > _REMEMBERED:
                 self._arrivals.popitem(last=False)
-            for images in self._parts.values():
-                for earlier in [key for key in images if key < stamp]:
-                    del images[earlier]
+            self._forget_stamps(before=stamp)
             done.append(joined(waiting.frame, waiting.parts))
         return done
 

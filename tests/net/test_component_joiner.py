@@ -73,6 +73,15 @@ def test_a_later_image_of_a_component_shows_that_its_own_was_lost(joiner: Compon
     assert stamps(joiner.image(image(4), 1.05)) == [4]
 
 
+def test_after_a_clock_was_set_back_images_wait_for_their_components_again(joiner: ComponentJoiner) -> None:
+    """As of a recording that begins again. The image of the last component did not come any more."""
+    assert joiner.component("range", image(60_000_000_000), 1.0) == []
+    for count in range(2, 2 + 3 * MOST_WAITING):
+        assert joiner.image(image(count), float(count)) == []
+        (frame,) = joiner.component("range", image(count), count + 0.01)
+        assert kinds(frame) == ["intensity", "range"]
+
+
 def test_images_leave_in_their_order(joiner: ComponentJoiner) -> None:
     joiner.image(image(2), 1.0)
     joiner.component("confidence", image(2), 1.0)
