@@ -216,7 +216,7 @@ def use_transports(*, shared_memory: bool) -> None:
 
 
 def other_user_in_shared_memory(folder: Path = SHARED_MEMORY) -> str:
-    """Return the user of a running DDS program whose shared memory we may not use; empty if there is none.
+    """Return another user who runs DDS programs in shared memory; empty if there is none. Root counts, too.
 
     A program holds a lock (flock) on a file `…_el` beside each of its segments, until it ends.
     """
@@ -225,10 +225,9 @@ def other_user_in_shared_memory(folder: Path = SHARED_MEMORY) -> str:
     import fcntl
 
     for lock in folder.glob("fastdds_*_el"):
-        segment = lock.with_name(lock.name.removesuffix("_el"))
-        if os.access(segment, os.R_OK | os.W_OK):
-            continue
         try:
+            if lock.stat().st_uid == os.geteuid():
+                continue
             with lock.open("rb") as file:
                 fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):

@@ -22,17 +22,18 @@ def segment(tmp_path):
         yield path
 
 
-def test_memory_that_may_be_used_is_no_other_s(segment):
+def test_memory_of_our_own_user_is_no_other_s(segment):
     assert runtime.other_user_in_shared_memory(segment.parent) == ""
 
 
-def test_memory_that_may_not_be_used_is_its_owner_s(segment, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda path, mode: path != segment)
+def test_memory_of_another_user_is_his(segment, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: segment.stat().st_uid + 1)
     assert runtime.other_user_in_shared_memory(segment.parent) == segment.owner()
 
 
 def test_what_a_program_left_is_nobody_s(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    uid = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
     for name in ("fastdds_0123456789abcdef", "fastdds_0123456789abcdef_el"):
         (tmp_path / name).touch()
     assert runtime.other_user_in_shared_memory(tmp_path) == ""
