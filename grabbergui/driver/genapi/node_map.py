@@ -61,7 +61,8 @@ class CameraNodeMap:
         text = clean_xml(xml)
         try:
             self._map = port.load(text)
-            self._map.connect(self._port, port_name(text))
+            with self._lock:
+                self._map.connect(self._port, port_name(text))
         except (genapi.GenericException, RuntimeError) as error:
             raise RemoteProtocolError(
                 f"the camera's description cannot be used: {node_features.reason_of(error)}"
@@ -75,11 +76,17 @@ class CameraNodeMap:
         self._nodes: dict[str, NodeFeature] = {}
         "Those that somebody asked for."
         self._dependents: dict[str, frozenset[str]] = {}
-        with self._lock:
-            # First, because an event's nodes count as implemented only once something can deliver it.
-            self._events = EventReader(self._map, device.event_layout) if device.event_layout else None
-            self._root = self._build_tree(root)
-            self._listen()
+        self._events: EventReader | None = None
+        try:
+            with self._lock:
+                # First, because an event's nodes count as implemented only once something can deliver it.
+                if device.event_layout:
+                    self._events = EventReader(self._map, device.event_layout)
+                self._root = self._build_tree(root)
+                self._listen()
+        except BaseException:
+            self.close()  # a map that is collected with its event adapter or callbacks ends the process
+            raise
 
     @property
     def root(self) -> Category:

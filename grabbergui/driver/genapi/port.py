@@ -36,6 +36,7 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind,
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.interrupts import HeldInterrupts
 from grabbergui.driver.genapi.vetting import clean_xml, vetted
 
 if sys.platform == "linux":
@@ -183,7 +184,8 @@ def _register(node: Any, callback: Callable[[Any], None]) -> int:
 class MapLock:
     """A reentrant lock that collects the names of changed features, and reports them once it is free.
 
-    The report is made outside the lock, on the thread that held it, also after an exception.
+    The report is made outside the lock, on the thread that held it, also after an exception. Ctrl-C raises
+    KeyboardInterrupt behind the report, never within GenApi.
     """
 
     def __init__(self, on_change: Callable[[frozenset[str]], None]) -> None:
@@ -192,8 +194,10 @@ class MapLock:
         "Features that changed since the lock was taken. Only for whoever holds it."
         self._lock = threading.RLock()
         self._depth = 0
+        self._interrupts = HeldInterrupts()
 
     def __enter__(self) -> None:
+        self._interrupts.hold()
         self._lock.acquire()
         self._depth += 1
 
@@ -206,8 +210,11 @@ class MapLock:
             changed = frozenset(self.changed)
             self.changed.clear()
         self._lock.release()
-        if changed:
-            self.on_change(changed)
+        try:
+            if changed:
+                self.on_change(changed)
+        finally:
+            self._interrupts.release()
 
 
 # -- chunk data ----------------------------------------------------------------------------------
