@@ -117,8 +117,10 @@ class Camera(FrameGrabber):
                 log.info("stopping %s on closing: %s", self.info.uri, error)
             poller, self._poller = self._poller, None
             nodes, self._nodes = self._nodes, None
-            nodes.close()
-            self.device.close()
+            try:
+                nodes.close()
+            finally:
+                self.device.close()
             reconnecting, self._reconnecting = self._reconnecting, None
             events, self._events = self._events, None
             self._away = ""

@@ -50,8 +50,12 @@ def open(source: str | DeviceInfo, *, access: AccessName = "control") -> Camera:
         raise UsageError(f"access={access!r}: there are {', '.join(get_args(AccessName))}")
     await_collected()  # it may be the same camera
     grabber = sources.create(source.uri if isinstance(source, DeviceInfo) else source)
-    grabber.open(Access(access))
-    return Camera(grabber)
+    try:
+        grabber.open(Access(access))
+        return Camera(grabber)
+    except BaseException:  # Ctrl-C may come when it is just open
+        grabber.close()
+        raise
 
 
 def open_all(sources: Iterable[str | DeviceInfo], *, access: AccessName = "control") -> CameraGroup:

@@ -29,10 +29,26 @@ class Closing:
 
     def now(self) -> None:
         """Close. May be called twice. A forked process has nothing to close: all is its parent's."""
+        if os.getpid() == self._process:
+            if threading.current_thread() is threading.main_thread():
+                self._close_undisturbed()
+            else:
+                self._close()
+        # Behind it, so that what Ctrl-C keeps from beginning is closed later.
         self._collected.detach()
         atexit.unregister(self.now)
-        if os.getpid() == self._process:
+
+    def _close_undisturbed(self) -> None:
+        """Close on a thread: Ctrl-C ends the wait, but does not leave a camera half closed."""
+        thread = threading.Thread(target=self._close, name="close camera")
+        try:
+            thread.start()
+        except RuntimeError:  # the program ends
             self._close()
+            return
+        _CLOSING.add(thread)
+        thread.join()
+        _CLOSING.discard(thread)
 
     def _begin(self) -> None:
         # The collector runs on any thread, perhaps on one that `close` would wait for.
@@ -44,7 +60,7 @@ class Closing:
 
 
 def await_collected() -> None:
-    """Wait until objects that nobody used any more are closed. Not from one of their callbacks."""
+    """Wait until what is being closed is closed. Not from one of their callbacks."""
     for thread in tuple(_CLOSING):
         if thread is not threading.current_thread():
             thread.join()

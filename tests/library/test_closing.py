@@ -144,3 +144,52 @@ for _ in range(20):  # more than waited for it
 print(camera.streaming)
 """
     assert run(script) == "True\n"
+
+
+def test_a_camera_whose_closing_is_interrupted_is_closed_later(simulated: GigeCamera) -> None:
+    script = f"""
+import gc, signal, grabbergui
+from grabbergui.driver.genapi.port import RegisterPort
+
+camera = grabbergui.open('gige:{ADDRESS}')
+camera.grab()
+write = RegisterPort.write
+
+def interrupt(port, address, value):
+    RegisterPort.write = write
+    signal.raise_signal(signal.SIGINT)
+    write(port, address, value)
+
+RegisterPort.write = interrupt
+try:
+    camera.close()
+except KeyboardInterrupt:
+    print("interrupted")
+del camera
+gc.collect()
+with grabbergui.open('gige:{ADDRESS}') as camera:
+    print(camera.grab().width)
+"""
+    assert run(script) == "interrupted\n64\n"
+
+
+def test_a_camera_whose_opening_is_interrupted_at_its_end_is_closed(simulated: GigeCamera) -> None:
+    script = f"""
+import grabbergui
+from grabbergui.library import Camera
+
+make = Camera.__init__
+
+def interrupt(camera, grabber):
+    Camera.__init__ = make
+    raise KeyboardInterrupt
+
+Camera.__init__ = interrupt
+try:
+    grabbergui.open('gige:{ADDRESS}')
+except KeyboardInterrupt:
+    print("interrupted")
+with grabbergui.open('gige:{ADDRESS}') as camera:
+    print(camera.grab().width)
+"""
+    assert run(script) == "interrupted\n64\n"
