@@ -75,6 +75,12 @@ def pytest_runtest_teardown() -> Iterator[None]:
         qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.DeferredDelete)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_report_to_serializable() -> Iterator[None]:
+    """Let a worker report a test whose output or log is no UTF-8: xdist would end the whole run."""
+    return isolation.sendable((yield))
+
+
 def pytest_unconfigure() -> None:
     """End what was started for all workers; the process that began the run does so, as it outlives them."""
     if not isolation.WORKER:

@@ -20,6 +20,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 WORKERS = 6
 """Tests wait more than they compute: four of them leave a fifth of two cores idle."""
@@ -71,6 +72,17 @@ def enter_own_namespaces() -> None:
         raise OSError(code, f"this process may not make namespaces: {os.strerror(code)}")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         fcntl.ioctl(probe, _SIOCSIFFLAGS, struct.pack("16sh22x", b"lo", _IFF_UP))
+
+
+def sendable(report: Any) -> Any:
+    """Return a test's report, of dicts, lists and values, with what is no UTF-8 in its texts spelled out."""
+    if isinstance(report, str):
+        return report if report.isascii() else report.encode("utf-8", "backslashreplace").decode()
+    if isinstance(report, dict):
+        return {key: sendable(value) for key, value in report.items()}
+    if isinstance(report, (list, tuple)):
+        return type(report)(map(sendable, report))
+    return report
 
 
 def begin_run() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import isolation
 import run_tests
 import slowest
 
@@ -72,3 +73,17 @@ def test_slow_tests_are_remembered_wherever_they_stand(tmp_path, monkeypatch):
     )
     slowest.record(run_tests.durations(tmp_path / "run.xml"))
     assert slowest.remembered() == {"test_a::test_long[a b]": 9.2}
+
+
+def test_a_report_with_a_file_name_in_latin_1_is_sent_to_the_process_that_began_the_run():
+    gateway_base = pytest.importorskip("execnet.gateway_base")
+    report = {
+        "sections": [("Captured log call", "caf\udce9 µ")],
+        "when": "call",
+        "lineno": 3,
+        "longrepr": None,
+    }
+    with pytest.raises(gateway_base.DumpError):
+        gateway_base.dumps_internal(report)
+    received = gateway_base.loads_internal(gateway_base.dumps_internal(isolation.sendable(report)))
+    assert received == {**report, "sections": [("Captured log call", r"caf\udce9 µ")]}
