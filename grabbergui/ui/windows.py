@@ -17,7 +17,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-from PyQt5.QtCore import QEvent, QObject, QPoint, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
 from PyQt5.QtWidgets import QFileDialog, QScrollArea, QWidget
 
@@ -113,8 +113,12 @@ class FileDialogs:
         return Path(chosen) if chosen else None
 
     def folder(self, title: str, before: Path) -> Path | None:
-        """Ask for a folder; `before` is the one used so far."""
-        chosen = QFileDialog.getExistingDirectory(self._window, title, str(before))
+        """Ask for a folder; `before` is the one used so far, which need not exist yet."""
+        # In place of a folder that does not exist, Qt offers one of its name below the working directory.
+        place = next(
+            (folder for folder in (before, *before.parents) if QFileInfo(str(folder)).isDir()), Path.home()
+        )
+        chosen = QFileDialog.getExistingDirectory(self._window, title, str(place))
         return Path(chosen) if chosen else None
 
 
