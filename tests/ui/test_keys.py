@@ -4,6 +4,8 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QAction, QApplication
 
+from grabbergui.core.errors import DeviceLostError
+
 
 @pytest.fixture
 def app(make_app):
@@ -24,6 +26,12 @@ def letters(window):
 def give_focus(app, widget):
     widget.setFocus()
     app.until(widget.hasFocus)
+
+
+def field_of_gain(app):
+    rows = app.window.favourites.rows
+    app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    return rows.rows("Gain")[0].editor.field
 
 
 def test_letters_work_while_the_image_has_the_focus(app):
@@ -51,15 +59,31 @@ def test_letters_typed_beside_the_filter_do_nothing(app):
 
 @pytest.mark.parametrize("key", [Qt.Key_Return, Qt.Key_Enter, Qt.Key_Escape])
 def test_enter_and_escape_in_a_field_give_the_focus_to_the_image(app, key):
-    rows = app.window.favourites.rows
-    app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
-    field = rows.rows("Gain")[0].editor.field
+    field = field_of_gain(app)
     give_focus(app, field)
     app.qtbot.keyClicks(field, "3")
     app.qtbot.keyClick(field, key)
     if key == Qt.Key_Escape:  # the first one gives up what was typed
         assert field.hasFocus()
         app.qtbot.keyClick(field, key)
+    assert QApplication.focusWidget() is app.window.picture.canvas
+
+
+@pytest.mark.parametrize(
+    "control", [field_of_gain, lambda app: app.window.recordingBar.recordButton], ids=["field", "button"]
+)
+def test_a_control_that_is_locked_by_a_loss_leaves_the_focus_to_the_image(app, monkeypatch, control):
+    def refuse(access):
+        raise DeviceLostError("still gone")
+
+    widget = control(app)
+    give_focus(app, widget)
+    with monkeypatch.context() as away:
+        away.setattr(app.grabber.device, "open", refuse)
+        app.grabber.device.on_lost("its cable is out")
+        app.until(lambda: not widget.isEnabled())
+        app.until(app.window.picture.canvas.hasFocus)
+    app.until(widget.isEnabled)
     assert QApplication.focusWidget() is app.window.picture.canvas
 
 

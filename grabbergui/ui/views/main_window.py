@@ -193,11 +193,11 @@ class MainWindow(QMainWindow):
     def focusNextPrevChild(self, forward: bool) -> bool:
         """Follow the Tab key through the panels from left to right, in each as one reads.
 
-        Qt also asks when the widget with the focus is hidden, such as a button of a message: the picture gets
-        it then, whose keys are letters, and not whichever field comes next.
+        Qt also asks when the widget with the focus is hidden (a button of a message) or disabled (a lost
+        camera's): the picture gets it then, whose keys are letters, and not whichever field comes next.
         """
         focused = QApplication.focusWidget()
-        if focused is not None and not focused.isVisibleTo(self):
+        if focused is not None and not (focused.isVisibleTo(self) and focused.isEnabled()):
             self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
@@ -333,7 +333,17 @@ class MainWindow(QMainWindow):
             if bare:
                 action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
                 self.picture.addAction(action)
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        app.focusChanged.connect(self._on_application_focus_changed)
         self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _on_application_focus_changed(self, before: QWidget | None, now: QWidget | None) -> None:
+        """Qt takes the focus from a field whose panel is disabled, and gives it to nobody."""
+        if before is None or now is not None or before.isEnabled():
+            return
+        if self.isActiveWindow() and self.isAncestorOf(before):
+            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _on_address(self) -> None:
         self.sourcesDock.show()
