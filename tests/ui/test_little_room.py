@@ -1,10 +1,11 @@
 """The window where there is little room; nothing in it jumps."""
 
+import struct
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from PyQt5.QtCore import QPoint, QRect, Qt
+from PyQt5.QtCore import QByteArray, QPoint, QRect, Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
@@ -187,6 +188,25 @@ def test_at_first_the_window_is_large_but_never_larger_than_the_screen(app, monk
     monkeypatch.setattr(window, "screen", lambda: screen)
     window.takeRoom()
     assert (window.width(), window.height()) == taken
+
+
+@pytest.mark.parametrize("refused", [True, False])
+def test_a_window_left_on_a_screen_of_another_size_is_no_larger_than_this_one(app, monkeypatch, refused):
+    window = app.window
+    window.resize(1900, 1000)
+    left = bytes(window.saveGeometry())
+    width = struct.pack(">i", window.screen().size().width())
+    assert left[46:50] == width, "the screen's width follows two rectangles, its number and two flags"
+    if refused:
+        left = left[:46] + struct.pack(">i", 1920) + left[50:]
+    screen = SimpleNamespace(availableGeometry=lambda: QRect(0, 0, 1280, 720))
+    monkeypatch.setattr(window, "screen", lambda: screen)
+    assert window.restoreGeometry(QByteArray(left)) is not refused
+    window.resize(1900, 1000)
+
+    window.restorePlace(QByteArray(left))
+
+    assert (window.width(), window.height()) == (1280, 680)
 
 
 def test_the_image_stays_where_it_is_under_a_message(app):

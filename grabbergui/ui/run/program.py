@@ -44,7 +44,7 @@ from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.windows import FileDialogs
+from grabbergui.ui.windows import FileDialogs, has_screen
 
 log = logging.getLogger(__name__)
 
@@ -231,8 +231,8 @@ class Program(QObject):
 
     def _restore(self) -> None:
         window, preferences = self.window, self.preferences
-        if preferences.geometry is not None:
-            window.restoreGeometry(preferences.geometry)
+        if preferences.geometry is not None or has_screen():
+            window.restorePlace(preferences.geometry)
         if preferences.layout is not None:
             window.restoreState(preferences.layout, LAYOUT_VERSION)
         window.setTheme(preferences.theme)

@@ -71,8 +71,6 @@ def run(
     speak(app, language)
     window = MainWindow()
     controller = Program(window, preferences, create)
-    if preferences.geometry is None and not offscreen:
-        window.takeRoom()
     with _guarded(controller.messages), closed_by(stop, app.quit):
         window.show()
         wanted = screenshot is not None or (offscreen and script is None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QByteArray, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
     QAction,
@@ -183,6 +183,22 @@ class MainWindow(QMainWindow):
             self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         super().keyPressEvent(event)
+
+    def restorePlace(self, geometry: QByteArray | None) -> None:
+        """Be where it was left; at first, and if this screen is another or too small, take room.
+
+        Qt refuses a geometry of a screen that is a quarter wider or narrower, as after a change of its scale,
+        and restores one that is larger than the screen.
+        """
+        if geometry is None or not self.restoreGeometry(geometry) or self._exceeds_screen():
+            self.takeRoom()
+
+    def _exceeds_screen(self) -> bool:
+        screen = self.screen()
+        if screen is None or self.isMaximized() or self.isFullScreen():
+            return False
+        room = screen.availableGeometry()
+        return self.width() > room.width() or self.height() > room.height()
 
     def takeRoom(self) -> None:
         """Resize to most of a large screen, and never to more than the screen."""
