@@ -2,7 +2,7 @@
 
 import pytest
 from feature_menus import choose_from_menu
-from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
+from PyQt5.QtCore import QEvent, QPoint, QSettings, QSize, Qt
 from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QApplication
 
@@ -10,6 +10,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import MOST_PINNED
 from grabbergui.ui.application import Preferences, camera_model
+from grabbergui.ui.views.favourites import CARD_WIDTH
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
 
@@ -136,6 +137,15 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
     assert strip.place_at(strip._shown[3].geometry().center() + QPoint(-60, 0)) == 3
     app.program.favourites.add(names[MOST_PINNED])
     assert "no more than 12" in app.errors[0]
+
+
+def test_low_cards_in_one_line_need_no_scroll_bar(app, monkeypatch):
+    """Their height is that of a font, a language, or a camera that is only read."""
+    strip = app.window.favourites
+    for card in strip._shown:
+        monkeypatch.setattr(card, "sizeHint", lambda: QSize(CARD_WIDTH, 40))
+    lines = strip.heightsOfLines(4 * CARD_WIDTH)
+    assert lines == [strip.minimumSizeHint().height()], "the area is as high as the strip in it"
 
 
 def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(app):

@@ -97,7 +97,7 @@ class FavouritesStrip(QWidget):
         height, heights = margins.top() + margins.bottom(), []
         for index in range(0, len(cards), columns):
             height += max(card.sizeHint().height() for card in cards[index : index + columns])
-            heights.append(height)
+            heights.append(max(LINE_HEIGHT, height))  # the strip is never lower
             height += self.cards.verticalSpacing()
         return heights or [self.sizeHint().height()]
 
