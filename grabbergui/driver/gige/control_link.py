@@ -222,8 +222,10 @@ class ControlLink:
         try:
             datagram = self._receive()
         finally:
-            self._lock.acquire()
-            self._receiving = False
+            try:
+                self._lock.acquire()
+            finally:  # Ctrl-C may come as the lock is taken; `close` would wait for ever
+                self._receiving = False
             if self._waiting:
                 self._changed.notify_all()  # an answer may be theirs; one of them receives from now on
         if datagram:

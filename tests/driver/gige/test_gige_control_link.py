@@ -175,3 +175,35 @@ def test_a_write_without_an_answer_asks_who_is_in_control(
             assert "has restarted" in losses[0]
         else:
             assert link.lost is None
+
+
+class InterruptedLock:
+    """A lock that Ctrl-C comes with, at the moment when a thread that has received takes it again."""
+
+    def __init__(self, lock: threading.Lock) -> None:
+        self._lock = lock
+        self.release = lock.release
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+
+    def __exit__(self, *error: object) -> None:
+        self._lock.release()
+
+    def acquire(self) -> None:
+        self._lock.acquire()
+        raise KeyboardInterrupt
+
+
+def test_a_command_that_ctrl_c_ends_does_not_hold_up_closing(camera: ScriptedCamera) -> None:
+    camera.answers = lambda address: False
+    link = ControlLink(camera.ip, camera.port, PATIENT)
+    lock = link._lock
+    link._lock = InterruptedLock(lock)  # type: ignore[assignment]
+    with pytest.raises(KeyboardInterrupt):
+        link.read_register(FEATURE)
+    link._lock = lock
+    closer = threading.Thread(target=link.close, daemon=True)
+    closer.start()
+    closer.join(PATIENCE)
+    assert not closer.is_alive()
