@@ -264,8 +264,11 @@ class Connection:
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
             return
-        if source.replaces is not None and not self._take_place(source):
-            return
+        if source.replaces is not None:
+            if not self._take_place(source):
+                return
+            if source.state is LinkState.LOST:
+                self.failed.emit(self._link_messages.lost(source, source.reason))
         if self._reach(source, LinkState.OPEN):
             self._announce(source)
         if source.access is Access.TAKE_OVER and not source.read_only:
@@ -313,6 +316,8 @@ class Connection:
     def _change(self, source: OpenSource, state: LinkState, reason: str, *, keeps_loss: bool = False) -> bool:
         """Set and announce a source's state. Return whether it is the current one."""
         with self._lock:
+            if source is self._pending:
+                source.state, source.reason = state, reason
             if source not in self._sources:
                 return False
             if keeps_loss and source.state is LinkState.LOST:

@@ -75,6 +75,22 @@ def test_one_that_is_lost_while_a_call_ends_is_lost(bench, call):
     assert bench.link.state is (S.OPEN if call == "stop" else S.STREAMING)
 
 
+def test_one_that_is_lost_before_it_takes_the_place_of_another_is_lost(bench):
+    _, slow = bench.open_slowly_instead()
+    until(lambda: slow.calls == ["open"])
+    slow.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    slow.opening.set()
+    until(lambda: "start" in slow.calls)
+    opened = bench.link.source
+    opened.worker.submit(lambda: None, done=lambda _: slow.calls.append("done"))
+    until(lambda: "done" in slow.calls)
+    assert (bench.link.state, bench.link.reason) == (S.LOST, "unplugged")
+    (said,) = bench.said()
+    assert said.startswith("Reconnecting since") and said.endswith("unplugged")
+    slow.connection_changed.emit(ConnectionState.OPEN, "")
+    assert bench.link.state is S.STREAMING
+
+
 def test_another_reason_for_which_it_is_still_lost_is_shown_too(bench):
     """As when the server of a lost camera ends, or when another camera is refused in its place."""
     bench.link.connect_to("sim:")
