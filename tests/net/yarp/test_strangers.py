@@ -115,6 +115,29 @@ def test_a_reader_of_mjpeg_counts_by_what_it_is_sent(few):
         reader.close()
 
 
+def test_a_reader_of_mjpeg_counts_so_as_soon_as_it_is_listed(few, monkeypatch):
+    attach, crowd_is_there = registry.Readers.attach, threading.Event()
+
+    def slow_attach(self, *args, **options):
+        attached = attach(self, *args, **options)
+        crowd_is_there.wait(PATIENCE)
+        return attached
+
+    monkeypatch.setattr(registry.Readers, "attach", slow_attach)
+    with OutputPort("/out") as output, ExitStack() as stack:
+        reader = stack.enter_context(connect(output, greeting=b"GET /?action=stream\n\n\r\n"))
+        until(lambda: output.connections, "the reader")
+        ((accepted,), (sender,)) = output._registry.inputs, output._registry.outputs
+        stack.callback(crowd_is_there.set)
+        sender.sent, sender.active = 3, float("inf")
+        crowd = [stack.enter_context(connect(output)) for _ in range(20)]
+        assert all(gone(sock) for sock in crowd[:17])
+        assert accepted in output._registry.inputs
+        crowd_is_there.set()
+        assert output.connections == 1
+        reader.close()
+
+
 def test_a_port_connects_to_no_more_readers_than_it_may(few):
     with OutputPort("/out") as output, ExitStack() as stack:
         readers = [stack.enter_context(InputPort(f"/in{n}")) for n in range(8)]

@@ -9,7 +9,7 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
@@ -158,8 +158,19 @@ class Owner(Protocol):
     def deliver(self, request: Request) -> Reply:
         """Pass a message to the port's user and return the reply."""
 
-    def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
-        """Send the port's output on this connection, which `replaces` an input. Raises GrabberError."""
+    def attach(
+        self,
+        reader: str,
+        carrier: Carrier,
+        link: Link,
+        *,
+        replaces: Input | None = None,
+        on_made: Callable[[Output], None] | None = None,
+    ) -> Output:
+        """Send the port's output on this connection, which may take the place of an input that it `replaces`.
+
+        `on_made` gets the output before it is listed and sends. Raises GrabberError.
+        """
 
 
 class Input:
@@ -363,9 +374,13 @@ class Input:
                         return
 
     def _serve_images(self, link: Link) -> None:
+        def count_by(output: Output) -> None:
+            self._images = output
+
         sockets.set_deadline(self._sock, None)
-        self._images = self._owner.attach(
-            self.info.place, wire.MJPEG, Link(self._sock.dup(), link.connection)
+        # Once the output is listed, a crowd may come: this connection must not be its idlest any more.
+        images = self._owner.attach(
+            self.info.place, wire.MJPEG, Link(self._sock.dup(), link.connection), on_made=count_by
         )
         try:
             while self._sock.recv(4096):
@@ -373,4 +388,4 @@ class Input:
         except OSError:
             pass
         finally:
-            self._images.close()
+            images.close()

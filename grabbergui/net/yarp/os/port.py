@@ -268,15 +268,23 @@ class Port:
         """Pass a message to the port's user and return the reply; this port has no user."""
         return None
 
-    def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
+    def attach(
+        self,
+        reader: str,
+        carrier: Carrier,
+        link: Link,
+        *,
+        replaces: Input | None = None,
+        on_made: Callable[[Output], None] | None = None,
+    ) -> Output:
         """Send the output on a connection that a reader opened, and reversed if it `replaces` its input.
 
-        Raises GrabberError.
+        `on_made` gets the output before it is listed and sends. Raises GrabberError.
         """
         if not self.sends:
             link.close()
             raise TransportError(f"{self.name} sends nothing")
-        return self._readers.attach(reader, carrier, link, replaces=replaces)
+        return self._readers.attach(reader, carrier, link, replaces=replaces, on_made=on_made)
 
 
 _PAUSE_SECONDS: Final = 0.2

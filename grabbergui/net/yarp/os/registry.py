@@ -292,12 +292,22 @@ class Readers:
         link = connect(self._source, sender, target.name, address, carrier, self._key)
         self._start(self._output(target.name, carrier, link, target.carrier))
 
-    def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
+    def attach(
+        self,
+        reader: str,
+        carrier: Carrier,
+        link: Link,
+        *,
+        replaces: Input | None = None,
+        on_made: Callable[[Output], None] | None = None,
+    ) -> Output:
         """Send on a connection that a reader opened, and reversed if it `replaces` its input.
 
-        Raises GrabberError.
+        `on_made` gets the output before it is listed and sends. Raises GrabberError.
         """
         output = self._output(reader, carrier, link)
+        if on_made is not None:
+            on_made(output)
         self._start(output, replaces)
         return output
 
