@@ -8,13 +8,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from grabbergui import sources
 from grabbergui.cli import positive
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
 from grabbergui.core.features import Category
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.setup.completion import Seen, somebody_types
+
+if TYPE_CHECKING:  # help needs no numpy
+    from grabbergui.core.grabber import ConnectionState, FrameGrabber
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +41,8 @@ def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> I
     With `reading`, control is done without where another application has it. `monitor` is whether
     `--monitor` was given; None where the command does not offer it.
     """
+    from grabbergui.core.grabber import Access
+
     grabber = sources.create(uri)
     if monitor:
         grabber.open(Access.MONITOR)
@@ -61,6 +66,8 @@ def _feature_names(category: Category) -> Iterator[str]:
 
 def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:
     """Open the grabber; if another application has control, raise an error with the alternatives."""
+    from grabbergui.core.grabber import Access
+
     try:
         grabber.open(Access.CONTROL)
     except AccessDeniedError as denied:
@@ -132,6 +139,8 @@ class Outage:
         self._stop_timer()
 
     def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
+        from grabbergui.core.grabber import ConnectionState
+
         if state is not ConnectionState.LOST:
             if self._since is not None:
                 self._since, self._ended = None, self._clock()

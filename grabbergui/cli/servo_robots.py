@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from grabbergui.cli.gui import importing_window
 from grabbergui.cli.opening import opened
-from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 
@@ -327,6 +326,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     Raises UsageError with the ways out of none.
     """
     from grabbergui.calibration.camera_info import CalibrationChoice
+    from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 
     if options.calibration is not None:
         return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"))

@@ -67,10 +67,13 @@ def test_what_opens_no_camera_loads_neither_numpy_nor_opencv():
     code = """
 import contextlib, sys
 from grabbergui.cli import main
-for arguments in (["--version"], ["paths"], ["setup", "--help"], ["list", "--help"]):
+light = ["setup", "list", "gui", "terminal", "simulate", "yarp-server", "servo", "hand-eye"]
+for arguments in (["--version"], ["paths"], *([command, "--help"] for command in light)):
     with contextlib.suppress(SystemExit):
         main(arguments)
     print(arguments, *sorted({"numpy", "cv2", "psygnal"} & set(sys.modules)), file=sys.stderr)
+import grabbergui.net.yarp.os.name_server
+print("names", *sorted({"numpy", "cv2", "psygnal"} & set(sys.modules)), file=sys.stderr)
 """
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=PROGRAM
@@ -80,6 +83,13 @@ for arguments in (["--version"], ["paths"], ["setup", "--help"], ["list", "--hel
         "['paths']",
         "['setup', '--help']",
         "['list', '--help']",
+        "['gui', '--help']",
+        "['terminal', '--help']",
+        "['simulate', '--help']",
+        "['yarp-server', '--help']",
+        "['servo', '--help']",
+        "['hand-eye', '--help']",
+        "names",
     ]
 
 

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Sequence
 
 from grabbergui.core.errors import GrabberError, LocalProtocolError, ResourceExhaustedError, TransportError
-from grabbergui.net.yarp.image import encode_part
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
@@ -35,6 +34,8 @@ class Outgoing:
 
     def jpeg(self) -> list[Buffer]:
         """Return the part of an mjpeg stream. Raises GrabberError where the message is no image."""
+        from grabbergui.net.yarp.image import encode_part  # a name server does without OpenCV
+
         with self._lock:
             if self._jpeg is None:
                 self._jpeg = encode_part(b"".join(self.parts), self._envelope)

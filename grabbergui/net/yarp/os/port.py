@@ -11,9 +11,7 @@ import selectors
 import socket
 import threading
 from collections.abc import Callable, Sequence
-from typing import Final
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import (
@@ -23,7 +21,6 @@ from grabbergui.core.errors import (
     SourceNotFoundError,
     TransportError,
 )
-from grabbergui.core.frame import BufferPool
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
@@ -35,6 +32,9 @@ from grabbergui.net.yarp.os.name_client import Contact, NameClient, Registration
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.registry import Readers, Registry, StrangerLog
 from grabbergui.net.yarp.os.values import Item
+
+if TYPE_CHECKING:
+    from grabbergui.core.frame import BufferPool
 
 _POOLED: Final = 1 << 16
 """Size in bytes from which the memory of bodies is reused."""
@@ -258,6 +258,10 @@ class Port:
         """Return memory for a body; that of images is reused."""
         if size < _POOLED:
             return memoryview(bytearray(size))
+        import numpy as np  # a name server receives no images
+
+        from grabbergui.core.frame import BufferPool
+
         pool = self._pool
         if pool is None or pool.size != size:
             pool = self._pool = BufferPool(size, limit=8)
