@@ -88,7 +88,9 @@ class FavouritesStrip(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the width of one card: the others go to further lines."""
-        return QSize(CARD_WIDTH, max(LINE_HEIGHT, super().minimumSizeHint().height()))
+        # With cards it is as high as they are, as is the area around it, which would scroll otherwise.
+        least = 0 if self._shown else LINE_HEIGHT
+        return QSize(CARD_WIDTH, max(least, super().minimumSizeHint().height()))
 
     def heightsOfLines(self, width: int) -> list[int]:
         """Pixels of height that the first line of cards needs in that width, the first two, … all of them."""
@@ -97,7 +99,7 @@ class FavouritesStrip(QWidget):
         height, heights = margins.top() + margins.bottom(), []
         for index in range(0, len(cards), columns):
             height += max(card.sizeHint().height() for card in cards[index : index + columns])
-            heights.append(max(LINE_HEIGHT, height))  # the strip is never lower
+            heights.append(height)
             height += self.cards.verticalSpacing()
         return heights or [self.sizeHint().height()]
 
