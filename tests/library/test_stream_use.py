@@ -10,6 +10,7 @@ import pytest
 import grabbergui
 from grabbergui.core.errors import GrabberError
 from grabbergui.library.stream_use import StreamUse
+from patience import until
 
 FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
 
@@ -39,6 +40,8 @@ def test_a_recording_and_a_loop_leave_each_other_the_stream(
         recording = camera.record(tmp_path / "run.mcap")
         assert len(list(camera.frames(2))) == 2
         assert camera.streaming
+        seen = recording.progress.frames
+        until(lambda: recording.progress.frames >= seen + 2, "frames after the end of the loop")
         assert recording.stop().frames >= 2
     else:
         loop = iter(camera.frames())
