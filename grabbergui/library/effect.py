@@ -267,10 +267,12 @@ class _Measurement:
             time.sleep(max(0.0, following.captured - frame.captured) * turn / ROUNDS)
             which = turn % 2
             old, new = levels[1 - which], levels[which]
+            lost = self._queue.dropped
             for count, seen in enumerate(self._after(self._write(pair[which]), MOST_FRAMES)):
                 level = float(seen.mono().mean())
                 if abs(level - new) < abs(level - old):
-                    longest = max(longest, count)
+                    # One that we were too late for may have had the old value as well.
+                    longest = max(longest, count + self._queue.dropped - lost)
                     break
             else:
                 return None

@@ -159,15 +159,16 @@ def test_the_latency_is_measured_once_and_kept(
 
 
 @pytest.mark.parametrize("camera", [2], indirect=True)
+@pytest.mark.parametrize("frames", [3, 9], ids=["that wait", "too many to wait"])
 def test_late_acknowledges_do_not_shorten_the_latency(
-    camera: grabbergui.Camera, monkeypatch: pytest.MonkeyPatch
+    camera: grabbergui.Camera, monkeypatch: pytest.MonkeyPatch, frames: int
 ) -> None:
     camera.start()
     write = camera.grabber.write_setting
 
     def write_late(*arguments: Any) -> WriteResult:
         result = write(*arguments)
-        time.sleep(3 / camera["AcquisitionFrameRate"])
+        time.sleep(frames / camera["AcquisitionFrameRate"])
         return result
 
     monkeypatch.setattr(camera.grabber, "write_setting", write_late)
