@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import time
+import weakref
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +43,7 @@ RETRIGGER = 0.5
 
 _WATCHED: set[Camera] = set()
 "Open cameras with callbacks, which keep them open though nobody else may refer to them."
+_MADE: weakref.WeakSet[Camera] = weakref.WeakSet()
 
 
 class Camera(FeatureAccess):
@@ -71,6 +74,7 @@ class Camera(FeatureAccess):
             grabber.close()
 
         self._closing = Closing(self, close)
+        _MADE.add(self)
 
     # -- connection ------------------------------------------------------------------------------
     @property
@@ -366,3 +370,28 @@ class Camera(FeatureAccess):
         report = load_onto(self._grabber, features, dry_run=dry_run)
         self._keep_trigger |= not dry_run and any(key.name == "TriggerMode" for key in features.settings)
         return report
+
+
+# -- forked processes ----------------------------------------------------------------------------
+class _OfParent:
+    """Takes the place of a camera's grabber in a forked process, which shares its sockets, but no thread."""
+
+    streaming = False
+
+    def __init__(self, info: DeviceInfo) -> None:
+        self.info = info
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise GrabberError(
+            f"{self.info.title} is open in the process that this one was forked from;"
+            " use it there, or close it there and open it here"
+        )
+
+
+def _leave_to_parent() -> None:
+    for camera in _MADE:
+        camera._grabber = cast(FrameGrabber, _OfParent(camera.info))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_to_parent)

@@ -119,6 +119,19 @@ def forget():
     global camera
     camera = None
     gc.collect()
+def use():
+    for call in (camera.grab, lambda: camera.gain, lambda: list(camera.frames(2)), camera.files.list):
+        try:
+            call()
+        except grabbergui.GrabberError as error:
+            assert "is open in the process that this one was forked from" in str(error), error
+        else:
+            sys.exit("used")
+    repr(camera)
+users = multiprocessing.get_context("fork").Process(target=use)
+users.start()
+users.join()
+assert users.exitcode == 0
 process = multiprocessing.get_context("fork").Process(target=forget)
 process.start()
 process.join()
