@@ -1,9 +1,10 @@
 """The control channel as a sans-I/O protocol: request ids, turns, retries, pending acknowledges, heartbeat.
 
 A device handles one command at a time, so commands are sent in the order in which they were started, each
-when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The driver (`control_link`)
-sends the `datagrams()`, feeds received ones to `receive()`, and calls `handle_timer()` at `timer()`. Nothing
-here reads a clock or opens a socket; times are seconds of any monotonic clock. One thread at a time.
+when the one before it is done. Urgent ones (the heartbeat's) are sent at once, but not between a write and
+its repetition. The driver (`control_link`) sends the `datagrams()`, feeds received ones to `receive()`, and
+calls `handle_timer()` at `timer()`. Nothing here reads a clock or opens a socket; times are seconds of any
+monotonic clock. One thread at a time.
 
 Control expires unless its holder talks to the device. Reading CCP is the one command that every device
 counts, and its value shows whether control is still ours; if the device can, the address of the holder is
@@ -64,6 +65,11 @@ class Exchange:
     def is_write(self) -> bool:
         """Whether it changes the device; only such commands may be slow."""
         return isinstance(self.request, (gvcp.WriteReg, gvcp.WriteMem))
+
+    @property
+    def may_be_repeated(self) -> bool:
+        """Whether it is a write that was sent and will be sent again without an answer."""
+        return self.is_write and self._tries > 0 and not self.pending
 
     @property
     def done(self) -> bool:
@@ -195,13 +201,18 @@ class ControlChannel:
         return any(exchange.is_write and exchange.started <= moment for exchange in self._in_flight())
 
     def _in_flight(self) -> list[Exchange]:
-        """Return the urgent exchanges and the oldest of the others: those that are sent or to be sent."""
-        found, turn_taken = [], False
-        for exchange in self._exchanges.values():
-            if exchange.urgent or not turn_taken:
-                found.append(exchange)
-            turn_taken = turn_taken or not exchange.urgent
-        return found
+        """Return the urgent exchanges and the oldest of the others: those that are sent or to be sent.
+
+        An urgent read waits for a write that may have to be sent again. A device that has executed it, but
+        whose answer was lost, would execute it twice if it had another command in between.
+        """
+        oldest = next((exchange for exchange in self._exchanges.values() if not exchange.urgent), None)
+        alone = oldest is not None and oldest.may_be_repeated
+        return [
+            exchange
+            for exchange in self._exchanges.values()
+            if exchange is oldest or (exchange.urgent and (exchange.is_write or not alone))
+        ]
 
     def _advance_id(self) -> None:
         self._next_id = self._next_id % 0xFFFF + 1

@@ -189,9 +189,27 @@ def test_the_wait_for_its_turn_does_not_count_as_silence() -> None:
     assert isinstance(second.error, AckTimeoutError) and "within 1.0 s" in str(second.error)
 
 
+def test_an_urgent_read_waits_for_a_write_that_may_be_repeated() -> None:
+    """A device answers a repeated command again without executing it only if it is the last one it had."""
+    channel = ControlChannel(ControlTiming(ack_timeout=0.5, tries=2))
+    written = channel.start(WRITE, 0.0)
+    (write,) = channel.datagrams()
+    read = channel.start(READ, 0.1, urgent=True)
+    release = channel.start(WRITE, 0.1, urgent=True)
+    (sent,) = channel.datagrams()
+    assert gvcp.split_command(sent)[0].req_id == release.req_id, "a write that is urgent is so"
+    channel.handle_timer(0.5)
+    assert write in channel.datagrams()
+    channel.handle_timer(1.0)
+    assert isinstance(written.error, AckTimeoutError)
+    following = channel.start(WRITE, 1.1)
+    sent = [gvcp.split_command(datagram)[0].req_id for datagram in channel.datagrams()]
+    assert sent.index(read.req_id) < sent.index(following.req_id), "writes in a row do not hold it up"
+
+
 def test_an_urgent_command_is_sent_at_once_and_delays_none() -> None:
     channel = ControlChannel()
-    slow = channel.start(WRITE, 0.0)
+    slow = channel.start(READ, 0.0)
     beat = channel.start(READ, 0.0, urgent=True)
     assert len(list(channel.datagrams())) == 2
     channel.cancel(slow)
