@@ -61,7 +61,7 @@ class Program:
         config.write_text(CONFIG, encoding="utf-8")
         self._output = Path(folder) / "output.txt"
         self._hands, terminal = os.openpty()
-        command = [sys.executable, str(Path(__file__).with_name("_servo_program.py")), *options]
+        command = [sys.executable, "-m", "benchmarks._servo_program", *options]
         calibration = Path(folder) / "camera.yaml"
         camera_info.save(Calibration.from_field_of_view(WIDTH, HEIGHT, 60.0), calibration)
         command += ["--source", f"gige:{camera}", "--calibration", str(calibration), "--config", str(config)]
@@ -69,6 +69,7 @@ class Program:
         with self._output.open("wb") as output:
             self._process = subprocess.Popen(
                 command,
+                cwd=Path(__file__).parents[1],
                 stdin=terminal,
                 stdout=output,
                 stderr=output,

@@ -27,6 +27,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.simulated import SimRobot
 
+REPOSITORY = Path(__file__).parents[1]
 GOAL_MM = 30.0
 FAULTS = {"killed (kill -9)": signal.SIGKILL, "frozen (SIGSTOP)": signal.SIGSTOP}
 TRIES = 6
@@ -56,8 +57,8 @@ class Program:
     """`_servo_at_full_speed` in a process of its own."""
 
     def __init__(self, *arguments: str) -> None:
-        command = [sys.executable, str(Path(__file__).with_name("_servo_at_full_speed.py")), *arguments]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        command = [sys.executable, "-m", "benchmarks._servo_at_full_speed", *arguments]
+        self.process = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True)
         self.guardian = int(self.said().partition(" ")[2] or 0)
 
     def said(self) -> str:
