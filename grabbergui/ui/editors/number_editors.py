@@ -111,9 +111,14 @@ class NumberField(QAbstractSpinBox):
         return enabled
 
     def validate(self, text: str | None, position: int) -> tuple[QValidator.State, str, int]:
-        """Accept only text that can become a number."""
+        """Accept a first key only if a number can begin so: other keys are the window's.
+
+        Then every key is accepted, and the whole refused if it is no number: without its stroke 1/60 is 160.
+        """
         feature, text = self._feature, text or ""
-        possible = feature is not None and can_become_number(text, feature.unit, self._shown_in)
+        possible = self._typing or (
+            feature is not None and can_become_number(text, feature.unit, self._shown_in)
+        )
         return QValidator.State.Acceptable if possible else QValidator.State.Invalid, text, position
 
     def sizeHint(self) -> QSize:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
-from PyQt5.QtWidgets import QShortcut
+from PyQt5.QtWidgets import QShortcut, QToolTip
 from sample_features import EXPOSURE, FREE, WIDE, WIDTH, K, feature
 
 from grabbergui.ui.editors.number_editors import FOLLOWING_MS
@@ -75,6 +75,20 @@ def test_only_what_a_number_can_be_may_be_typed(take, qtbot):
     qtbot.keyClick(gain, Qt.Key_End)
     qtbot.keyClicks(gain, "eExpw")
     assert gain.text() == "7.5 dB"
+
+
+@pytest.mark.parametrize("typed", ["1/60", "1.000,5", "2 Hz", "20O", "1 2"])
+def test_what_is_no_number_is_refused_as_a_whole(take, qtbot, typed, monkeypatch):
+    """Without the keys that no number has, 1/60 would be 160."""
+    said = []
+    monkeypatch.setattr(QToolTip, "showText", lambda place, text, widget: said.append(text))
+    hand = take(EXPOSURE)
+    field = hand.editor.field
+    qtbot.keyClick(field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(field, typed)
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert (hand.values, field.text()) == ([], "10 ms")
+    assert len(said) == 1 and said[0].startswith(f"“{typed}") and said[0].endswith("is not a number")
 
 
 def test_all_of_a_field_is_its_number_so_that_the_unit_stays(take, qtbot):
