@@ -22,13 +22,16 @@ from grabbergui.library.camera import Camera
 
 RATE = 15.0
 "Images shown per second, at most."
+FIRST_FRAME = 5.0
+"Seconds to wait for the first image."
 
 
 def live_view(camera: Camera) -> object:
     """Show a camera's frames live: a panel in Jupyter if `ipywidgets` is installed, else a Matplotlib figure.
 
     In a script, the figure stays until it is closed. In Jupyter the panel (a `NotebookPanel`) is returned and
-    shown; `close` ends it. Raises SourceUnavailableError if neither package is installed.
+    shown; `close` ends it. Raises SourceUnavailableError if neither package is installed, and
+    FrameTimeoutError if no frame comes.
     """
     if _in_notebook():
         with contextlib.suppress(ImportError):
@@ -53,9 +56,14 @@ def _in_notebook() -> bool:
 def _show_figure(camera: Camera, pyplot: Any) -> object:
     camera.start()
     queue = camera.grabber.open_queue(depth=1)
+    try:
+        first = queue.get(FIRST_FRAME).rgb()
+    except BaseException:
+        queue.close()
+        raise
     figure, axes = pyplot.subplots(num=camera.info.title)
     axes.set_axis_off()
-    shown = axes.imshow(queue.get(5.0).rgb())
+    shown = axes.imshow(first)
 
     def update(_: Camera = camera) -> None:  # open as long as it is shown
         with contextlib.suppress(FrameTimeoutError):

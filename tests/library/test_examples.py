@@ -14,6 +14,7 @@ import pytest
 
 import grabbergui
 from grabbergui import sources
+from grabbergui.library import live_view
 from grabbergui.library.live_view import NotebookPanel
 from patience import PATIENCE, PROGRAM, until
 
@@ -71,6 +72,17 @@ def test_settings_from_a_file(run: Run) -> None:
     with pytest.raises(SystemExit) as ended:
         run("settings_from_file", SMALL)
     assert ended.value.code == 0
+
+
+def test_a_live_view_without_a_frame_leaves_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    monkeypatch.setattr(live_view, "FIRST_FRAME", 0.05)
+    with grabbergui.open("sim:?width=64&height=48") as camera:
+        camera["TriggerMode"] = "On"
+        before = pyplot.get_fignums()
+        with pytest.raises(grabbergui.FrameTimeoutError):
+            grabbergui.live_view(camera)
+        assert pyplot.get_fignums() == before
 
 
 def test_matplotlib(run: Run) -> None:
