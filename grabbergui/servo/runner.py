@@ -152,6 +152,7 @@ class Runner:
         self._tuned = config
 
     def _run(self) -> None:
+        failure = ""
         queue = self._grabber.open_queue(1)
         try:
             self._grabber.start()
@@ -171,16 +172,18 @@ class Runner:
                 due = max(due + 1 / self.config.loop.rate, now)
         except GrabberError as error:
             log.error("servo loop: %s", error)
-            self.failed.emit(str(error))
+            failure = str(error)
         except Exception as error:
             log.exception("servo loop")
             # psygnal wraps an exception of a listener to `cycle_done`.
-            self.failed.emit(f"internal error, see the log: {error.__cause__ or error}")
+            failure = f"internal error, see the log: {error.__cause__ or error}"
         finally:
             self.gate.halt(ENDED)
             queue.close()
             self._close_detector()
             self._running.clear()
+        if failure:
+            self.failed.emit(failure)
 
     def _close_detector(self) -> None:
         """Release the detector; the next frame gets a new one."""

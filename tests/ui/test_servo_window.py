@@ -12,7 +12,7 @@ from test_accessibility import controls, spoken_name
 
 from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.camera_info import CalibrationChoice
-from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.servo_proxy import RequestKind, RunnerProxy
 from grabbergui.models.servoing import Entry, Posture, Tuning
@@ -366,6 +366,21 @@ def test_a_run_that_failed_says_why_and_can_be_started_again(window, live, qtbot
     qtbot.waitUntil(lambda: window.messages.messages == ["the lens fell off"])
     runner._make_detector = make
     qtbot.waitUntil(lambda: not runner.running and window.startButton.isEnabled())
+    window.startButton.click()
+    qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
+
+
+def test_a_camera_that_does_not_start_leaves_the_start_to_be_repeated(window, live, qtbot, monkeypatch):
+    runner, _ = live
+
+    def fail():
+        raise SourceUnavailableError("the camera is used by another program")
+
+    with monkeypatch.context() as refused:
+        refused.setattr(runner.grabber, "start", fail)
+        runner.start()
+        qtbot.waitUntil(lambda: window.startButton.isEnabled())
+    assert window.messages.messages == ["the camera is used by another program"]
     window.startButton.click()
     qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
 

@@ -301,6 +301,8 @@ class ServoController(QObject):
 
     def _on_runner_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
+        if not self._runner.running:  # perhaps before its first cycle, from which the state would be shown
+            self._window.setState(State.STOPPED, self._runner.gate.halted)
 
     # -- hand and eye ----------------------------------------------------------------------------
     def _on_window_hand_eye_pressed(self) -> None:
