@@ -19,7 +19,7 @@ from grabbergui.driver.gige.gvcp import (
     WriteMem,
     WriteReg,
 )
-from grabbergui.driver.gige.gvcp_messages import ForceIp, Identity, encode_discovery, parse_mac
+from grabbergui.driver.gige.gvcp_messages import ForceIp, Identity, encode_discovery
 
 REQUESTS = {message.CODE: message for message in (ReadReg, WriteReg, ReadMem, WriteMem)}
 
@@ -123,20 +123,116 @@ def test_acks_of_the_wrong_size_are_refused(message: ReadReg | ReadMem) -> None:
 
 
 def test_illegal_commands_are_never_sent() -> None:
-    for build in (
-        lambda: ReadReg(()).payload(),
-        lambda: ReadReg((0,) * 136).payload(),
-        lambda: WriteReg(((0, 0),) * 68).payload(),
-        lambda: ReadMem(2, 4).payload(),
-        lambda: ReadMem(0, 540).payload(),
-        lambda: WriteMem(0, b"abc").payload(),
-        lambda: gvcp.encode_command(CommandCode.READREG, bytes(4), 0),
-        lambda: gvcp.encode_command(CommandCode.READREG, bytes(600), 1),
-        lambda: ForceIp("00:11", "10.0.0.1").encode(1),
-        lambda: ForceIp("00:11:22:33:44:55", "10.0.0.256").encode(1),
+    for build, reason in (
+        (lambda: ReadReg(()).payload(), "of 0 registers"),
+        (lambda: ReadReg((0,) * 136).payload(), "of 136 registers"),
+        (lambda: WriteReg(()).payload(), "of 0 registers"),
+        (lambda: WriteReg(((0, 0),) * 68).payload(), "of 68 registers"),
+        (lambda: ReadMem(2, 4).payload(), "0x2 is no multiple"),
+        (lambda: ReadMem(-4, 4).payload(), "0x-4 is no multiple"),
+        (lambda: ReadMem(1 << 32, 4).payload(), "0x100000000 is no multiple"),
+        (lambda: ReadMem(0, 0).payload(), "^0 bytes"),
+        (lambda: ReadMem(0, 6).payload(), "^6 bytes"),
+        (lambda: ReadMem(0, 540).payload(), "^540 bytes"),
+        (lambda: WriteMem(0, b"abc").payload(), "^3 bytes"),
+        (lambda: gvcp.encode_command(CommandCode.READREG, bytes(4), 0), "req_id 0 "),
+        (lambda: gvcp.encode_command(CommandCode.READREG, bytes(4), 0x10000), "req_id 65536 "),
+        (lambda: gvcp.encode_command(CommandCode.READREG, bytes(541), 1), "of 541 bytes"),
+        (lambda: ForceIp("00:11", "10.0.0.1").encode(1), "'00:11' is no MAC"),
     ):
-        with pytest.raises(LocalProtocolError):
+        with pytest.raises(LocalProtocolError, match=reason):
             build()
+
+
+# Every number has its highest bit set, so that none is written or read as signed.
+COMMANDS = [
+    (ReadReg((0x80000004, 0x200)), "80000004 00000200"),
+    (WriteReg(((0x80000004, 0x90000001), (8, 1))), "80000004 90000001 00000008 00000001"),
+    (ReadMem(0x80000004, 536), "80000004 0000 0218"),
+    (WriteMem(0x80000004, b"abcd"), "80000004 61626364"),
+]
+RESENDS = [
+    (PacketResend(0x8001, 0x800002, 0x800003, 0x8004), "8004 8001 00800002 00800003"),
+    (PacketResend(0x8001, 2, PacketResend.TO_THE_END), "0000 8001 00000002 00ffffff"),
+    (
+        PacketResend(1 << 63, 0x80000002, 0x80000003, 0x8004, extended=True),
+        "8004 0000 80000002 80000003 8000000000000000",
+    ),
+]
+
+
+@pytest.mark.parametrize(("message", "digits"), COMMANDS)
+def test_the_bytes_of_a_command(message: gvcp.Request, digits: str) -> None:
+    payload = bytes.fromhex(digits)
+    assert message.payload() == payload
+    assert type(message).decode(payload) == message
+    for wrong in (b"", payload[:2], payload[:5]):
+        with pytest.raises(RemoteProtocolError, match=f"{message.CODE.name} of {len(wrong)} bytes"):
+            type(message).decode(wrong)
+
+
+@pytest.mark.parametrize(("message", "digits"), RESENDS)
+def test_the_bytes_of_a_request_to_send_again(message: PacketResend, digits: str) -> None:
+    payload = bytes.fromhex(digits)
+    flags = "10" if message.extended else "00"
+    datagram = bytes.fromhex(f"42 {flags} 0040 {len(payload):04x} 8042") + payload
+    assert message.encode(0x8042) == datagram
+    assert PacketResend.decode(payload, message.flags) == message
+    for wrong in (payload[:-1], payload + b"\0"):
+        with pytest.raises(RemoteProtocolError, match=f"of {len(wrong)} bytes, need {len(payload)}"):
+            PacketResend.decode(wrong, message.flags)
+
+
+def test_the_bytes_of_acknowledges() -> None:
+    ack = Ack(0x8006, 0x8001, 0x8042, b"ab")
+    assert ack.encode() == bytes.fromhex("8006 8001 0002 8042 6162") and Ack.decode(ack.encode()) == ack
+    assert ReadReg((0, 4)).decode_ack(bytes.fromhex("80000001 80000002")) == (0x80000001, 0x80000002)
+    assert ReadReg.encode_ack((0x80000001,)) == bytes.fromhex("80000001")
+    assert ReadMem.encode_ack(0x80000004, b"abcd") == bytes.fromhex("80000004 61626364")
+    assert ReadMem(0x80000004, 4).decode_ack(bytes.fromhex("80000004 61626364")) == b"abcd"
+    assert gvcp.encode_write_ack(0x8001) == bytes.fromhex("0000 8001")
+    assert gvcp.encode_pending_ack(0x8000, 7) == bytes.fromhex("0000 0089 0004 0007 0000 8000")
+    assert gvcp.decode_pending_ack(bytes.fromhex("0000 8000")) == 32.768
+
+
+def test_the_bytes_of_another_address_are_not_taken_for_those_requested() -> None:
+    with pytest.raises(RemoteProtocolError, match="4 bytes at 0x8, 4 at 0x4 were requested"):
+        ReadMem(4, 4).decode_ack(bytes.fromhex("00000008 61626364"))
+    for decode, digits, reason in (
+        (ReadReg((0, 4)).decode_ack, "00000000", "1 registers, 2 were requested"),
+        (ReadReg((0,)).decode_ack, "0000", "READREG_ACK of 2 bytes"),
+        (ReadMem(4, 4).decode_ack, "000000", "of 3 bytes has no address"),
+        (ReadMem(4, 4).decode_ack, "00000004", "of 0 bytes at 0x4"),
+        (gvcp.decode_pending_ack, "000000", "of 3 bytes, need 4"),
+        (Ack.decode, "0000 0081 0004", "of 6 bytes, need 8"),
+        (Ack.decode, "0000 0081 0004 0001 00", "announces 4 bytes, 1 arrived"),
+    ):
+        with pytest.raises(RemoteProtocolError, match=reason):
+            decode(bytes.fromhex(digits))
+
+
+def test_what_is_no_command_is_refused_with_its_reason() -> None:
+    for datagram, reason in (
+        ("42 01 0080 0000", "of 6 bytes, need 8"),
+        ("43 01 0080 0000 0001", "begins with 0x43 instead of 0x42"),
+        ("42 01 0080 0004 0001", "announces 4 bytes, 0 arrived"),
+        ("42 01 0080 0000 0000", "req_id 0"),
+    ):
+        with pytest.raises(RemoteProtocolError, match=reason):
+            gvcp.split_command(bytes.fromhex(datagram))
+    with pytest.raises(RemoteProtocolError, match="WRITEREG of 12 bytes, need a multiple of 8"):
+        WriteReg.decode(bytes(12))
+
+
+def test_the_largest_commands_are_sent() -> None:
+    assert (
+        len(ReadReg((0,) * 135).payload()) == len(gvcp.encode_command(CommandCode.READREG, bytes(540), 1)) - 8
+    )
+    assert len(WriteReg(((0, 0),) * 67).payload()) == 536
+    assert len(WriteMem(0xFFFFFFFC, bytes(536)).payload()) == 540
+    assert ReadMem(0, 4).payload() == bytes.fromhex("00000000 0000 0004")
+    for req_id in (1, 0xFFFF):
+        assert gvcp.encode_command(CommandCode.READREG, b"", req_id)[6:] == req_id.to_bytes(2, "big")
 
 
 def test_extended_resend_has_the_block_id_at_its_end() -> None:
@@ -144,13 +240,6 @@ def test_extended_resend_has_the_block_id_at_its_end() -> None:
     line, *_ = [line for line in lines("accept-extended-ids", "C") if line.data[2:4] == b"\0\x40"]
     header, payload = gvcp.split_command(line.data)
     assert PacketResend.decode(payload, header.flags) == PacketResend(0x100000002, 3, 3, extended=True)
-
-
-def test_mac_addresses_in_every_spelling() -> None:
-    for text in ("00:30:53:0a:0b:0c", "00-30-53-0A-0B-0C", "0030530a0b0c"):
-        assert parse_mac(text) == b"\x00\x30\x53\x0a\x0b\x0c"
-    with pytest.raises(ValueError, match="no MAC"):
-        parse_mac("00:30:53")
 
 
 @given(st.binary(max_size=600), st.integers(0, 255))
