@@ -203,24 +203,20 @@ def command_line(uri: str, changes: Iterable[Change]) -> str:
 
 
 def program(uri: str, changes: Sequence[Change]) -> str:
-    """Return a program in Python that opens the source and makes the changes."""
+    """Return a program in Python that opens the source, makes the changes, and closes it."""
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(changes[-1].time)) if changes else "no changes"
     calls = [
-        f"    camera.execute({name!r})" if value is None else f"    camera.write_feature({name!r}, {value!r})"
+        f"    camera.execute({name!r})" if value is None else f"    camera[{name!r}] = {value!r}"
         for name, value in writes(changes)
     ]
     return "\n".join(
         [
             f'"""Sets a camera as it was set with grabbergui ({when})."""',
             "",
-            "from grabbergui import sources",
+            "import grabbergui",
             "",
-            f"camera = sources.create({uri!r})",
-            "camera.open()",
-            "try:",
+            f"with grabbergui.open({uri!r}) as camera:",
             *(calls or ["    pass"]),
-            "finally:",
-            "    camera.close()",
             "",
         ]
     )
