@@ -8,7 +8,7 @@ every view, and leaves out views that fit badly.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -207,12 +207,18 @@ class Collector:
             self.coverage.add(view, placement, size)
         return Verdict.KEPT
 
-    def solve(self, camera_name: str = "camera", used: Sequence[int] | None = None) -> Result:
+    def solve(
+        self,
+        camera_name: str = "camera",
+        used: Collection[int] | None = None,
+        left_out: Collection[int] = (),
+    ) -> Result:
         """Calibrate from the views kept so far. Raises UsageError if they do not suffice.
 
-        `used` are the numbers of the views to calibrate from; by default all but those that fit badly.
+        `used` are the numbers of the views to calibrate from; by default all but those in `left_out` and
+        those that fit badly.
         """
-        chosen = list(range(len(self.views))) if used is None else sorted(set(used))
+        chosen = sorted(set(range(len(self.views))) - set(left_out) if used is None else set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:
             raise UsageError(
                 f"{len(chosen)} different views of the board are too few, at least {FEWEST_VIEWS} are "

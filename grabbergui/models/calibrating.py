@@ -7,7 +7,7 @@ import queue
 import re
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -75,6 +75,8 @@ class Solution:
     "Numbers of the views that were used."
     corners: list[NDArray[np.float32]]
     "(n, 2) of each view."
+    request: int = 0
+    "How many requests to solve the model had when it was computed."
 
 
 class CalibratingModel:
@@ -84,8 +86,10 @@ class CalibratingModel:
     """`take` returns a new preview."""
     solved = Signal(Solution)
     saved = Signal(Path)
+    unsolved = Signal(str)
+    """The newest request to solve failed; a sentence as display text."""
     failed = Signal(str)
-    """A request failed; a sentence as display text."""
+    """Another request failed; a sentence as display text."""
 
     def __init__(self, grabber: FrameGrabber, settings: BoardSettings | None = None) -> None:
         self.settings = settings or BoardSettings()
@@ -94,11 +98,15 @@ class CalibratingModel:
         self.wanted = WANTED
         self.pictures: list[DisplayImage] = []
         "Pictures of the kept views, reduced."
+        self.requests = 0
+        "How often `solve` was called; a solution of an earlier request is out of date."
         self._grabber = grabber
         self._board = self.settings.board()
         self._collector = Collector(self._board, self.wanted, still=True)
         self._collecting = False
         self._result: Result | None = None
+        self._left_out: frozenset[int] = frozenset()
+        "Numbers of the views that the user does not want."
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
         self._offer: BoardPreview | None = None
@@ -166,10 +174,15 @@ class CalibratingModel:
         """Forget all views."""
         self._jobs.put(self._begin)
 
-    def solve(self, used: Sequence[int] | None = None) -> None:
-        """Compute the calibration from these views, by default from all that fit; the answer is `solved`."""
-        chosen = None if used is None else tuple(used)
-        self._jobs.put(lambda: self._solve(chosen))
+    def solve(self, used: Collection[int] | None = None) -> None:
+        """Compute the calibration from these views, by default from all that fit and were not left out.
+
+        The answer is `solved` or `unsolved`; none comes to a request that is followed by another.
+        """
+        chosen = None if used is None else frozenset(used)
+        self.requests += 1
+        request = self.requests
+        self._jobs.put(lambda: self._solve(chosen, request))
 
     def save(self, path: Path) -> None:
         """Write the calibration as camera_info YAML; the answer is `saved`."""
@@ -227,7 +240,7 @@ class CalibratingModel:
         self._put(self._preview(image, (frame.width, frame.height), verdict))
         if self._collecting and collector.complete:
             self._collecting = False
-            self._solve(None)
+            self._solve(None, self.requests)
 
     def _preview(
         self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None
@@ -251,17 +264,21 @@ class CalibratingModel:
         self._collector = Collector(self._board, WANTED, still=True)
         self.wanted = WANTED
         self.pictures = []
-        self._result = None
+        self._result, self._left_out = None, frozenset()
 
-    def _solve(self, used: tuple[int, ...] | None) -> None:
+    def _solve(self, used: frozenset[int] | None, request: int) -> None:
+        if request != self.requests:  # the views were chosen anew meanwhile
+            return
         try:
-            result = self._collector.solve(self.name, used)
+            result = self._collector.solve(self.name, used, self._left_out)
         except GrabberError as error:
-            self.failed.emit(error_text(error))
+            self.unsolved.emit(error_text(error))
             return
         self._result = result
+        if used is not None:
+            self._left_out = frozenset(range(len(result.errors))) - used
         chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))
-        self.solved.emit(Solution(result, chosen, [view.picture for view in self._collector.views]))
+        self.solved.emit(Solution(result, chosen, [view.picture for view in self._collector.views], request))
 
 
 def verdict_text(verdict: Verdict) -> str:

@@ -11,8 +11,9 @@ from PyQt5.QtWidgets import QFileDialog
 import fakes
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.collector import Coverage, Verdict
+from grabbergui.calibration.collector import Collector, Coverage, Verdict
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat, by_name
@@ -23,6 +24,7 @@ from grabbergui.models import calibrating
 from grabbergui.models.calibrating import BoardPreview, camera_name
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from patience import PATIENCE
 
 MONO = by_name("Mono8")
 SETTINGS = FrameSettings(
@@ -210,6 +212,94 @@ def test_a_few_views_suffice_where_one_finishes_early(stand, views):
     stand.click(stand.dialog.nextButton)
     stand.until(lambda: stand.dialog.step is Step.RESULT)
     assert 5 <= stand.dialog.views.topLevelItemCount() <= 7
+
+
+def test_views_that_were_left_out_stay_so_when_more_are_taken(stand, views):
+    dialog = stand.dialog
+    _take(stand, views[:7])
+    count = dialog.views.topLevelItemCount()
+    dialog.views.topLevelItem(1).setCheckState(0, Qt.Unchecked)
+    stand.until(lambda: f"over {count - 1} views" in dialog.resultLabel.text())
+    stand.click(dialog.moreButton)
+    stand.put(views[7], times=3)
+    stand.until(lambda: dialog.progress.value() > count)
+    stand.click(dialog.nextButton)
+    stand.until(lambda: dialog.step is Step.RESULT)
+    ticks = [dialog.views.topLevelItem(row).checkState(0) for row in range(count + 1)]
+    assert ticks[1] == Qt.Unchecked
+    assert ticks[count] == Qt.Checked
+
+
+def test_views_unticked_while_a_calibration_is_computed_stay_unticked(stand, views, monkeypatch):
+    dialog, solve, proceed, solutions = stand.dialog, Collector.solve, threading.Event(), []
+    stand.model.solved.connect(solutions.append)
+    _take(stand, views[:8])
+
+    def slowly(*arguments):
+        assert proceed.wait(PATIENCE)
+        return solve(*arguments)
+
+    monkeypatch.setattr(Collector, "solve", slowly)
+    rows = range(2)
+    for row in rows:
+        dialog.views.topLevelItem(row).setCheckState(0, Qt.Unchecked)
+        stand.model.solved.emit(solutions[0])  # comes late, with the ticks of before
+        stand.qtbot.wait(1)
+    assert [dialog.views.topLevelItem(row).checkState(0) for row in rows] == [Qt.Unchecked] * 2
+    proceed.set()
+    count = dialog.views.topLevelItemCount()
+    stand.until(lambda: f"over {count - 2} views" in dialog.resultLabel.text())
+
+
+def test_ticks_that_leave_too_few_views_are_those_of_the_result_again(stand, views):
+    dialog = stand.dialog
+    _take(stand, views[:7])
+    count = dialog.views.topLevelItemCount()
+    for row in range(count - 4):
+        dialog.views.topLevelItem(row).setCheckState(0, Qt.Unchecked)
+    stand.until(lambda: dialog.messages.messages)
+    assert "at least 5" in dialog.messages.messages[0]
+    rows = [dialog.views.topLevelItem(row) for row in range(count)]
+    ticked = sum(row.checkState(0) == Qt.Checked for row in rows)
+    assert ticked >= 5
+    assert f"over {ticked} views" in dialog.resultLabel.text()
+
+
+def test_views_are_still_taken_after_those_that_did_not_suffice(stand, views, monkeypatch):
+    dialog = stand.dialog
+
+    def fails(*_):
+        raise UsageError("the views do not determine the camera")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Collector, "solve", fails)
+        _take(stand, views[:6], finished=lambda: dialog.messages.messages)
+    before = dialog.progress.value()
+    stand.put(views[6], times=3)
+    stand.until(lambda: dialog.progress.value() > before)
+
+
+def test_escape_does_not_throw_views_away(stand, views):
+    stand.click(stand.dialog.nextButton)
+    stand.put(views[0], times=3)
+    stand.until(lambda: stand.dialog.progress.value() == 1)
+    stand.qtbot.keyClick(stand.dialog, Qt.Key_Escape)
+    assert stand.dialog.isVisible()
+    stand.click(stand.dialog.againButton)
+    stand.put(np.full((512, 608), 90, np.uint8))
+    stand.until(lambda: stand.dialog.progress.value() == 0)
+    stand.qtbot.keyClick(stand.dialog, Qt.Key_Escape)
+    assert not stand.dialog.isVisible()
+
+
+def _take(stand, views, finished=None):
+    """Take these views and finish."""
+    stand.click(stand.dialog.nextButton)
+    for view in views:
+        stand.put(view, times=3)
+    stand.until(stand.dialog.nextButton.isEnabled)
+    stand.click(stand.dialog.nextButton)
+    stand.until(finished or (lambda: stand.dialog.step is Step.RESULT))
 
 
 def test_too_few_views_are_no_calibration(stand, views):

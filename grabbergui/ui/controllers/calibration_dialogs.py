@@ -42,6 +42,7 @@ class CalibratingController(QObject):
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.solved, self._on_model_solved)
+        self._bridge.bind(self.model.unsolved, self._on_model_unsolved)
         self._bridge.bind(self.model.saved, self._on_model_saved)
         self._bridge.bind(self.model.failed, dialog.messages.showError)
         dialog.setBoard(self.model.settings)
@@ -130,10 +131,19 @@ class CalibratingController(QObject):
 
     def _on_model_solved(self, solution: Solution) -> None:
         self._solution = solution
+        if solution.request != self.model.requests:  # other views were ticked since
+            return
         self.dialog.setSolution(solution)
         if self.dialog.step is Step.VIEWS:
             self.go(Step.RESULT)
         self._show_view()
+
+    def _on_model_unsolved(self, reason: str) -> None:
+        self.dialog.messages.showError(reason)
+        if self.dialog.step is Step.VIEWS:
+            self.model.collect(True)
+        elif self._solution is not None:  # what *Save* writes
+            self.dialog.setSolution(self._solution)
 
     def _on_model_saved(self, path: Path) -> None:
         text = self.tr("Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`")

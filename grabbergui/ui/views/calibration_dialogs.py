@@ -7,6 +7,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import (
     QComboBox,
     QCommandLinkButton,
@@ -260,6 +261,11 @@ class CalibrationDialog(CalibratingDialog):
         )
         text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
         set_verdict(self.verdictLabel, text, "idle")
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Let Escape close the dialog only before there are views, which would be lost."""
+        if event is None or event.key() != Qt.Key.Key_Escape or not self.progress.value():
+            super().keyPressEvent(event)
 
     # -- inside ----------------------------------------------------------------------------------
     @property
