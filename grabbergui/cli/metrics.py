@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from socketserver import TCPServer
 from typing import Any
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
@@ -155,7 +156,7 @@ class MetricsServer:
     def url(self) -> str:
         """The URL of the page."""
         host, port = self._server.server_address[:2]
-        return f"http://{host!s}:{port}/metrics"
+        return f"http://[{host!s}]:{port}/metrics" if ":" in str(host) else f"http://{host!s}:{port}/metrics"
 
     def __enter__(self) -> MetricsServer:
         self._thread.start()
@@ -179,7 +180,11 @@ class _Server(ThreadingHTTPServer):
         self._requests: dict[socket.socket, None] = {}
         "The requests in progress, oldest first."
         self._lock = threading.Lock()
+        self.address_family = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0][0]
         super().__init__(address, handler)
+
+    def server_bind(self) -> None:
+        TCPServer.server_bind(self)  # HTTP's own asks DNS for this machine's name, which may take long
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         return self._allowed.allows(client_address[0], request.getsockname()[0])

@@ -118,6 +118,19 @@ def test_callers_that_say_nothing_do_not_become_many(camera):
             assert sock.recv(100) == b"", "the oldest gave way"
 
 
+def test_counters_at_an_ipv6_address(camera):
+    with MetricsServer(camera, "[::1]:0", {}) as server:
+        assert server.url.startswith("http://[::1]:")
+        assert "grabbergui_streaming" in fetch(server.url)[1]
+
+
+def test_the_names_of_this_machine_are_not_asked_for(camera, monkeypatch):
+    """The server waits for no DNS, which may be far or broken."""
+    monkeypatch.setattr(socket, "getfqdn", lambda *_: pytest.fail("asked DNS"))
+    with MetricsServer(camera, "127.0.0.1:0", {}) as server:
+        assert "grabbergui_streaming" in fetch(server.url)[1]
+
+
 def test_addresses():
     assert parse_address("9100") == ("127.0.0.1", 9100)
     assert parse_address("0.0.0.0:80") == ("0.0.0.0", 80)
