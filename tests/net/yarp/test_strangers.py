@@ -228,3 +228,16 @@ def test_warnings_about_strangers_are_few(caplog):
     now[0] += 60
     strangers.warn("refused")
     assert caplog.messages == ["/port: refused", "/port: refused (49 more since the last such line)"]
+
+
+def test_peers_that_send_garbage_do_not_fill_the_log(caplog):
+    caplog.set_level("INFO")
+    with OutputPort("/out") as output:
+        for _ in range(20):
+            with connect(output, greeting=b"\xff" * 12) as sock:
+                assert gone(sock)
+        until(lambda: not output._registry.inputs, "the end of their threads")
+
+    (warning,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert STRANGER in warning
+    assert "was expected" in warning

@@ -152,6 +152,9 @@ class Owner(Protocol):
     def unregister(self, connection: Input) -> None:
         """Forget a connection that has ended."""
 
+    def warn(self, text: str) -> None:
+        """Log what a peer did wrong, unless such lines are too many."""
+
     def allocate(self, size: int) -> memoryview:
         """Return memory for a message's body."""
 
@@ -233,9 +236,12 @@ class Input:
             answered = self._carrier is wire.NAME_SER and isinstance(error, TransportError)
             if not self._closed and not answered:
                 # A peer that closes without a header only checked that the port exists: `yarp exists` does.
-                usual = logging.INFO if self.peer else logging.DEBUG
-                level = logging.WARNING if isinstance(error, ProtocolError) else usual
-                log.log(level, "%s: connection from %s closed: %s", self._owner.name, self.info.title, error)
+                text = f"connection from {self.info.title} closed: {error}"
+                if isinstance(error, ProtocolError):
+                    self._owner.warn(text)
+                else:
+                    level = logging.INFO if self.peer else logging.DEBUG
+                    log.log(level, "%s: %s", self._owner.name, text)
         except Exception:
             log.exception("%s: connection from %s failed", self._owner.name, self.info.title)
         finally:

@@ -254,6 +254,10 @@ class Port:
         """Forget a connection that has ended."""
         self._registry.remove(connection)
 
+    def warn(self, text: str) -> None:
+        """Log what a peer did wrong, unless such lines are too many."""
+        self._strangers.warn(text)
+
     def allocate(self, size: int) -> memoryview:
         """Return memory for a body; that of images is reused."""
         if size < _POOLED:

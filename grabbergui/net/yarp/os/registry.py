@@ -92,7 +92,7 @@ def _largest_group(connections: Sequence[_Connection]) -> list[_Connection]:
 
 # -- log about strangers -------------------------------------------------------------------------
 class StrangerLog:
-    """Warnings about strangers, a few a minute however many come. Any thread."""
+    """Warnings about strangers, a few a minute however many come; the rest is logged as info. Any thread."""
 
     def __init__(self, port: str, clock: Callable[[], float] = time.monotonic) -> None:
         self._port = port
@@ -105,6 +105,7 @@ class StrangerLog:
         now = self._clock()
         if now < self._next:
             self._unsaid += 1
+            log.info("%s: %s", self._port, text)
             return
         more = f" ({self._unsaid} more since the last such line)" if self._unsaid else ""
         self._next, self._unsaid = now + _QUIET_SECONDS, 0
