@@ -1,7 +1,8 @@
+import itertools
 import socket
 import threading
 import time
-from contextlib import closing
+from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 
 import numpy as np
@@ -272,32 +273,76 @@ def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
             assert names.query("/out").address == output.contact.address
 
 
-def test_a_name_that_is_overwritten_is_announced_again_ever_more_rarely(caplog):
-    waits = []
+class Looking(threading.Event):
+    """The pauses of a registration on a clock of their own; in each of them something may happen."""
+
+    def __init__(self, end, on_pause):
+        super().__init__()
+        self.now, self._end, self._on_pause = 0.0, end, on_pause
+
+    def wait(self, timeout=None):
+        self._on_pause(self.now)
+        self.now += timeout
+        return self.now >= self._end
+
+
+@contextmanager
+def registered(names, end, on_pause):
+    looking = Looking(end, on_pause)
+    contact = Contact("/out", "127.0.0.1", 12345)
+    ours = name_client.Registration(contact, names, lambda: looking.now)
+    ours._closing = looking
+    ours.open()
+    until(lambda: looking.now >= end, "the end")
+    try:
+        yield contact.address
+    finally:
+        ours.close()
+
+
+def test_a_name_that_is_overwritten_is_registered_again_ever_more_rarely(caplog):
+    back = []
     with NameServer(port=0) as server:
         names = NameClient(server.contact)
-        contact = Contact("/out", "127.0.0.1", 12345)
 
-        class Overwritten(threading.Event):
-            """Somebody takes the name whenever the registration waits, nine times."""
+        def overwrite(now):
+            if names.query("/out").port != 666:
+                back.append(now)
+                names.register("/out", "tcp", "10.6.6.6", 666)
 
-            def wait(self, timeout=None):
-                known = names.query("/out")
-                assert known.address == contact.address, "back by itself"
-                waits.append(timeout)
-                if len(waits) < 10:
-                    names.register("/out", "tcp", "10.6.6.6", 666)
-                return len(waits) == 20
-
-        ours = name_client.Registration(contact, names)
-        ours._closing = Overwritten()
-        ours.open()
-        until(lambda: len(waits) == 20, "the end")
-        ours.close()
-    assert waits[:10] == [5, 10, 20, 40, 80, 160, 300, 300, 300, 300]
-    assert waits[-1] == 5, "soon again once nobody takes it"
+        with registered(names, 1600, overwrite):
+            pass
+    assert [later - earlier for earlier, later in itertools.pairwise(back)] == [
+        *(5, 10, 20, 40, 80, 160, 300, 300, 300, 300)
+    ]
     warnings = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert len(warnings) == 9 and "10.6.6.6:666 took this name" in warnings[0]
+    assert len(warnings) == len(back) - 1 and "10.6.6.6:666 took this name" in warnings[0]
+
+
+def test_a_name_is_back_at_once_when_the_other_port_leaves_after_a_long_dispute():
+    unknown = []
+    with NameServer(port=0) as server:
+        names = NameClient(server.contact)
+
+        def overwrite_for_a_while(now):
+            if now < 1000:
+                names.register("/out", "tcp", "10.6.6.6", 666)
+            elif now == 1000:
+                names.unregister("/out")
+            elif not any(known.name == "/out" for known in names.list()):
+                unknown.append(now)
+
+        with registered(names, 1100, overwrite_for_a_while) as address:
+            assert not unknown
+            assert names.query("/out").address == address
+
+
+def test_a_port_that_closes_leaves_its_name_to_the_one_that_took_it():
+    with NameServer(port=0) as server:
+        names = NameClient(server.contact)
+        with OutputPort("/out", names):
+            names.register("/out", "tcp", "10.6.6.6", 666)
+        assert names.query("/out").port == 666
 
 
 def test_authentication_keeps_strangers_out(monkeypatch):

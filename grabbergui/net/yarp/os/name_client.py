@@ -252,16 +252,19 @@ def _checked(name: str) -> str:
 KEEP_SECONDS: Final = 5.0
 """Seconds between two checks whether the name server still knows a port."""
 
-LONGEST_WAIT: Final = 300.0
-"""Between two announcements of a name that somebody else takes again and again."""
+LONGEST_PAUSE: Final = 300.0
+"""Between two registrations of a name that somebody else takes again and again."""
 
 
 class Registration:
     """The name of one port, from when it opens until it closes."""
 
-    def __init__(self, contact: Contact, names: NameClient) -> None:
+    def __init__(
+        self, contact: Contact, names: NameClient, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._contact = contact
         self._names = names
+        self._clock = clock
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep, name=f"yarp {contact.name} name", daemon=True)
 
@@ -279,10 +282,14 @@ class Registration:
         self._quietly(self._names.announce, self._contact.name)
 
     def close(self) -> None:
-        """Give the name up. Never raises."""
+        """Give the name up, unless another port has it by now. Never raises."""
         self._closing.set()
         self._thread.join(10)
-        self._quietly(self._names.unregister, self._contact.name)
+        self._quietly(self._unregister)
+
+    def _unregister(self) -> None:
+        if self._names.query(self._contact.name).address == self._contact.address:
+            self._names.unregister(self._contact.name)
 
     def _register(self) -> None:
         contact = self._contact
@@ -293,21 +300,25 @@ class Registration:
         self._names.set_property(contact.name, "process", str(os.getpid()))
 
     def _keep(self) -> None:
-        """Announce the name again when the name server forgot it or another port took it."""
-        name, unreachable, wait = self._contact.name, False, KEEP_SECONDS
-        while not self._closing.wait(wait):
+        """Register the name again when the name server forgot it or another port took it."""
+        name, unreachable = self._contact.name, False
+        pause, since = KEEP_SECONDS, self._clock()
+        while not self._closing.wait(KEEP_SECONDS):
             try:
                 known = self._names.query(name)
                 unreachable = False
+                if self._clock() - since < pause:
+                    continue
+                since = self._clock()
                 if known.address == self._contact.address:
-                    wait = max(KEEP_SECONDS, wait / 2)
+                    pause = max(KEEP_SECONDS, pause / 2)
                     continue
                 # The longer the dispute, the rarer: two ports of one name must not load the name server.
-                wait = min(2 * wait, LONGEST_WAIT)
+                pause = min(2 * pause, LONGEST_PAUSE)
                 log.warning(
-                    "%s: %s:%d took this name at the name server; it is registered again, and looked after "
-                    "in %g s",
-                    *(name, *known.address, wait),
+                    "%s: %s:%d took this name at the name server; it is registered again, and if it is taken "
+                    "again, in %g s",
+                    *(name, *known.address, pause),
                 )
                 self._register()
             except SourceNotFoundError:
