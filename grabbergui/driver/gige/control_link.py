@@ -21,6 +21,7 @@ from grabbergui.core.errors import (
     DeviceStatusError,
     TransportError,
 )
+from grabbergui.core.socket_timeouts import wait_readable
 from grabbergui.driver.gige.bootstrap import (
     GVCP_PORT,
     Capability,
@@ -244,7 +245,7 @@ class ControlLink:
         One system call, since each may cost a wait for the GIL.
         """
         try:
-            return self._socket.recv(_LARGEST_ACK)
+            return self._socket.recv(_LARGEST_ACK, wait_readable(self._socket))
         except (BlockingIOError, TimeoutError):
             return b""
         except OSError as error:

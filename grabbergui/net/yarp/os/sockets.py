@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, ResourceExhaustedError, TransportError
+from grabbergui.core.socket_timeouts import wait_readable, wait_writable
 from grabbergui.net.yarp.os.bottle import Buffer
 
 # -- authentication ------------------------------------------------------------------------------
@@ -143,10 +144,11 @@ def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     total = 0
     try:
         while pending:
+            flags = wait_writable(sock)
             if len(pending) == 1 or sys.platform == "win32":
-                sent = sock.send(pending[0])
+                sent = sock.send(pending[0], flags)
             else:
-                sent = sock.sendmsg(pending[:_GATHER])
+                sent = sock.sendmsg(pending[:_GATHER], (), flags)
             total += sent
             while sent and pending:
                 if sent < len(pending[0]):
@@ -178,7 +180,7 @@ def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = Fal
     Raises AckTimeoutError when the deadline passed with nothing, TransportError.
     """
     try:
-        return sock.recv_into(into, 0, socket.MSG_WAITALL if all_of_it else 0)
+        return sock.recv_into(into, 0, wait_readable(sock) | (socket.MSG_WAITALL if all_of_it else 0))
     except BlockingIOError as error:
         raise AckTimeoutError("the peer sends nothing") from error
     except OSError as error:
@@ -215,7 +217,7 @@ def _wake_at(sock: socket.socket, size: int) -> None:
 def receive(sock: socket.socket, size: int) -> bytes:
     """Return up to `size` bytes that have arrived, none if the peer has closed. Raises as `receive_some`."""
     try:
-        return sock.recv(size)
+        return sock.recv(size, wait_readable(sock))
     except BlockingIOError as error:
         raise AckTimeoutError("the peer sends nothing") from error
     except OSError as error:
