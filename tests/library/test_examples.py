@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import runpy
 import socket
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -28,7 +30,6 @@ Run = Callable[..., str]
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("MPLBACKEND", "Agg")
 
     def run(name: str, *arguments: str) -> str:
         monkeypatch.setattr(sys, "argv", [name, *arguments])
@@ -74,8 +75,14 @@ def test_settings_from_a_file(run: Run) -> None:
     assert ended.value.code == 0
 
 
-def test_a_live_view_without_a_frame_leaves_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    pyplot = pytest.importorskip("matplotlib.pyplot")
+@pytest.fixture
+def pyplot() -> Any:
+    """Matplotlib without windows: beside a QApplication it would take Qt, and wait until they are closed."""
+    pytest.importorskip("matplotlib").use("Agg")
+    return importlib.import_module("matplotlib.pyplot")
+
+
+def test_a_live_view_without_a_frame_leaves_no_figure(pyplot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live_view, "FIRST_FRAME", 0.05)
     with grabbergui.open("sim:?width=64&height=48") as camera:
         camera["TriggerMode"] = "On"
@@ -85,8 +92,7 @@ def test_a_live_view_without_a_frame_leaves_no_figure(monkeypatch: pytest.Monkey
         assert pyplot.get_fignums() == before
 
 
-def test_matplotlib(run: Run) -> None:
-    pyplot = pytest.importorskip("matplotlib.pyplot")
+def test_matplotlib(run: Run, pyplot: Any) -> None:
     before = {*pyplot.get_fignums()}
     run("matplotlib_live", SMALL)
     (figure,) = map(pyplot.figure, {*pyplot.get_fignums()} - before)
