@@ -129,8 +129,6 @@ class ControlChannel:
 
     def __init__(self, timing: ControlTiming | None = None) -> None:
         self.timing = timing or ControlTiming()
-        self.last_heard: float | None = None
-        "When the device last acknowledged anything."
         self.ignored = 0
         "Datagrams that acknowledged no exchange in progress."
         self._exchanges: dict[int, Exchange] = {}
@@ -163,7 +161,6 @@ class ControlChannel:
         if exchange is None:
             self.ignored += 1
             return
-        self.last_heard = now
         exchange.receive(ack, now)
         if exchange.done:
             self.cancel(exchange)
@@ -195,10 +192,6 @@ class ControlChannel:
     def patient(self) -> bool:
         """Whether the device announced a late acknowledge, so that its silence means nothing."""
         return any(exchange.pending for exchange in self._exchanges.values())
-
-    def waiting_since(self, moment: float) -> bool:
-        """Whether a write begun before `moment` still waits for its acknowledge."""
-        return any(exchange.is_write and exchange.started <= moment for exchange in self._in_flight())
 
     def _in_flight(self) -> list[Exchange]:
         """Return the urgent exchanges and the oldest of the others: those that are sent or to be sent.
@@ -294,7 +287,7 @@ class Heartbeat:
         error = exchange.error
         if exchange.payload is not None:
             self._judge_privilege(exchange.payload)
-        elif isinstance(error, AckTimeoutError) and not self._excused(exchange):
+        elif isinstance(error, AckTimeoutError) and not self._channel.patient:
             self.lost = f"the camera did not answer for {now - exchange.started:.1f} s"
         elif isinstance(error, DeviceStatusError) and error.status == Status.ACCESS_DENIED:
             # Whoever has control exclusively keeps others from reading too.
@@ -314,7 +307,3 @@ class Heartbeat:
         elif self._holder is not None and tuple(holder) != self._holder:
             address = socket.inet_ntoa(holder[1].to_bytes(4, "big"))
             self.lost = f"another application, at {address}, took control of the camera"
-
-    def _excused(self, exchange: Exchange) -> bool:
-        """Return whether silence is normal: a device busy with a write may answer nothing."""
-        return self._channel.patient or self._channel.waiting_since(exchange.started)

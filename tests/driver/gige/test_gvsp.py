@@ -258,6 +258,8 @@ def test_the_bytes_of_a_trailer(trailer: Trailer, digits: str) -> None:
 
 
 def test_a_trailer_of_part_of_its_words() -> None:
+    assert Trailer(PayloadKind.CHUNK).encode() == bytes.fromhex("0000 0004 00000000")
+    assert Trailer(PayloadKind.EXTENDED_CHUNK).encode() == bytes.fromhex("0000 0005") + bytes(12)
     assert Trailer.decode(bytes.fromhex("0000 4001 00000007")) == Trailer(0x4001, 7)
     assert Trailer.decode(bytes.fromhex("0000 0001 00000007 00000008")) == Trailer(1, 7), "without chunks"
     assert Trailer.decode(bytes.fromhex("0000 0005 00000007")) == Trailer(PayloadKind.EXTENDED_CHUNK)
