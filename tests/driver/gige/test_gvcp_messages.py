@@ -222,7 +222,7 @@ def test_an_open_camera_is_described_by_its_registers() -> None:
 @pytest.mark.parametrize(
     ("raw", "text"),
     [
-        (b"Cam\0old", "Cam"),
+        (b"Cam\0old\0er", "Cam"),
         (b"full field", "full field"),
         (b" a\x07b\n\0", "ab"),
         (b"K\xc3\xa4fer\0", "Käfer"),
