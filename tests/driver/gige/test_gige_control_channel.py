@@ -91,7 +91,10 @@ def test_an_answer_must_match_command_and_id() -> None:
         b"\0\0",
     ):
         channel.receive(stranger, 0.1)
-    assert not exchange.done
+    assert not exchange.done and channel.ignored == 2
+    malformed = Ack(0, gvcp.PENDING_ACK, exchange.req_id, bytes(2)).encode()
+    channel.receive(malformed, 0.1)
+    assert not channel.patient and channel.timer() == 0.4
 
 
 def test_a_refusal_names_command_address_and_status() -> None:
@@ -108,7 +111,27 @@ def test_a_busy_device_is_asked_again() -> None:
     exchange = channel.start(WRITE, 0.0)
     replies = iter([Status.BUSY, Status.BUSY, Status.SUCCESS])
     sent = run_until(channel, 5.0, lambda now, data: ack_of(data, bytes(4), next(replies)))
-    assert exchange.payload == bytes(4) and len(sent) == 3 and sent[-1] < 0.1
+    assert exchange.payload == bytes(4)
+    assert sent == pytest.approx([0.0, 0.02, 0.06]), "after a pause that grows"
+
+
+def test_a_device_that_stays_busy_is_named_so() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(WRITE, 0.0)
+    sent = run_until(channel, 5.0, lambda now, data: ack_of(data, b"", Status.BUSY))
+    assert sent == pytest.approx([0.0, 0.02, 0.06, 0.12])
+    assert isinstance(exchange.error, DeviceStatusError) and exchange.error.status == Status.BUSY
+
+
+def test_a_device_that_asked_for_time_and_is_busy_then_is_asked_again() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(WRITE, 0.0)
+    (datagram,) = channel.datagrams()
+    channel.receive(gvcp.encode_pending_ack(1000, exchange.req_id), 0.1)
+    channel.receive(ack_of(datagram, b"", Status.BUSY), 0.2)
+    assert not channel.patient and channel.timer() == pytest.approx(0.22)
+    channel.handle_timer(0.22)
+    assert channel.datagrams() == [datagram]
 
 
 def test_pending_ack_moves_the_deadline_and_stops_the_retries() -> None:
@@ -218,6 +241,29 @@ def test_an_urgent_command_is_sent_at_once_and_delays_none() -> None:
     assert after.done and not beat.done
 
 
+@pytest.mark.parametrize(
+    "message, described",
+    [
+        (ReadReg((0xA00, 0xA04)), "READREG at 0xA00"),
+        (WriteReg(((0xA04, 1), (0xA08, 2))), "WRITEREG at 0xA04"),
+        (gvcp.ReadMem(0x200, 8), "READMEM at 0x200"),
+        (gvcp.WriteMem(0x204, bytes(4)), "WRITEMEM at 0x204"),
+    ],
+)
+def test_a_command_that_is_not_answered_is_described(message: gvcp.Request, described: str) -> None:
+    channel = ControlChannel()
+    exchange = channel.start(message, 5.0, ControlTiming(ack_timeout=0.5, tries=1))
+    (datagram,) = channel.datagrams()
+    assert channel.timer() == 5.5
+    channel.handle_timer(5.4)
+    assert not exchange.done
+    channel.handle_timer(5.5)
+    assert str(exchange.error) == f"{described} was not acknowledged within 0.5 s (1 tries)"
+    assert channel.timer() is None and channel.datagrams() == []
+    channel.receive(ack_of(datagram), 5.6)
+    assert channel.ignored == 1
+
+
 # -- heartbeat ---------------------------------------------------------------------------------------
 class Driven:
     """A heartbeat on a channel, driven as `control_link` drives both."""
@@ -246,6 +292,10 @@ class Driven:
         return self
 
 
+def test_the_pulse_is_four_times_as_fast_as_control_expires() -> None:
+    assert [Pulse.for_timeout(ms).period for ms in (0, 500, 1000, 3000)] == [0.4, 0.125, 0.25, 0.4]
+
+
 def test_it_beats_once_a_period_while_answered() -> None:
     driven = Driven().run(4.0, lambda now, data: ack_of(data))
     assert driven.heartbeat.lost is None
@@ -257,8 +307,9 @@ def test_it_beats_once_a_period_while_answered() -> None:
 
 def test_silence_is_loss_within_two_seconds() -> None:
     driven = Driven().run(10.0, lambda now, data: ack_of(data) if now < 3.0 else None)
-    assert driven.heartbeat.lost is not None and "did not answer" in driven.heartbeat.lost
+    assert driven.heartbeat.lost == "the camera did not answer for 1.2 s"
     assert driven.now - 3.0 < 2.0
+    assert not driven.heartbeat.beating and driven.heartbeat.timer() is None
 
 
 def test_a_few_lost_datagrams_are_no_loss() -> None:
@@ -271,6 +322,18 @@ def test_a_few_lost_datagrams_are_no_loss() -> None:
 def test_lost_privilege_matters_to_a_controller_only(controlling: bool, lost: bool) -> None:
     driven = Driven(controlling=controlling).run(1.0, lambda now, data: ack_of(data, bytes(4)))
     assert (driven.heartbeat.lost is not None) is lost
+    if driven.heartbeat.lost is not None:
+        assert "took our control back" in driven.heartbeat.lost and driven.now == 0.0
+
+
+@pytest.mark.parametrize(
+    "privilege, ours", [(0, False), (Control.EXCLUSIVE, True), (Control.CONTROL, True), (4, False)]
+)
+def test_exclusive_control_is_control_and_readiness_to_hand_it_over_is_none(
+    privilege: int, ours: bool
+) -> None:
+    driven = Driven().run(1.0, lambda now, data: ack_of(data, privilege.to_bytes(4, "big")))
+    assert (driven.heartbeat.lost is None) is ours
 
 
 def test_control_in_other_hands_is_loss_although_somebody_has_it() -> None:

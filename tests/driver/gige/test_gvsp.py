@@ -278,7 +278,7 @@ def test_the_bytes_of_positions() -> None:
     assert in_flow.encode() == container
     assert GendcPosition.decode(container + b"data") == in_flow
     assert GendcPosition.decode(GendcPosition(0, 8).encode()) == GendcPosition(0, 8)
-    with pytest.raises(RemoteProtocolError, match="announces 4 bytes, has 3$"):
+    with pytest.raises(RemoteProtocolError, match=r"announces 4 bytes, has 3$"):
         GendcPosition.decode(container + b"dat")
     for length in range(16):
         with pytest.raises(RemoteProtocolError, match=f"of {length} bytes, need 16"):
