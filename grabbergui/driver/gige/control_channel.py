@@ -260,7 +260,6 @@ class Heartbeat:
         self.request = PRIVILEGE if holder is None else PRIVILEGE_AND_HOLDER
         "What each beat asks the device."
         self._exchange: Exchange | None = None
-        self._begun = now
         self._next = now
 
     def timer(self) -> float | None:
@@ -276,10 +275,9 @@ class Heartbeat:
         """Begin a read when it is time, and judge one that has ended."""
         if self._exchange is not None and self._exchange.done:
             exchange, self._exchange = self._exchange, None
-            self._next = self._begun + self._pulse.period
             self.judge(exchange, now)
         if self._exchange is None and self.lost is None and now >= self._next:
-            self._begun = now
+            self._next = now + self._pulse.period
             self._exchange = self._channel.start(self.request, now, self._pulse.timing, urgent=True)
 
     def judge(self, exchange: Exchange, now: float) -> None:

@@ -59,6 +59,7 @@ def test_an_answer_ends_the_exchange() -> None:
     channel.receive(ack_of(datagram), 0.01)
     assert exchange.done and exchange.payload == b"\0\0\0\2"
     assert channel.timer() is None
+    channel.cancel(exchange)  # as `control_link` does with each
 
 
 def test_a_lost_command_is_sent_again_unchanged_and_then_given_up() -> None:
@@ -86,9 +87,9 @@ def test_an_answer_must_match_command_and_id() -> None:
     channel = ControlChannel()
     exchange = channel.start(READ, 0.0)
     for stranger in (
+        b"\0\0",
         Ack(0, CommandCode.WRITEREG + 1, exchange.req_id, bytes(4)).encode(),
         Ack(0, CommandCode.READREG + 1, exchange.req_id + 1, bytes(4)).encode(),
-        b"\0\0",
     ):
         channel.receive(stranger, 0.1)
     assert not exchange.done and channel.ignored == 2
@@ -168,7 +169,9 @@ def test_endless_patience_is_not_given() -> None:
             channel.receive(gvcp.encode_pending_ack(1000, exchange.req_id), now)
         now = min(now + 0.9, channel.timer() or now)
         channel.handle_timer(now)
-    assert now <= 5.0 and "more time" in str(exchange.error)
+    assert now <= 5.0
+    asked = "WRITEREG at 0x20030 was not acknowledged within 5.0 s; the camera had asked for more time"
+    assert str(exchange.error) == asked
 
 
 def test_request_ids_skip_zero_and_those_in_use() -> None:
@@ -352,7 +355,15 @@ def test_a_refused_read_means_that_another_has_it_exclusively() -> None:
         return Ack(Status.ACCESS_DENIED, CommandCode.READREG + 1, int.from_bytes(data[6:8], "big")).encode()
 
     driven = Driven(controlling=False).run(5.0, answer)
-    assert driven.heartbeat.lost is not None and "itself alone" in driven.heartbeat.lost
+    assert driven.heartbeat.lost == "another application took control of the camera for itself alone"
+
+
+def test_control_is_kept_while_a_device_takes_its_time_over_a_command() -> None:
+    driven = Driven()
+    write = driven.channel.start(WRITE, 0.0)
+    driven.channel.receive(gvcp.encode_pending_ack(6000, write.req_id), 0.0)
+    driven.run(5.0, lambda now, data: ack_of(data) if data[2:4] == b"\0\x80" else None)
+    assert len(driven.beats) >= 12 and driven.heartbeat.lost is None and not write.done
 
 
 def test_a_device_that_asked_for_patience_may_be_silent() -> None:

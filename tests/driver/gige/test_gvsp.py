@@ -160,7 +160,7 @@ TRAILERS = [
 def test_the_bytes_of_a_header(header: PacketHeader, digits: str) -> None:
     datagram = bytes.fromhex(digits)
     assert header.encode() == datagram and header.size == len(datagram)
-    assert PacketHeader.decode(datagram + b"body") == header
+    assert PacketHeader.decode(datagram) == PacketHeader.decode(datagram + b"body") == header
     for length in range(len(datagram)):
         need = 8 if length < 8 else 20
         with pytest.raises(RemoteProtocolError, match=f"of {length} bytes, need {need}"):
@@ -220,6 +220,8 @@ def test_other_leaders() -> None:
     assert Leader.decode(vendors) == Leader(0x8001, TIME), "of unknown kinds only the time is read"
     unnamed = bytes.fromhex(f"0000 0003 {TIME_BYTES} 0000000000000005 ff2e00 78")
     assert Leader.decode(unnamed).file_name == "\ufffd."
+    compressed = bytes.fromhex(f"0000 0006 {TIME_BYTES} 0000000000000005 {b'tick rate'.hex()} 000000")
+    assert Leader.decode(compressed) == Leader(PayloadKind.JPEG, TIME, size=5)
 
 
 def test_what_a_leader_says_of_its_block() -> None:
@@ -261,6 +263,10 @@ def test_a_trailer_of_part_of_its_words() -> None:
     assert Trailer(PayloadKind.CHUNK).encode() == bytes.fromhex("0000 0004 00000000")
     assert Trailer(PayloadKind.EXTENDED_CHUNK).encode() == bytes.fromhex("0000 0005") + bytes(12)
     assert Trailer.decode(bytes.fromhex("0000 4001 00000007")) == Trailer(0x4001, 7)
+    assert Trailer.decode(bytes.fromhex("0000 4001 00000007 00000008")) == Trailer(0x4001, 7, 8)
+    assert Trailer.decode(bytes.fromhex("0000 0005 00000008 00000007")) == Trailer(
+        PayloadKind.EXTENDED_CHUNK, 7, 8
+    )
     assert Trailer.decode(bytes.fromhex("0000 0001 00000007 00000008")) == Trailer(1, 7), "without chunks"
     assert Trailer.decode(bytes.fromhex("0000 0005 00000007")) == Trailer(PayloadKind.EXTENDED_CHUNK)
 
