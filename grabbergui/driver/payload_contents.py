@@ -219,7 +219,7 @@ class H264Stream:
         self._units: deque[_Unit] = deque()
         self._bytes = 0
         self._size: tuple[int, int] | None = None
-        self._last_id: int | None = None
+        self._last_number: int | None = None
         self._added = 0
         self._whole = False
         "Whether no image was lost since the last key frame."
@@ -227,11 +227,14 @@ class H264Stream:
         self._next = 0
         "Number of the unit that the decoder takes next."
 
-    def add(self, block_id: int, data: NDArray[np.uint8], *, complete: bool = True) -> Component | None:
-        """Take the next image; None where those that it builds on were lost, or never seen."""
+    def add(self, number: int, data: NDArray[np.uint8], *, complete: bool = True) -> Component | None:
+        """Take the next image; None where those that it builds on were lost, or never seen.
+
+        `number` is one more than that of the image before, unless images were lost in between.
+        """
         key, size = scan_h264(data.tobytes())
-        follows = self._last_id is not None and block_id == self._last_id + 1
-        self._last_id = block_id
+        follows = self._last_number is not None and number == self._last_number + 1
+        self._last_number = number
         self._whole = complete and (key or (self._whole and follows))
         if size is not None:
             self._size = size

@@ -243,6 +243,23 @@ def test_a_lost_piece_of_a_part_is_zero_and_counted() -> None:
     assert frame.components[1].data.tobytes() == bytes(150) + b"\1" * 50
 
 
+def test_h264_goes_on_where_16_bit_ids_begin_again() -> None:
+    key, follower = b"\0\0\1\x67\x42\0\x0a\xf8\x41\xa2\0\0\1\x65\1\2", b"\0\0\1\x41\1\2"
+    memory = np.zeros(100, np.uint8)
+    assembler, builder = BlockAssembler(100, len(memory), lambda: memory), FrameBuilder(0)
+    shown = []
+    for block_id, data in ((65534, key), (65535, follower), (1, follower), (3, follower), (4, key)):
+        leader = Leader(PayloadKind.H264, size=len(data)).encode()
+        trailer = Trailer(PayloadKind.H264).encode()
+        body = bytes(8) + data  # behind its timestamp
+        for packet_id, (kind, content) in enumerate(
+            [(PacketFormat.LEADER, leader), (PacketFormat.H264, body), (PacketFormat.TRAILER, trailer)]
+        ):
+            assembler.receive(PacketHeader(kind, block_id, packet_id).encode() + content, 0.0)
+        shown += [block_id for block in assembler.finished() if builder.build(block).parts]
+    assert shown == [65534, 65535, 1, 4], "only an image behind a lost one waits for a key frame"
+
+
 def test_raw_data_whose_last_packet_is_padded() -> None:
     leader = Leader(PayloadKind.RAW, 5, size=250).encode()
     memory = np.zeros(300, np.uint8)

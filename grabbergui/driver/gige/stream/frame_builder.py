@@ -13,6 +13,7 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
 from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.gige.stream.packet_sorting import distance
 from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader, kind_of
 
 _PLAIN = {
@@ -43,6 +44,8 @@ class FrameBuilder:
         self._formats: dict[int, pfnc.PixelFormat] = {}
         self._reader = PayloadReader(big_endian=big_endian)
         self._video = H264Stream()
+        self._number = 0
+        "Of the last H.264 image; goes on where block ids of 16 bits begin again."
 
     def build(self, block: Block) -> Frame:
         """Return a frame whose payload is a view of the block's buffer."""
@@ -80,7 +83,8 @@ class FrameBuilder:
         if kind in (PayloadKind.JPEG, PayloadKind.JPEG2000):
             return self._reader.compressed(_COMPRESSED[kind], payload)
         if kind is PayloadKind.H264:
-            image = self._video.add(block.block_id, payload, complete=block.complete)
+            self._number += distance(self._number, block.block_id, block.extended)
+            image = self._video.add(self._number, payload, complete=block.complete)
             return Contents(PayloadType.H264, payload, () if image is None else (image,))
         return self._reader.plain(_PLAIN[kind], payload, leader.file_name)
 
