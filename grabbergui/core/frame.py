@@ -98,9 +98,9 @@ class Frame:
     height: int
     pixel_format: PixelFormat
     frame_id: int = 0
-    "The device's block id, or a counter; starts again with each acquisition."
+    "The device's block id, or a counter; starts again with each acquisition, 16-bit ids after 65535."
     timestamp_ns: int = 0
-    "Device clock, nanoseconds; 0 where the device has none."
+    "Device clock, nanoseconds; 0 where the device has none, or where the packet that holds it was lost."
     received_ns: int = 0
     """Time of day of this computer (`time.time_ns`) when the frame was exposed, as far as the device's clock
     could be mapped to it, or else when it arrived. For stamps and names of files. The time of day may jump:

@@ -240,6 +240,15 @@ def test_incomplete_blocks_are_delivered_by_choice_without_an_older_image_in_the
     assert broken.payload[:200].tobytes() == picture(2)[:200]
 
 
+def test_a_frame_whose_leader_is_lost_has_no_timestamp_rather_than_that_of_the_frame_before() -> None:
+    bench, builder = Bench(enabled=False, deliver_incomplete=True), FrameBuilder(1_000_000_000)
+    (first,) = bench.feed(block(1))
+    (second,) = bench.feed(block(2)[1:]) + bench.wait(1.0)
+    frames = [builder.build(done) for done in (first, second)]
+    assert [frame.timestamp_ns for frame in frames] == [1000, 0]
+    assert frames[1].captured == pytest.approx(second.first_packet_at, abs=1e-6)
+
+
 def test_a_lone_leader_waits_for_as_long_as_the_exposure_takes() -> None:
     bench = Bench()
     sent = block(1)

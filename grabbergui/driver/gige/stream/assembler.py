@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -275,7 +276,8 @@ class BlockAssembler:
             self.statistics.packets_missing += len(block.missing(block.last_packet_id()))
             if not self._deliver_incomplete:
                 return
-            leader = leader or self._previous_leader
+            if leader is None and self._previous_leader is not None:
+                leader = replace(self._previous_leader, timestamp=0)  # that of the block is lost
         if leader is None or block.refused or not leader.is_known:
             return
         self._previous_leader = leader
