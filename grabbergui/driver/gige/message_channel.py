@@ -11,7 +11,14 @@ from collections.abc import Callable
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register
 from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.gvcp import FLAG_ACK_REQUIRED, Ack, CommandCode, Status, split_command
+from grabbergui.driver.gige.gvcp import (
+    FLAG_ACK_REQUIRED,
+    MAX_PAYLOAD,
+    Ack,
+    CommandCode,
+    Status,
+    split_command,
+)
 from grabbergui.driver.gige.gvcp_messages import Event
 
 log = logging.getLogger(__name__)
@@ -38,6 +45,8 @@ class MessageInbox:
             header, payload = split_command(datagram)
             if header.command not in (CommandCode.EVENT, CommandCode.EVENTDATA):
                 raise RemoteProtocolError(f"command 0x{header.command:04X} on the message channel")
+            if len(payload) > MAX_PAYLOAD:  # its events could not be passed on
+                raise RemoteProtocolError(f"GVCP event of {len(payload)} bytes, at most {MAX_PAYLOAD} fit")
             events = Event.decode_all(header.command, payload, header.flags)
         except RemoteProtocolError as error:
             self.ignored += 1

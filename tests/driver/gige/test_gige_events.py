@@ -23,7 +23,7 @@ from grabbergui.driver.acquisition import MOST_WAITING, EventDelivery
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.gvcp import Ack, CommandCode, encode_command
+from grabbergui.driver.gige.gvcp import KEY, Ack, CommandCode, CommandHeader, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
@@ -68,6 +68,12 @@ def test_a_repeated_message_is_acknowledged_and_not_heard_again() -> None:
     first, again = (inbox.receive(EVENT.encode(9)) for _ in range(2))
     assert again == (first[0], ()) and inbox.repeated == 1
     assert inbox.receive(EVENT.encode(10))[1] == (EVENT,)
+
+
+def test_a_message_beyond_gvcps_limit_is_counted_and_ends_nothing() -> None:
+    inbox, entry = MessageInbox(), Event(0x9001, data=bytes(600)).entry()
+    datagram = CommandHeader.FORMAT.pack(KEY, 1, CommandCode.EVENTDATA, len(entry), 5) + entry
+    assert inbox.receive(datagram) == (b"", ()) and inbox.ignored == 1
 
 
 def test_several_events_of_one_message_are_all_heard() -> None:
