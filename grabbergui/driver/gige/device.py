@@ -12,8 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from grabbergui.core.errors import (
+    AccessDeniedError,
     AckTimeoutError,
     DeviceLostError,
+    DeviceStatusError,
     OtherCameraError,
     ProtocolError,
     SourceNotFoundError,
@@ -32,6 +34,7 @@ from grabbergui.driver.gige.bootstrap import Capability, Register
 from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
+from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.stream.channel import (
@@ -188,6 +191,13 @@ class GigeDevice(Device):
             note = f": {found.info().note}" if found and found.info().note else ""
             raise SourceNotFoundError(
                 f"no GigE Vision camera answers at {ip}{note or '; check power, cable and address'}"
+            ) from error
+        except DeviceStatusError as error:
+            if error.status != Status.ACCESS_DENIED:
+                raise
+            # Whoever has control exclusively keeps others from reading too.
+            raise AccessDeniedError(
+                f"another application has the camera at {ip} for itself alone; close it there"
             ) from error
         except ProtocolError as error:
             raise TransportError(f"what answers at {ip} is no GigE Vision camera: {error}") from error

@@ -102,3 +102,11 @@ def test_this_program_itself(simulated: GigeCamera) -> None:
         first.open(Access.CONTROL)
         with pytest.raises(AccessDeniedError, match=r"this program controls .* already; close it first"):
             second.open(Access.CONTROL)
+
+
+@pytest.mark.parametrize("access", [Access.CONTROL, Access.MONITOR])
+def test_one_that_lets_nobody_read_either(simulated: GigeCamera, access: Access) -> None:
+    with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
+        link.execute(WriteReg(((Register.CCP, Control.EXCLUSIVE),)))
+        with pytest.raises(AccessDeniedError, match=r"another application .* for itself alone; close it"):
+            device.open(access)
