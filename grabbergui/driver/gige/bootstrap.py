@@ -126,6 +126,7 @@ class Capability(IntFlag):
     IEEE1588 = 0x80000
     SWITCHOVER = 0x200000
     TEST_DATA = 0x2000000
+    "Test packets hold a known pattern; every device can send one, of whatever content."
     PRIMARY_APPLICATION = 0x8000000
     LINK_SPEED = 0x10000000
     HEARTBEAT_DISABLE = 0x20000000

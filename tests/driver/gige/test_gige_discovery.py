@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
+from collections.abc import Iterator
 from contextlib import closing
 from types import SimpleNamespace
 
@@ -13,11 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.core.grabber import Access
+from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import discovery
-from grabbergui.driver.gige.bootstrap import PacketSizeFlag, StreamChannel
+from grabbergui.driver.gige.bootstrap import Capability, PacketSizeFlag, StreamChannel
+from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, discover, interface_of, interfaces
 from grabbergui.driver.gige.gvcp_messages import Identity
-from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy, PacketSizer
+from grabbergui.driver.gige.stream.packet_settings import TEST_TRIES, PacketSizePolicy, PacketSizer
+from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 
 ETHERNET = Interface("eth0", "192.168.0.2", "255.255.255.0", 1500)
@@ -142,9 +147,45 @@ def test_packet_sizes_fit_the_path(asked: str, scps: Scps, interface: Interface,
     assert scps.value == size, "no flag stays behind"
 
 
+def test_the_byte_order_of_pixels_stays_as_it_is() -> None:
+    scps = Scps(1500 | PacketSizeFlag.BIG_ENDIAN_PIXELS)
+    assert scps.settle("auto", LINK_LOCAL) == 9000
+    assert scps.value == 9000 | PacketSizeFlag.BIG_ENDIAN_PIXELS
+
+
 def test_without_test_packets_nothing_is_tried() -> None:
     scps = Scps(1400)
     assert scps.settle("auto", LINK_LOCAL, can_test=False) == 1400
+
+
+@pytest.fixture
+def wired(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[GigeCamera, GigeDevice]]:
+    """A camera that does not say that its test packets hold a pattern, as if behind a network card."""
+    card = Interface("eth0", "127.0.0.1", mtu=9000)
+    monkeypatch.setattr("grabbergui.driver.gige.device.interface_of", lambda ip: card)
+    address = f"127.90.{os.getpid() % 250 + 1}.1"
+    with closing(GigeCamera(address)) as camera, closing(GigeDevice(address)) as device:
+        capability = gev.GVCP_CAPABILITY
+        camera.control.memory.set(capability, int(capability.default) & ~Capability.TEST_DATA)
+        device.open(Access.CONTROL)
+        yield camera, device
+
+
+def test_any_camera_is_asked_for_test_packets(wired: tuple[GigeCamera, GigeDevice]) -> None:
+    _, device = wired
+    device.open_stream(StreamRequest(65536), lambda frame: None)
+    assert device.packet_size == 9000
+
+
+def test_one_that_sends_none_is_asked_once(wired: tuple[GigeCamera, GigeDevice]) -> None:
+    camera, device = wired
+    asked: list[int] = []
+    camera.control.on_test_packet = lambda size, channel: asked.append(size)
+    for _ in range(2):
+        device.open_stream(StreamRequest(65536), lambda frame: None)
+        assert device.packet_size == 1500
+        device.close_stream()
+    assert asked == sorted(asked, reverse=True) and asked.count(1500) == TEST_TRIES
 
 
 @pytest.mark.parametrize("text", ["1", "-5", "65536", "big"])

@@ -94,6 +94,8 @@ class Stream:
         self._packet_ring = packet_ring
         self._multicast = multicast
         self._channel = StreamChannel(channel)
+        self._tests_arrive = True
+        "Whether test packets are worth a request; False once none of them came."
         self._receiver: StreamReceiver | None = None
         self._statistics = StreamStatistics()
         self.port = 0
@@ -174,10 +176,10 @@ class Stream:
             sizer = PacketSizer(
                 self._channel, self._memory.read_register, self._memory.write_register, self._interface
             )
-            can_test = bool(self._memory.capability & Capability.TEST_DATA)
             self.packet_size = sizer.settle(
-                self._packet_size_policy, receiver, self._device_ip, can_test=can_test
+                self._packet_size_policy, receiver, self._device_ip, can_test=self._tests_arrive
             )
+            self._tests_arrive = self._tests_arrive and sizer.tests_arrive
             self._open_firewall(receiver)
         except BaseException:
             receiver.close()

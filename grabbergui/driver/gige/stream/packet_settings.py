@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, UsageError
 from grabbergui.driver.gige.bootstrap import (
     PACKET_SIZE_MASK,
     Capability,
@@ -69,17 +69,22 @@ class PacketSizer:
         self._read = read
         self._write = write
         self._interface = interface
+        self._kept = 0
+        "What stands beside the size in the register, and stays."
+        self.tests_arrive = True
+        "False once test packets were requested in vain."
 
     def settle(
-        self, policy: PacketSizePolicy, receiver: socket.socket, device_ip: str, *, can_test: bool
+        self, policy: PacketSizePolicy, receiver: socket.socket, device_ip: str, *, can_test: bool = True
     ) -> int:
         """Settle the packet size; return it as read back from the camera.
 
         Never writes more than the interface carries in one piece. `receiver` is the stream's socket, which
-        test packets arrive at. Raises as register reads and writes do.
+        test packets arrive at; none is requested unless `can_test`. Raises as register reads and writes do.
         """
         limit = min(self._interface.mtu, PACKET_SIZE_MASK)
-        current = self._read(self._register) & PACKET_SIZE_MASK
+        register = self._read(self._register)
+        current, self._kept = register & PACKET_SIZE_MASK, register & PacketSizeFlag.BIG_ENDIAN_PIXELS
         if policy.mode == "keep" or (policy.mode == "auto" and self._interface.loopback and current):
             self._warn_if_too_large(current, limit)
             return current
@@ -100,6 +105,7 @@ class PacketSizer:
             for size in sizes:
                 if self._test(size - size % STEP, receiver, device_ip):
                     return self._set(size - size % STEP)
+            self.tests_arrive = False
             log.info("no test packet arrived; the packet size is kept at %d", current)
         return self._set(min(current, limit)) if current > limit or can_test else current
 
@@ -108,8 +114,8 @@ class PacketSizer:
         flags = PacketSizeFlag.FIRE_TEST_PACKET | PacketSizeFlag.DO_NOT_FRAGMENT
         for _ in range(TEST_TRIES):
             try:
-                self._write(self._register, flags | size)
-            except DeviceStatusError:
+                self._write(self._register, self._kept | flags | size)
+            except (DeviceStatusError, AccessDeniedError):  # some devices do not answer what they refuse
                 return False
             deadline = time.monotonic() + TEST_WAIT
             while (left := deadline - time.monotonic()) > 0:
@@ -121,8 +127,7 @@ class PacketSizer:
         return False
 
     def _set(self, size: int) -> int:
-        kept = self._read(self._register) & PacketSizeFlag.BIG_ENDIAN_PIXELS
-        self._write(self._register, kept | size - size % STEP)
+        self._write(self._register, self._kept | size - size % STEP)
         return self._read(self._register) & PACKET_SIZE_MASK
 
     def _warn_if_too_large(self, size: int, limit: int) -> None:

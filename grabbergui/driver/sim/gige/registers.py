@@ -76,6 +76,7 @@ MAC_HIGH = _register("MAC high", _R.MAC_HIGH)
 MAC_LOW = _register("MAC low", _R.MAC_LOW)
 USER_NAME = _field("user name", bootstrap.USER_NAME, writable=True)
 ACTION_DEVICE_KEY = _register("action device key", _R.ACTION_DEVICE_KEY, writable=True)
+GVCP_CAPABILITY = _register("GVCP capability", _R.GVCP_CAPABILITY, int(_CAPABILITY))
 HEARTBEAT_TIMEOUT = _register("heartbeat timeout", _R.HEARTBEAT_TIMEOUT_MS, 3000, writable=True)
 TIMESTAMP_CONTROL = _register("timestamp control", _R.TIMESTAMP_CONTROL, writable=True, high=3)
 TIMESTAMP_HIGH = _register("latched timestamp high", _R.TIMESTAMP_HIGH)
@@ -150,7 +151,7 @@ _REGISTERS = (
     _register("active links", 0x0910, 1),
     _register("stream capability", _R.STREAM_CAPABILITY, _STREAM_CAPABILITY),
     _register("message capability", 0x0930, 0x80000000),
-    _register("GVCP capability", _R.GVCP_CAPABILITY, int(_CAPABILITY)),
+    GVCP_CAPABILITY,
     HEARTBEAT_TIMEOUT,
     _register("tick frequency high", _R.TICK_FREQUENCY_HIGH),
     _register("tick frequency low", _R.TICK_FREQUENCY_LOW, TICKS_PER_SECOND),
