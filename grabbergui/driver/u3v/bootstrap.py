@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.device import unpack
+from grabbergui.driver.device import MAX_STORED_BYTES, unpack
 
 log = logging.getLogger(__name__)
 
@@ -318,8 +318,6 @@ def best_description(entries: list[ManifestEntry]) -> ManifestEntry:
 
 
 MOST_ENTRIES = 64
-LARGEST_STORED = 16 << 20
-"Bytes; the largest descriptions have two million, unzipped."
 
 
 def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:
@@ -334,7 +332,7 @@ def read_description(read: Callable[[int, int], bytes], manifest_address: int) -
     first = manifest_address + 8
     entries = [ManifestEntry.decode(read(first + index * size, size)) for index in range(count)]
     entry = best_description(entries)
-    if not 0 < entry.size <= LARGEST_STORED:
+    if not 0 < entry.size <= MAX_STORED_BYTES:
         raise RemoteProtocolError(f"the manifest announces a description of {entry.size} bytes")
     stored = read(entry.address, entry.size)
     if any(entry.sha1) and hashlib.sha1(stored, usedforsecurity=False).digest() != entry.sha1:

@@ -307,7 +307,7 @@ class ControlChannel:
             )
         return packet
 
-    def expire(self) -> bytes:
+    def expire(self, now: float) -> bytes:
         """Return the same command with a new id, to be sent when `deadline` has passed.
 
         Raises AckTimeoutError when it was sent often enough. A late answer to the former id is ignored.
@@ -321,7 +321,7 @@ class ControlChannel:
             )
         waiting.tries += 1
         waiting.request_id = self._take_id()
-        waiting.deadline += self.response_time
+        waiting.deadline = now + self.response_time  # `now` is late where this program was held up
         return self._encode(waiting)
 
     def abandon(self) -> None:

@@ -320,7 +320,7 @@ class RegisterAccess:
                     if answer is not None:
                         return answer
                 elif time.monotonic() >= channel.deadline:
-                    self._send(channel.expire())
+                    self._send(channel.expire(time.monotonic()))
         finally:
             channel.abandon()
 

@@ -181,14 +181,22 @@ def test_a_lost_command_is_sent_again_with_a_new_id_and_then_given_up() -> None:
     channel = ControlChannel()
     first = channel.begin(CommandId.READMEM, ADDRESS_AND_LENGTH, 0.0)
     assert channel.deadline == channel.response_time
-    again = channel.expire()
+    again = channel.expire(0.5)
     assert Packet.decode(again).request_id != Packet.decode(first).request_id
     assert channel.receive(answer(first), 0.6) is None, "a late answer to the first try"
     for _ in range(TRIES - 2):
-        channel.expire()
+        channel.expire(1.0)
     with pytest.raises(AckTimeoutError, match=f"after {TRIES} tries"):
-        channel.expire()
+        channel.expire(1.5)
     channel.begin(CommandId.READMEM, ADDRESS_AND_LENGTH, 9.0)
+
+
+def test_a_program_that_was_held_up_waits_for_the_answer_to_each_try() -> None:
+    channel = ControlChannel()
+    channel.begin(CommandId.READMEM, ADDRESS_AND_LENGTH, 0.0)
+    again = channel.expire(3.0)
+    assert channel.deadline == 3.0 + channel.response_time
+    assert channel.receive(answer(again), 3.1) is not None
 
 
 def test_a_pending_acknowledge_moves_the_deadline_but_not_for_ever() -> None:
@@ -218,7 +226,7 @@ def test_a_busy_device_is_asked_again_before_it_is_believed() -> None:
     for _ in range(TRIES - 1):
         assert channel.receive(answer(transfer, b"", gencp.Status.BUSY), 0.1) is None
         assert channel.deadline == pytest.approx(0.1 + BUSY_PAUSE)
-        transfer = channel.expire()
+        transfer = channel.expire(0.2)
     with pytest.raises(DeviceStatusError, match="busy"):
         channel.receive(answer(transfer, b"", gencp.Status.BUSY), 0.1)
 
