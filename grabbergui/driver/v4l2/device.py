@@ -19,7 +19,13 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import DeviceLostError, DeviceStatusError, GrabberError, SourceNotFoundError
+from grabbergui.core.errors import (
+    DeviceLostError,
+    DeviceStatusError,
+    GrabberError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
@@ -29,7 +35,14 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, StreamSlot
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
-from grabbergui.driver.v4l2.video import ControlKind, CurrentFormat, Filled, VideoDevice, find
+from grabbergui.driver.v4l2.video import (
+    ControlKind,
+    CurrentFormat,
+    Filled,
+    FrameSizes,
+    VideoDevice,
+    find,
+)
 
 if sys.platform != "linux":
     raise ImportError("Video4Linux is a part of Linux")
@@ -67,8 +80,12 @@ class V4l2Device(Device):
         info = self._found()
         video = self._opener(info.address)
         try:
-            sizes = video.sizes(video.format().fourcc)
-            self._layout = layout.describe(info.model, video.formats(), sizes, video.controls())
+            formats = [code for code in video.formats() if code in PFNC_NAMES]
+            current = video.format().fourcc
+            # One that another program left in a format that cannot be shown is opened all the same.
+            shown = current if current in formats else next(iter(formats), "")
+            sizes = video.sizes(shown) if shown else FrameSizes()
+            self._layout = layout.describe(info.model, formats, sizes, video.controls())
         except BaseException:
             video.close()
             raise
@@ -231,12 +248,17 @@ class V4l2Stream:
         deliver: Callable[[Frame], None],
         on_gone: Callable[[str], None],
     ) -> None:
-        """Raises AccessDeniedError if another program streams from the device."""
+        """Raises AccessDeniedError if another program streams from the device, TransportError."""
         self._video = video
         self._deliver = deliver
         self._on_gone = on_gone
         self._deliver_incomplete = request.deliver_incomplete
         self._format = video.format()
+        if self._format.fourcc not in PFNC_NAMES:
+            raise TransportError(
+                f"{video.path} is set to {self._format.fourcc}, which cannot be shown; choose another"
+                " PixelFormat"
+            )
         self._pool = BufferPool(max(_payload_bytes(self._format), 1))
         self._statistics = StreamStatistics()
         self._rate = RateMeter()
@@ -283,7 +305,11 @@ class V4l2Stream:
         last, self._last = self._last, filled.sequence
         if last is not None and filled.sequence > last + 1:
             statistics.lost += filled.sequence - last - 1
-        payload = None if filled.damaged or not filled.size else self._payload(filled)
+        buffer = self._pool.take()
+        if buffer is None:
+            statistics.underruns += 1
+            return None
+        payload = None if filled.damaged or not filled.size else self._payload(filled, buffer)
         if payload is None:
             statistics.incomplete += 1
             return None
@@ -309,22 +335,21 @@ class V4l2Stream:
             frame.received_ns, frame.captured = time_of_day(stamp), stamp / 1e9
         return frame
 
-    def _payload(self, filled: Filled) -> NDArray[np.uint8] | None:
-        """A copy of the buffer, unpacked if it is compressed; None if no memory is free or it is broken."""
+    def _payload(self, filled: Filled, buffer: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+        """Copy what the driver filled into `buffer`, unpacked if it is compressed; None if it is broken."""
         content = np.frombuffer(self._buffers[filled.index], np.uint8, filled.size)
-        buffer = self._pool.take()
-        if buffer is None:
-            self._statistics.underruns += 1
-            return None
         current = self._format
         if current.fourcc not in COMPRESSED:
             size = min(filled.size, buffer.size)
             buffer[:size] = content[:size]
             return buffer[:size] if size >= current.line_bytes * current.height else None
-        picture = cv2.imdecode(content, cv2.IMREAD_COLOR)
-        if picture is None or picture.shape != (current.height, current.width, 3):
+        try:
+            image = cv2.imdecode(content, cv2.IMREAD_COLOR)
+        except cv2.error:  # what OpenCV says of a header that announces an impossible size
             return None
-        buffer[:] = picture.reshape(-1)
+        if image is None or image.shape != (current.height, current.width, 3):
+            return None
+        buffer[:] = image.reshape(-1)
         return buffer
 
 

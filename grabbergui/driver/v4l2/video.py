@@ -182,7 +182,7 @@ class VideoDevice:
         return [_fourcc(code) for code in found if not code & _BIG_ENDIAN]
 
     def sizes(self, fourcc: str) -> FrameSizes:
-        """The sizes of a pixel format."""
+        """The sizes of a pixel format that `formats` gives."""
         with self._asking("its sizes"):
             found = list(v4l2.iter_read_frame_sizes(self._fd, _code(fourcc)))
         if found and found[0].type != v4l2.FrameSizeType.DISCRETE:
@@ -195,6 +195,8 @@ class VideoDevice:
 
     def rates(self, fourcc: str, width: int, height: int) -> tuple[float, float]:
         """The slowest and the fastest frame rate of a format, in Hz; zeros if the driver does not say."""
+        if _number(fourcc) not in _FORMATS:
+            return 0.0, 0.0
         with self._asking("its frame rates"):
             found = list(v4l2.iter_read_frame_intervals(self._fd, _code(fourcc), width, height))
         rates = [float(rate) for one in found for rate in (one.min_fps, one.max_fps)]
@@ -224,12 +226,17 @@ class VideoDevice:
     # -- buffers ---------------------------------------------------------------------------------
     def begin(self, count: int) -> list[memoryview]:
         """Map buffers, queue them and start. Raises AccessDeniedError if another program streams."""
+        maps: list[memoryview] = []
         with self._asking("its stream"):
-            maps = v4l2.create_mmap_buffers(self._fd, CAPTURE, v4l2.Memory.MMAP, count)
-            for index in range(len(maps)):
-                self.queue(index)
-            v4l2.stream_on(self._fd, CAPTURE)
-        return [memoryview(each) for each in maps]
+            try:
+                maps += map(memoryview, v4l2.create_mmap_buffers(self._fd, CAPTURE, v4l2.Memory.MMAP, count))
+                for index in range(len(maps)):
+                    self.queue(index)
+                v4l2.stream_on(self._fd, CAPTURE)
+            except BaseException:
+                self.end(maps)  # a driver whose buffers are taken changes no format
+                raise
+        return maps
 
     def end(self, maps: Iterable[memoryview]) -> None:
         """Stop and unmap. Never raises."""
@@ -282,9 +289,15 @@ def _translated(error: OSError, path: str, what: str = "it") -> Exception:
         return AccessDeniedError(f"{path}: another program streams from it; close that one first")
     if error.errno in (errno.EINVAL, errno.ERANGE, errno.EACCES):
         return DeviceStatusError(f"{path}: the driver refuses {what}: {error.strerror}", error.errno or 0)
+    if error.errno == errno.ENOSPC:
+        return TransportError(
+            f"{path}: its USB bus has too little bandwidth left; choose a smaller size, MJPG or a lower rate,"
+            " or plug it in elsewhere"
+        )
     return TransportError(f"{path}: {error.strerror or error}")
 
 
+_FORMATS = frozenset(int(code) for code in v4l2.PixelFormat)
 _TYPES = frozenset(int(kind) for kind in v4l2.ControlType)
 
 
@@ -296,8 +309,12 @@ def _fourcc(code: int) -> str:
     return bytes((int(code) >> shift) & 0x7F for shift in (0, 8, 16, 24)).decode()
 
 
+def _number(fourcc: str) -> int:
+    return int(raw.v4l2_fourcc(*fourcc))
+
+
 def _code(fourcc: str) -> Any:
-    return v4l2.PixelFormat(raw.v4l2_fourcc(*fourcc))
+    return v4l2.PixelFormat(_number(fourcc))
 
 
 # -- finding -------------------------------------------------------------------------------------

@@ -84,6 +84,7 @@ class FakeVideo:
         return ["YUYV", "MJPG", "GREY", "XYZ9"]
 
     def sizes(self, fourcc: str) -> FrameSizes:
+        assert fourcc != "XYZ9", "of a format that it does not know, linuxpy knows no sizes"
         return FrameSizes.listed(SIZES)
 
     def rates(self, fourcc: str, width: int, height: int) -> tuple[float, float]:

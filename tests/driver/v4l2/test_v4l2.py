@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import mmap
+import os
 import time
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,17 +18,19 @@ pytest.importorskip("linuxpy.video.device", reason="linuxpy has Linux's video in
 
 from fake_video import EXPOSURE, EXPOSURE_AUTO, RESET, FakeVideo
 
-from grabbergui.core.errors import FeatureAccessError, FeatureValueError, SourceNotFoundError
+from grabbergui.core.errors import FeatureAccessError, FeatureValueError, SourceNotFoundError, TransportError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.genapi import port, vetting
 from grabbergui.driver.v4l2 import device as v4l2_device
+from grabbergui.driver.v4l2 import video as video_module
 from grabbergui.driver.v4l2.description import describe
-from grabbergui.driver.v4l2.device import V4l2Device
-from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes
+from grabbergui.driver.v4l2.device import V4l2Device, V4l2Stream
+from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes, VideoDevice
 from patience import PATIENCE, until
 
 INFO = DeviceInfo(
@@ -131,6 +139,67 @@ def test_a_format_is_changed_while_it_streams(camera: Camera) -> None:
     camera.write_feature("Resolution", "R320x240")
     until(lambda: queue.get(PATIENCE).width == 320)
     assert camera.streaming and camera.statistics().incomplete == 0
+
+
+def test_one_that_was_left_in_a_format_that_cannot_be_shown_is_opened_and_says_so(
+    video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
+    video.code = "XYZ9"
+    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    with closing(camera):
+        camera.open()
+        with pytest.raises(TransportError, match="XYZ9, which cannot be shown; choose another PixelFormat"):
+            camera.start()
+        camera.write_feature("PixelFormat", "Mono8")
+        queue = camera.open_queue()
+        camera.start()
+        assert queue.get(PATIENCE).raw().shape == (480, 640)
+
+
+def test_frames_for_which_no_buffer_is_free_are_counted_once(video: FakeVideo) -> None:
+    stream = V4l2Stream(video, StreamRequest(0), lambda frame: None, lambda why: None)  # type: ignore[arg-type]
+    stream._pool.take = lambda: None  # type: ignore[method-assign]
+    until(lambda: stream.statistics().underruns >= 2)
+    stream.close()
+    video.close()
+    assert stream.statistics().incomplete <= 1
+
+
+def test_a_broken_image_costs_only_itself(camera: Camera, video: FakeVideo) -> None:
+    camera.write_feature("PixelFormat", "MJPG")
+    whole = video.picture()
+    size = whole.index(b"\xff\xc0") + 5  # in the frame's header
+    video.picture = lambda: whole[:size] + b"\xf0\0\xf0\0" + whole[size + 4 :]  # type: ignore[method-assign]
+    queue = camera.open_queue()
+    camera.start()
+    until(lambda: camera.statistics().incomplete >= 2)
+    del video.picture  # type: ignore[method-assign]
+    assert queue.get(PATIENCE).raw().shape == (480, 640, 3)
+
+
+def test_a_stream_that_the_bus_has_no_room_for_leaves_no_buffers_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    freed: list[object] = []
+    maps = [mmap.mmap(-1, 4096) for _ in range(2)]
+    api = SimpleNamespace(
+        create_mmap_buffers=lambda *_: maps,
+        stream_on=refuse,
+        stream_off=lambda *_: None,
+        free_buffers=lambda *which: freed.append(which),
+        ioctl=lambda *_: None,
+        IOC=video_module.v4l2.IOC,
+        Memory=video_module.v4l2.Memory,
+    )
+    monkeypatch.setattr(video_module, "v4l2", api)
+    (path := tmp_path / "video7").touch()
+    with closing(VideoDevice(str(path))) as device, pytest.raises(TransportError, match="choose a smaller"):
+        device.begin(2)
+    assert len(freed) == 1 and all(each.closed for each in maps)
 
 
 def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
