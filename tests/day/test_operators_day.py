@@ -328,6 +328,7 @@ def record_two(day, first, second):
     until(lambda: not operator.is_writing(second.serial), "the end of the recording")
     operator.keys("F10")
     day.front = first
+    day.agrees("switched back")
     operator.keys("ctrl+r")
     until(lambda: not operator.is_writing(first.serial), "the end of the recording")
     day.agrees("recorded")

@@ -232,7 +232,7 @@ def test_a_line_cut_short_by_a_crash_is_left_out(folder):
 
 def test_an_image_that_breaks_is_left_out_and_play_goes_on(folder):
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:30])
-    grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10"))
+    grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10&loop=0"))
     grabber.open()
     try:
         queue = grabber.open_queue(16)
