@@ -5,7 +5,7 @@ from contextlib import ExitStack
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QWidget
 
 from grabbergui import sources
 from grabbergui.core.pixels import Region
@@ -15,7 +15,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.widgets.pane_area import columns_for
+from grabbergui.ui.widgets.pane_area import _PAD, PaneCaption, columns_for
 
 
 def send_components(grabber, *names):
@@ -133,6 +133,21 @@ def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(a
     QApplication.sendEvent(pane, QEvent(QEvent.Leave))
     app.until(lambda: picture.cursorLabel.text() == "" and picture.paneArea.caption.text == "Intensity")
     assert not panes["Range"].mark.isVisible()
+
+
+def test_a_caption_is_whole_where_the_pane_is_wide_enough(qtbot):
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    parent.resize(400, 300)
+    caption, cut = PaneCaption(parent), []
+    for value in range(100):
+        caption.setParts("Range", f"{7 * value / 3:.1f} mm", f"{value} – 1300 mm")
+        room = caption.width() - 2 * _PAD
+        elided = [
+            caption.fontMetrics().elidedText(line, Qt.ElideRight, room) for line in caption.text.split("\n")
+        ]
+        cut += [line for line in elided if not line.endswith("mm")]
+    assert not cut
 
 
 def test_one_picture_again_leaves_nothing_behind(app):

@@ -33,8 +33,10 @@ class PaneCaption(QWidget):
 
     @property
     def text(self) -> str:
-        """The text shown."""
-        return "\n".join(self._lines)
+        """The text that is painted, elided where the pane is too narrow."""
+        room = self.width() - 2 * _PAD
+        elide = self.fontMetrics().elidedText
+        return "\n".join(elide(line, Qt.TextElideMode.ElideRight, room) for line in self._lines)
 
     def setParts(self, name: str, value: str, scale: str) -> None:
         """Show name, value and scale; nothing without a name."""
@@ -50,7 +52,8 @@ class PaneCaption(QWidget):
         first = f"{name}   {value}" if value else name
         long = self.fontMetrics().horizontalAdvance(first) > room
         self._lines = [line for line in ([name, value, scale] if long else [first, scale]) if line]
-        width = max(map(self.fontMetrics().horizontalAdvance, self._lines), default=0)
+        # Rounded up, as the pixel that `horizontalAdvance` may round off is missed by `elidedText`.
+        width = max((self.fontMetrics().horizontalAdvance(line) + 1 for line in self._lines), default=0)
         height = self.fontMetrics().height() * len(self._lines)
         self.setGeometry(SCALE_MARGIN, SCALE_MARGIN, min(width, room) + 2 * _PAD, height + _PAD)
         self.setVisible(bool(name))
@@ -64,10 +67,9 @@ class PaneCaption(QWidget):
         painter.setBrush(QColor(0, 0, 0, 150))
         painter.drawRoundedRect(QRectF(self.rect()), 4, 4)
         painter.setPen(QColor(255, 255, 255))
-        for index, text in enumerate(self._lines):
-            elided = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, self.width() - 2 * _PAD)
+        for index, text in enumerate(self.text.splitlines()):
             top = _PAD // 2 + index * line
-            painter.drawText(QRect(_PAD, top, self.width(), line), Qt.AlignmentFlag.AlignLeft, elided)
+            painter.drawText(QRect(_PAD, top, self.width(), line), Qt.AlignmentFlag.AlignLeft, text)
 
     def _room(self) -> int:
         parent = self.parentWidget()
