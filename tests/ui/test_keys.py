@@ -69,6 +69,17 @@ def test_enter_and_escape_in_a_field_give_the_focus_to_the_image(app, key):
     assert QApplication.focusWidget() is app.window.picture.canvas
 
 
+def test_escape_leaves_the_filter_once_it_is_empty(app):
+    filter_edit = app.window.features.filterEdit
+    give_focus(app, filter_edit)
+    app.qtbot.keyClicks(filter_edit, "gain")
+    app.qtbot.keyClick(filter_edit, Qt.Key_Escape)
+    assert filter_edit.text() == ""
+    assert filter_edit.hasFocus()
+    app.qtbot.keyClick(filter_edit, Qt.Key_Escape)
+    assert QApplication.focusWidget() is app.window.picture.canvas
+
+
 @pytest.mark.parametrize(
     "control", [field_of_gain, lambda app: app.window.recordingBar.recordButton], ids=["field", "button"]
 )

@@ -204,11 +204,12 @@ class FeaturePanel(QWidget):
         self._arrange()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Clear the filter on Escape."""
+        """Clear the filter on Escape; of an empty one it leaves the field, as of any other."""
         if (
             isinstance(event, QKeyEvent)
             and event.type() == QEvent.Type.KeyPress
             and event.key() == Qt.Key.Key_Escape
+            and self.filterEdit.text()
         ):
             self.filterEdit.clear()
             return True
