@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
-from PyQt5.QtGui import QMouseEvent, QWheelEvent
+from PyQt5.QtGui import QImage, QMouseEvent, QPainter, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.widgets.picture_canvas import Purpose
+from grabbergui.ui.widgets.picture_items import PixelValues
 
 WIDTH, HEIGHT = 1600, 1200
 
@@ -166,3 +167,21 @@ def test_zoomed_in_only_the_visible_part_is_converted(app):
     taken = app.window.picture.canvas._item._target
     frame = app.program.picture.frame
     assert taken.width() < frame.width / 2
+
+
+@pytest.mark.parametrize("zoom", [40, 64])
+@pytest.mark.parametrize("text", ["255", "1234.5\nmm", "0.000123457", "4095\n4095\n4095\n4095", "-1234.57"])
+def test_the_value_on_a_pixel_leaves_its_neighbours_theirs(qtbot, text, zoom):
+    values = PixelValues()
+    values.setTexts({(x, y): text for x in range(3) for y in range(3)})
+    image = QImage(3 * zoom, 3 * zoom, QImage.Format_RGB32)
+    image.fill(Qt.white)
+    painter = QPainter(image)
+    painter.scale(zoom, zoom)
+    values.paint(painter, None)
+    painter.end()
+    drawn = image.pixelColor(zoom + zoom // 2, zoom + zoom // 2) != Qt.white
+    assert drawn or (zoom == 40 and len(text) > 10)
+    between = [zoom, 2 * zoom]
+    assert all(image.pixelColor(x, y) == Qt.white for x in between for y in range(3 * zoom))
+    assert all(image.pixelColor(x, y) == Qt.white for y in between for x in range(3 * zoom))

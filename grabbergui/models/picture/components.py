@@ -176,8 +176,8 @@ def _quantity_text(quantity: Quantity, x: int, y: int) -> str:
 
 
 def _pixel_text(frame: Frame, quantity: Quantity | None, x: int, y: int) -> str:
-    if quantity is not None:
-        return localized(quantity.text_at(x, y, "–"))
+    if quantity is not None:  # the unit below the number
+        return localized(quantity.text_at(x, y, "–")).replace(" ", "\n")
     return "\n".join(map(_sample_text, value_at(frame, x, y)))
 
 

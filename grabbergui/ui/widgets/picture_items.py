@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import pyqtgraph as pg
 from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPainterPath, QPen
+from PyQt5.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPainterPath, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from PyQt5.sip import voidptr
 
@@ -124,8 +124,10 @@ class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library ha
 
 LEGIBLE_ZOOM = 40.0
 "Screen pixels per pixel of the picture from which its value has room."
-_LINE = 12
-"Height of a line of text, pixels."
+_LARGEST, _LEAST = 11, 6
+"Heights of text on a pixel, in screen pixels; smaller ones cannot be read."
+_GAP = 4
+"Screen pixels between the texts of two pixels."
 _BEHIND = QColor(0, 0, 0, 150)
 "Outline of the text: it must stand out from white pixels too."
 
@@ -151,13 +153,15 @@ class PixelValues(PictureOverlay):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Write each text in the middle of its pixel."""
+        """Write each text in the middle of its pixel, as small as it takes to fit, if it can be read then."""
         if not self._texts:
             return
         to_screen = painter.worldTransform()
         painter.resetTransform()
         font = QFont(painter.font())
-        font.setPixelSize(_LINE - 1)
+        font.setPixelSize(self._size(font, to_screen.mapRect(QRectF(0, 0, 1, 1))))
+        if font.pixelSize() < _LEAST:
+            return
         painter.setFont(font)
         painter.setPen(QColor(255, 255, 255))
         for (x, y), text in self._texts.items():
@@ -165,6 +169,15 @@ class PixelValues(PictureOverlay):
             place = painter.boundingRect(pixel, Qt.AlignmentFlag.AlignCenter, text)
             painter.fillRect(place.adjusted(-3, -1, 3, 1), _BEHIND)
             painter.drawText(pixel, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _size(self, font: QFont, pixel: QRectF) -> int:
+        """Return the height of text at which all of it fits into its pixel; 1 or more."""
+        font.setPixelSize(_LARGEST)
+        metrics, texts = QFontMetrics(font), [text.split("\n") for text in self._texts.values()]
+        longest = max((line for lines in texts for line in lines), key=len)
+        width = metrics.horizontalAdvance(longest) + 2 * _GAP
+        height = metrics.height() * max(map(len, texts))
+        return max(1, int(_LARGEST * min(1.0, pixel.width() / width, pixel.height() / height)))
 
 
 GRID_PARTS = 6

@@ -41,7 +41,7 @@ def test_a_distance_is_read_in_millimetres_with_the_sensors_value_behind_it():
     assert cursor_text(picture, (1, 0), settings) == "x 1  y 0   1234.5 mm  (12345)"
     assert cursor_text(picture, (0, 0), settings) == "x 0  y 0   no data  (0)"
     assert cursor_text(picture, (2, 0), settings) == "x 2  y 0"
-    assert value_texts(picture, settings) == {(0, 0): "–", (1, 0): "1234.5 mm"}
+    assert value_texts(picture, settings) == {(0, 0): "–", (1, 0): "1234.5\nmm"}
 
 
 def test_light_is_read_as_the_sensor_gave_it():
