@@ -60,8 +60,8 @@ DAY = [
     "open", "tuned by mouse", "tuned by wheel", "stepped by Right", "stepped by shift+Right",
     "stepped by ctrl+Right", "typed", "taken back", "waiting for a trigger", "triggered", "trigger off",
     "lost", "back", "cable pulled", "second camera", "first recorded", "switched", "both recorded",
-    "lost behind the other", "lost at the front", "back at the front", "recorded", "settings saved",
-    "settings loaded", "settings taken back", "little room", "stopped",
+    "lost behind the other", "lost at the front", "back at the front", "switched back", "recorded",
+    "settings saved", "settings loaded", "settings taken back", "little room", "stopped",
 ]  # fmt: skip
 "The steps after which the window is compared with what is so."
 
