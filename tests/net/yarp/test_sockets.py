@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import socket
+import struct
 import sys
 import threading
 import time
@@ -29,6 +30,29 @@ def test_a_peer_that_closed_is_noticed_and_one_that_waits_or_sends_is_not() -> N
         theirs.close()
         assert sockets.closed_by_peer(ours)
     assert sockets.closed_by_peer(ours)
+
+
+@pytest.mark.parametrize("host", ["a..b", "a" * 64 + ".example"])
+def test_what_is_no_name_of_a_host_is_reported_as_such(host: str) -> None:
+    for ask in (
+        lambda: sockets.connect((host, 10000)),
+        lambda: sockets.local_address_towards(host, 10000),
+    ):
+        with pytest.raises(TransportError, match=f"'{host}' is no name of a host"):
+            ask()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits are milliseconds there")
+@pytest.mark.parametrize("seconds", [2.5, 1.9999999, 0.9999999, 1e-9])
+def test_no_limit_is_rounded_to_none(seconds: float) -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        sockets.set_deadline(ours, seconds)
+        limit = ours.getsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.calcsize("@ll"))
+    whole, microseconds = struct.unpack("@ll", limit)
+    found = whole + microseconds / 1e6
+    assert found > 0
+    assert found == pytest.approx(seconds, abs=0.02)  # the kernel counts in its own ticks
 
 
 # -- bodies of messages ------------------------------------------------------------------------------

@@ -84,6 +84,8 @@ def connect(
         raise ResourceExhaustedError.of(error) or TransportError(
             f"nothing answers at {host}:{port}: {reason(error)}"
         ) from error
+    except UnicodeError as error:  # a..b, or a part of more than 63 letters
+        raise TransportError(f"'{host}' is no name of a host") from error
     try:
         prepare(sock)
         set_deadline(sock, timeout)
@@ -126,11 +128,12 @@ def prepare(sock: socket.socket) -> None:
 
 def set_deadline(sock: socket.socket, seconds: float | None, *, sending: bool = True) -> None:
     """Set the timeout in seconds of one read or write; None waits forever."""
-    seconds = seconds or 0.0
+    # A limit that is rounded to zero would be none at all.
     if sys.platform == "win32":
-        value = struct.pack("@L", round(seconds * 1000))
+        value = struct.pack("@L", max(1, round(seconds * 1000)) if seconds else 0)
     else:
-        value = struct.pack("@ll", int(seconds), round(seconds % 1 * 1_000_000) % 1_000_000)
+        microseconds = max(1, round(seconds * 1_000_000)) if seconds else 0
+        value = struct.pack("@ll", *divmod(microseconds, 1_000_000))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value)
     if sending:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, value)
@@ -274,6 +277,8 @@ def local_address_towards(host: str, port: int) -> str:
         raise ResourceExhaustedError.of(error) or TransportError(
             f"no way to {host}:{port}: {reason(error)}"
         ) from error
+    except UnicodeError as error:
+        raise TransportError(f"'{host}' is no name of a host") from error
 
 
 # -- datagrams -----------------------------------------------------------------------------------
