@@ -1,7 +1,9 @@
+import errno
 import itertools
 import socket
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 
@@ -11,9 +13,10 @@ import pytest
 from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, SourceNotFoundError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import name_client, ports
+from grabbergui.net.yarp.os import name_client, ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import RpcClient, administer, ping
+from grabbergui.net.yarp.os.carrier import Header, Target
+from grabbergui.net.yarp.os.link import RpcClient, administer, greet, ping
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
@@ -386,3 +389,44 @@ def test_ports_that_belong_together_are_all_open_or_none(names, monkeypatch):
     open_all([first, second])
     with closing(first), closing(second):
         assert names.query("/both/first").address == first.contact.address
+
+
+def test_a_port_that_finds_no_descriptor_for_its_own_use_leaves_nothing_open(monkeypatch):
+    port = OutputPort("/out", port=0)
+
+    def exhausted():
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    with monkeypatch.context() as patched, pytest.raises(TransportError, match="ulimit -n"):
+        patched.setattr(socket, "socketpair", exhausted)
+        port.open()
+    with port:  # as if nothing had happened
+        assert ping(port.contact.address)
+
+
+def test_a_sender_whose_name_looks_like_an_address_does_not_keep_a_port_from_closing():
+    with InputPort("/in") as port, socket.create_connection(port.contact.address) as sock:
+        greet(sock, Header(wire.TCP, "//nowhere"))
+        until(lambda: port.sources == ["//nowhere"], "connection of the sender")
+
+
+def test_a_reader_connected_while_the_port_closes_is_let_go(monkeypatch):
+    connect, begun, go_on = sockets.connect, threading.Event(), threading.Event()
+
+    def slow_connect(*arguments, **options):
+        begun.set()
+        assert go_on.wait(PATIENCE)
+        return connect(*arguments, **options)
+
+    with InputPort("/in") as reader, ThreadPoolExecutor(1) as pool:
+        source = OutputPort("/out")
+        source.open()
+        monkeypatch.setattr(sockets, "connect", slow_connect)
+        adding = pool.submit(source.add, Target.parse(reader.place()))
+        assert begun.wait(PATIENCE)
+        source.close()
+        go_on.set()
+        with pytest.raises(TransportError, match="the port was closed"):
+            adding.result(PATIENCE)
+        assert not source.connections
+        until(lambda: not reader.sources, "end of the connection")

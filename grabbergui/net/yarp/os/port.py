@@ -25,7 +25,7 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name
+from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name, literal_address
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.name_client import Contact, NameClient, Registration
@@ -99,6 +99,7 @@ class Port:
             self._listener.close()
             self._registration = None
             raise
+        self._registry.reopen()
         self._listener.start()
         if self._registration:
             self._registration.announce()
@@ -108,7 +109,7 @@ class Port:
         if not self._listener.is_open:
             return
         self._listener.stop()
-        inputs = self._registry.inputs
+        inputs = self._registry.close()
         self._readers.close()
         for connection in inputs:
             connection.close()
@@ -182,9 +183,8 @@ class Port:
 
     def locate(self, name: str) -> tuple[str, int]:
         """Return host and port of a name. Raises SourceNotFoundError, SourceUnavailableError."""
-        if name.startswith("//"):
-            host, _, number = name[2:].rpartition(":")
-            return host, int(number)
+        if literal := literal_address(name):
+            return literal[1:]
         if name == self.name:
             return self.contact.address
         if self._names is None:
@@ -333,7 +333,11 @@ class Listener:
         """Listen, and return the port number. Connections wait until `start`. Raises TransportError."""
         self._socket = sockets.listen(address)
         self._socket.setblocking(False)
-        self._wake = socket.socketpair()
+        try:
+            self._wake = socket.socketpair()
+        except OSError as error:
+            self.close()
+            raise ResourceExhaustedError.of(error) or TransportError(sockets.reason(error)) from error
         self._closing.clear()
         return int(self._socket.getsockname()[1])
 

@@ -176,6 +176,17 @@ class Registry:
         "Like `inputs`."
         self._strangers = strangers
         self._lock = threading.RLock()
+        self._closed = False
+
+    def reopen(self) -> None:
+        """Accept connections, again after `close`."""
+        self._closed = False
+
+    def close(self) -> list[Input]:
+        """Accept no further connections; return the incoming ones, which the caller closes."""
+        with self._lock:
+            self._closed = True
+            return self.inputs
 
     def all(self) -> list[Input | Output]:
         """Return the connections in both directions."""
@@ -201,9 +212,11 @@ class Registry:
         """Add a connection that is not started yet, and close another if it is one too many.
 
         A connection that `replaces` another, because a reader reversed it, takes its place and age. Raises
-        TransportError if the other was closed meanwhile.
+        TransportError if the other was closed meanwhile, or the port was.
         """
         with self._lock:
+            if self._closed:
+                raise TransportError("the port was closed")
             if replaces is None:
                 self._make_room(connection.address)
             elif replaces not in self.inputs:
