@@ -186,6 +186,8 @@ class ChangeLog:
 VERSION = 2
 "From version 2 on, names may contain selectors, and `set` exists."
 _ANY = -1
+_REVISION_DIGITS = 20
+"""More than any number of ours has. Python refuses to read thousands of digits."""
 
 Terminal = Callable[[str], str]
 """Runs a line typed from afar and gives what to print; raises GrabberError. Any thread."""
@@ -255,8 +257,8 @@ class TreeService:
         return replace(result, feature=offered(result.feature), also_changed=also_changed)
 
     def _changes_since(self, revision: str) -> dict[str, object]:
-        if not revision.isdecimal():
-            raise UsageError(f"revision '{revision}' is no number")
+        if not revision.isdecimal() or len(revision) > _REVISION_DIGITS:
+            raise UsageError(f"revision '{revision[:40]}' is no number")
         number, names = self._changes.since(int(revision))
         return {"revision": number, "names": names, **self._loss()}
 
@@ -396,10 +398,10 @@ def _array(data: object) -> list[Any]:
 def error_of(kind: str, message: str, feature: str) -> GrabberError:
     """Return the error that the other end named, to be raised here."""
     found = getattr(errors, kind, GrabberError)
-    if (
-        not isinstance(found, type)
-        or not issubclass(found, GrabberError)
-        or found is errors.DeviceStatusError
-    ):
-        found = GrabberError
-    return found(message, feature) if issubclass(found, FeatureError) else found(message)
+    if not isinstance(found, type) or not issubclass(found, GrabberError):
+        return GrabberError(message)
+    if issubclass(found, FeatureError):
+        return found(message, feature)
+    # Others are made of more than a message, such as the name of a file, which does not travel.
+    alike = found.__init__ is Exception.__init__
+    return found(message) if alike else GrabberError(message)

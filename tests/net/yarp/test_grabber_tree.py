@@ -11,12 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import ScriptedGrabber
+from grabbergui.core import errors
 from grabbergui.core.errors import (
     DeviceStatusError,
     FeatureValueError,
     GrabberError,
     RemoteProtocolError,
     TransportError,
+    UsageError,
 )
 from grabbergui.core.features import (
     AccessMode,
@@ -30,7 +32,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.net import tree
-from grabbergui.net.tree import ChangeLog
+from grabbergui.net.tree import ChangeLog, TreeService, error_of
 from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
@@ -104,6 +106,13 @@ def test_errors_are_raised_at_the_other_end() -> None:
         grabber_values.read_tree_reply(grabber_values.tree_failure(DeviceStatusError("refused", 0x8006)))
     with pytest.raises(GrabberError, match="text"):
         grabber_values.read_tree_reply([grabber_values.TREE_WORD, "error", "SystemExit", "text", ""])
+
+
+@pytest.mark.parametrize("name", [name for name in vars(errors) if name.endswith("Error")])
+def test_every_error_of_ours_can_be_raised_at_the_other_end(name: str) -> None:
+    raised = error_of(name, "it failed", "Gain")
+    assert str(raised) == "it failed"
+    assert isinstance(raised, GrabberError)
 
 
 def test_fields_of_a_newer_peer_are_ignored() -> None:
@@ -205,6 +214,12 @@ def test_too_old_a_revision_may_have_missed_anything(grabber: ScriptedGrabber) -
     assert log.since(start)[1] is None
     assert log.since(start + 1)[1] == ["Gain"]
     log.close()
+
+
+@pytest.mark.parametrize("revision", ["", "-1", "one", "9" * 5000])
+def test_what_is_no_revision_is_refused(grabber: ScriptedGrabber, revision: str) -> None:
+    with pytest.raises(UsageError, match="is no number"):
+        TreeService(grabber).perform("changes", revision)
 
 
 def test_nobody_asks_nobody_listens(grabber: ScriptedGrabber, monkeypatch: pytest.MonkeyPatch) -> None:
