@@ -81,7 +81,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             self._leave()
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
-        self._access = access
+        self._access, self._lost, self._refused = access, "", ""
         self._closing.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
@@ -97,7 +97,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             return
         self._closing.set()
         watcher, self._watcher = self._watcher, None
-        if watcher is not None:
+        if watcher is not None and watcher is not threading.current_thread():
             watcher.join()
         self.stop()
         self._leave()

@@ -96,7 +96,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 return
             self._names = NameClient.find(self._nameserver)
             self._connect(self._names)
-            self._access = access
+            self._access, self._lost = access, ""
             self._stopping.clear()
             self._watcher = threading.Thread(target=self._watch, name=f"yarp watch {self._name}", daemon=True)
             self._watcher.start()

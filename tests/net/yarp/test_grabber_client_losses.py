@@ -53,6 +53,18 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     ]
 
 
+def test_a_camera_that_was_closed_while_it_was_lost_is_not_lost_when_it_is_opened_again(scene: Stage) -> None:
+    remote = connect(scene)
+    with scene.share():
+        remote.open()
+    until(lambda: bool(remote.lost), "the loss")
+    remote.close()
+    with scene.share():
+        remote.open()
+        assert not remote.lost
+        remote.close()
+
+
 def test_a_name_server_that_ends_loses_nothing_that_is_open(
     scene: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
