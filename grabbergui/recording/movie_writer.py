@@ -298,7 +298,7 @@ class MovieWriter(RecordingWriter):
         """Return the bytes encoded, or those of the finished file."""
         if self._movie is not None:
             return self._movie.size
-        return self.path.stat().st_size if self.path.exists() else 0
+        return self.path.stat().st_size if self._made else 0
 
     def _pixels(self, frame: Frame) -> tuple[NDArray[Any], str]:
         """Return the pixels of a frame to encode, and PFNC's name of their format."""

@@ -326,9 +326,12 @@ class Recorder:
         )
 
     def _finish(self, problem: Exception | None) -> None:
+        size = 0
         try:
             self.writer.close()
-            if not self._progress.frames:
+            if self._progress.frames:
+                size = self.writer.size()  # fails for a file that somebody removed meanwhile
+            else:
                 self.writer.discard()
         except (GrabberError, OSError) as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)
@@ -340,7 +343,7 @@ class Recorder:
             ended=True,
             error=problem,
             dropped=self._queue.dropped,
-            size=self.writer.size() if self._progress.frames else 0,
+            size=size,
         )
         if problem is not None:
             log.info("recording ended: %s", self._progress.reason)  # the caller reports it

@@ -272,6 +272,19 @@ def test_it_ends_although_closing_fails_in_a_way_nobody_foresaw(camera, tmp_path
     assert reported[-1].ended
 
 
+@pytest.mark.parametrize("kind", [RecordingKind.MCAP, RecordingKind.H264])
+def test_it_ends_although_its_file_was_removed_meanwhile(camera, tmp_path, kind):
+    recorder = Recorder(camera, create_writer(kind, tmp_path / NAMES[kind], camera.info))
+    recorder.start()
+    camera.start()
+    until(lambda: recorder.progress.frames >= 3, "frames")
+    (tmp_path / NAMES[kind]).unlink()
+    recorder.stop()
+    progress = ended(recorder)
+    assert progress.ended
+    assert "could not be finished" in progress.reason
+
+
 def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     really = writer.write
