@@ -98,7 +98,9 @@ def create_writer(
     except ImportError as error:
         raise RecordingError(f"recording {path.name} needs the package {error.name}: {error}") from error
     except OSError as error:
-        raise RecordingError(f"{path} could not be made: {error.strerror or error}") from error
+        # Not always the recording itself: a movie's notes may be left of one that was removed.
+        place = error.filename or path
+        raise RecordingError(f"{place} could not be made: {error.strerror or error}") from error
 
 
 # -- work on several threads, in order -----------------------------------------------------------

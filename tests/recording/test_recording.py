@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import re
 import shutil
 import time
 from dataclasses import replace
@@ -497,6 +498,13 @@ def test_nothing_is_overwritten(tmp_path):
         written(kind, path, [made("Mono8", 0)])
         with pytest.raises(RecordingError, match="overwrites nothing"):
             create_writer(kind, path, INFO)
+
+
+def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
+    notes = tmp_path / "movie.frames.jsonl"
+    notes.write_text("")
+    with pytest.raises(RecordingError, match=re.escape(f"{notes} could not be made: File exists")):
+        create_writer(RecordingKind.H264, tmp_path / "movie.mp4", INFO)
 
 
 def test_the_ending_chooses_the_kind():
