@@ -191,11 +191,14 @@ def tiago_model(options: argparse.Namespace) -> KinematicModel:
 
 
 def tiago_topics(options: argparse.Namespace) -> Topics:
-    """Return the topics of TIAGo's controllers with these options."""
+    """Return the topics of TIAGo's controllers with these options. Raises UsageError."""
+    from grabbergui.net.ros2.runtime import full_name
     from grabbergui.servo.robots.tiago_ros2 import Topics
 
-    given = {"arm": options.arm_topic, "head": options.head_topic, "camera_frame": options.camera_frame}
-    return Topics(**{key: value for key, value in given.items() if value})
+    given = {"arm": options.arm_topic, "head": options.head_topic}
+    topics = {key: full_name(topic, f"--{key}-topic {topic}") for key, topic in given.items() if topic}
+    frame = {"camera_frame": options.camera_frame} if options.camera_frame else {}
+    return Topics(**topics, **frame)
 
 
 # -- robots --------------------------------------------------------------------------------------

@@ -25,9 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation, vector_from_pose
-from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.runtime import Ros2Node, require_packages
+from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_packages
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -145,9 +144,7 @@ class Ros2Publisher:
 
     def __init__(self, runner: Runner, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
         """`frame_id` is the camera's. Raises UsageError for a bad name."""
-        namespace, _, node_name = ("/" + name.strip("/")).rpartition("/")
-        if not name.isascii() or not all(part.isidentifier() for part in name.strip("/").split("/")):
-            raise UsageError(f"{name}: names on ROS 2 are of letters, digits and _, as in /robot/servo")
+        namespace, _, node_name = full_name(name, name).rpartition("/")
         self._runner = runner
         self._frame_id = frame_id
         self._name = (namespace, node_name)

@@ -29,7 +29,7 @@ from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, CameraLink, not_found, publishers_of
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
-from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
+from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_ros2
 from grabbergui.net.tree import TreeFeatures
 
 log = logging.getLogger(__name__)
@@ -245,7 +245,8 @@ def create(uri: SourceUri) -> FrameGrabber:
     if not uri.name.strip("/"):
         raise UsageError("ros2: which topic? Write ros2:/camera; `grabbergui list` shows the image topics")
     options = read_options(Ros2Options, uri)
-    return Ros2Grabber(uri.name, str(uri), reliable=options.qos == "reliable", components=options.components)
+    name = full_name(uri.name, str(uri))
+    return Ros2Grabber(name, str(uri), reliable=options.qos == "reliable", components=options.components)
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:

@@ -28,7 +28,7 @@ from grabbergui.core.calibration import (
 from grabbergui.core.errors import PixelFormatError, SourceNotFoundError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.runtime import Ros2Node, full_name
 
 
 def encoding_of(pixel_format: PixelFormat) -> str:
@@ -225,9 +225,10 @@ def receive_camera_info(camera: str, timeout: float = 15.0) -> tuple[Calibration
     """Wait for one `sensor_msgs/CameraInfo` of a camera, named as itself or by its `image_raw`.
 
     Returns its calibration and the frame that its images are taken in, empty if it names none.
-    Raises SourceNotFoundError where none comes within `timeout` seconds, UsageError where it is empty.
+    Raises SourceNotFoundError where none comes within `timeout` seconds, UsageError where it is empty, or the
+    name is none.
     """
-    name, _, last = camera.partition("?")[0].rstrip("/").rpartition("/")
+    name, _, last = full_name(camera.partition("?")[0], camera).rpartition("/")
     topic = f"{name}/camera_info" if last.startswith("image") else f"{name}/{last}/camera_info"
     ros = Ros2Node(f"grabbergui_calibration_{time.time_ns() % 10**9}")
     try:

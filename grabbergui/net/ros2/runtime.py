@@ -94,6 +94,24 @@ def _load_libraries(package: Path) -> None:
             log.debug("%s: %s", library, error)
 
 
+# -- names ---------------------------------------------------------------------------------------
+_FULL_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+
+
+def full_name(text: str, what: str) -> str:
+    """Return the name of a node or topic, with one slash before it.
+
+    Raises UsageError, whose text begins with `what`; rclpy raises errors of various classes for names
+    that ROS does not allow.
+    """
+    name = "/" + text.strip("/")
+    if not _FULL_NAME.fullmatch(name):
+        raise UsageError(
+            f"{what}: names on ROS 2 are of letters, digits and _ and begin with no digit, as in /head/left"
+        )
+    return name
+
+
 # -- the node ------------------------------------------------------------------------------------
 class Ros2Node:
     """A node in a context of its own, spun by one thread until closed.

@@ -18,6 +18,7 @@ from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.runtime import (
     Ros2Node,
     RosoutHandler,
+    full_name,
     require_interfaces,
     require_ros2,
     sendable,
@@ -60,10 +61,7 @@ class Ros2GrabberServer:
         require_ros2()
         from sensor_msgs.srv import SetCameraInfo
 
-        name = "/" + name.strip("/")
-        namespace, _, node_name = name.rpartition("/")
-        if not all(part.isidentifier() for part in name.strip("/").split("/")):
-            raise UsageError(f"--ros2 {name}: names are of letters, digits and _, as in /head/left")
+        namespace, _, node_name = full_name(name, f"--ros2 {name}").rpartition("/")
         self._grabber = grabber
         self._calibration = calibration or FittedCalibration(grabber)
         self._read_only = read_only

@@ -20,8 +20,10 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, Poi
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
+from grabbergui import sources  # noqa: E402
 from grabbergui.calibration.camera_info import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
+from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from lost_camera import away  # noqa: E402
@@ -223,9 +225,17 @@ def test_each_domain_is_listened_in_by_itself(server, monkeypatch):
     assert client.discover(0.3) == []
 
 
-def test_a_bad_name_is_refused(camera):
-    with pytest.raises(UsageError, match="names are of letters"):
-        Ros2GrabberServer(camera, "/left camera")
+@pytest.mark.parametrize(
+    "name", ["/left camera", "/left-camera", "/1st", "/left//camera", "/cámara", "/\udce9"]
+)
+def test_a_bad_name_is_refused(camera, name):
+    for use in (
+        lambda: Ros2GrabberServer(camera, name),
+        lambda: sources.create(f"ros2:{name}"),
+        lambda: receive_camera_info(f"{name}?qos=reliable"),
+    ):
+        with pytest.raises(UsageError, match="names on ROS 2 are of letters"):
+            use()
 
 
 def test_components_are_topics_with_ranges_in_metres_and_points_on_request(server, camera, probe):
