@@ -46,12 +46,16 @@ class SourceUri:
         name, _, query = rest.removeprefix("//").partition("?")
         if query and "=" not in query:
             raise UsageError(f"'{text}': write options as ?name=value&name=value")
-        return cls(scheme, unquote(name), dict(parse_qsl(query, keep_blank_values=True)))
+        return cls(
+            scheme,
+            unquote(name, errors="surrogateescape"),  # of files, which need not be UTF-8
+            dict(parse_qsl(query, keep_blank_values=True)),
+        )
 
     def __str__(self) -> str:
         query = "?" + urlencode(self.options) if self.options else ""
         slashes = "//" if self.name.startswith("//") else ""  # parsing takes two away
-        return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN)}{query}"
+        return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN, errors='surrogateescape')}{query}"
 
     def option(self, name: str, default: str = "") -> str:
         """One option's text."""

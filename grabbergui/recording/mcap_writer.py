@@ -38,12 +38,12 @@ class McapWriter(RecordingWriter):
 
     def __init__(self, path: Path, info: DeviceInfo, scan: Scan3d | None = None) -> None:
         self.path = path
-        self._source = info.title
+        self._source = _utf8(info.title)
         self._file: BufferedWriter = path.open("xb")
         # A chunk ends after each image: the file on the disk is readable, and nothing is copied twice.
         self._writer = Writer(self._file, chunk_size=1, compression=CompressionType.NONE)
         self._writer.start(profile="ros2", library="grabbergui")
-        self._writer.add_metadata("grabbergui", info.as_dict())
+        self._writer.add_metadata("grabbergui", {key: _utf8(text) for key, text in info.as_dict().items()})
         if scan is not None and scan.calibrated:
             self._writer.add_metadata(SCAN_METADATA, {"json": scan.as_json()})
         self._image_schema = self._schema(ros_image.IMAGE_NAME, ros_image.IMAGE_DEFINITION)
@@ -141,3 +141,8 @@ class McapWriter(RecordingWriter):
         with contextlib.suppress(OSError):
             self._file.close()  # tries to write the rest once more
         os.truncate(self.path, size)
+
+
+def _utf8(text: str) -> str:
+    """Return a text with `?` for what is no UTF-8, as names of files may have it: MCAP has nothing else."""
+    return text.encode("utf-8", "replace").decode("utf-8")

@@ -1,3 +1,4 @@
+import os
 from contextlib import suppress
 
 import pytest
@@ -41,6 +42,12 @@ def test_options():
 def test_every_source_is_read_back_from_its_text(scheme, name, options):
     # Blanks around a URI are the user's; within the text of one they are written as %20.
     uri = SourceUri(scheme, name, options)
+    assert SourceUri.parse(str(uri)) == uri
+
+
+def test_names_of_files_that_are_no_utf8_are_read_back():
+    uri = SourceUri("file", os.fsdecode(b"caf\xe9"))
+    assert str(uri) == "file:caf%E9"
     assert SourceUri.parse(str(uri)) == uri
 
 

@@ -500,6 +500,16 @@ def test_nothing_is_overwritten(tmp_path):
             create_writer(kind, path, INFO)
 
 
+@pytest.mark.parametrize("kind", RecordingKind)
+def test_a_source_whose_name_is_no_utf8_is_recorded(tmp_path, kind):
+    info = replace(INFO, user_name=os.fsdecode(b"caf\xe9"))
+    writer = create_writer(kind, tmp_path / NAMES[kind], info)
+    writer.write(made("Mono8", 0))
+    writer.close()
+    with contextlib.closing(open_recording(tmp_path / NAMES[kind])) as recording:
+        assert len(recording) == 1
+
+
 def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
     notes = tmp_path / "movie.frames.jsonl"
     notes.write_text("")
