@@ -185,3 +185,83 @@ def test_the_value_on_a_pixel_leaves_its_neighbours_theirs(qtbot, text, zoom):
     between = [zoom, 2 * zoom]
     assert all(image.pixelColor(x, y) == Qt.white for x in between for y in range(3 * zoom))
     assert all(image.pixelColor(x, y) == Qt.white for y in between for x in range(3 * zoom))
+
+
+def hover(view, x, y):
+    """Move the mouse to a place of the widget."""
+    at = QPointF(x, y)
+    move = QMouseEvent(QEvent.MouseMove, at, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
+    QApplication.sendEvent(view.canvas.viewport(), move)
+
+
+def pixel_at(view, x, y):
+    point = view.canvas.viewToFrame(QPointF(x, y))
+    return int(point.x()), int(point.y())
+
+
+@pytest.mark.parametrize("act", ["oneToOne", "fit", "zoomBy", "size", "resize"])
+def test_the_readout_is_that_of_the_pixel_under_a_mouse_that_rests(view, act):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    if act == "fit":
+        view.canvas.zoomBy(4)
+    hover(view, 200, 300)
+    before = view.canvas.cursorPixel
+    assert before == pixel_at(view, 200, 300)
+    if act == "size":
+        view.setPicture(whole(1200, 1600), 1200, 1600)
+    elif act == "resize":
+        view.resize(600, 640)
+    else:
+        getattr(view.canvas, act)(*[4.0] * (act == "zoomBy"))
+    assert view.canvas.cursorPixel == pixel_at(view, 200, 300) != before
+    QApplication.sendEvent(view.canvas, QEvent(QEvent.Leave))
+    view.canvas.fit()
+    assert view.canvas.cursorPixel is None
+
+
+def test_the_readout_follows_the_mouse_while_something_is_drawn(view, qtbot):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.drawing.begin(Purpose.PROFILE_LINE)
+    target = view.canvas.viewport()
+    qtbot.mousePress(target, Qt.LeftButton, pos=QPoint(200, 200))
+    hover(view, 300, 250)
+    assert view.canvas.cursorPixel == pixel_at(view, 300, 250)
+    qtbot.mouseRelease(target, Qt.LeftButton, pos=QPoint(320, 260))
+    assert view.canvas.cursorPixel == pixel_at(view, 320, 260)
+
+
+def test_an_image_of_another_size_is_in_sight_at_the_same_zoom(view):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.canvas.zoomBy(8)
+    view.canvas.centreOn(QPointF(0.95, 0.1))
+    zoom = view.canvas.zoom
+    view.setPicture(whole(320, 240, 1), 320, 240)
+    centre = view.canvas.seen.center()
+    assert (centre.x(), centre.y()) == pytest.approx((0.95, 0.1), abs=0.01)
+    assert view.canvas.zoom == pytest.approx(zoom)
+
+
+@pytest.mark.parametrize(
+    ("turn", "back"),
+    [("TurnRight", "TurnLeft"), ("TurnLeft", "TurnRight"), ("MirrorX", "MirrorX"), ("MirrorY", "MirrorY")],
+)
+def test_what_is_in_the_middle_stays_there_when_the_picture_is_turned_or_mirrored(app, turn, back):
+    canvas, picture = app.window.picture.canvas, app.program.picture
+    app.connect("sim:?width=640&height=480")
+    app.watch()
+    canvas.zoomBy(8)
+    canvas.centreOn(QPointF(0.8, 0.1))
+
+    def middle():
+        centre, (width, height) = canvas.seen.center(), canvas.pictureSize
+        frame = picture.frame
+        x, y = int(centre.x() * width), int(centre.y() * height)
+        return picture.settings.orientation.pixel(x, y, frame.width, frame.height)
+
+    before, size = middle(), canvas.pictureSize
+    turned = size[::-1] if turn.startswith("Turn") else size
+    for action in (turn, back):
+        getattr(app.window, f"action{action}").trigger()
+        wanted = turned if action == turn else size
+        app.until(lambda wanted=wanted: canvas.pictureSize == wanted)
+        assert np.abs(np.subtract(middle(), before)).max() <= 3

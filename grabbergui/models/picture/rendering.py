@@ -80,6 +80,13 @@ class Orientation:
         region = self.to_frame(Region(x, y, 1, 1), width, height)
         return region.x, region.y
 
+    def place_in(self, other: Orientation, x: float, y: float) -> tuple[float, float]:
+        """Return where `other` shows what this one shows at `x`, `y`; in fractions of the view."""
+        fine = 1 << 20
+        region = self.to_frame(Region(round(x * fine), round(y * fine), 1, 1), fine, fine)
+        region = other.to_view(region, fine, fine)
+        return region.x / fine, region.y / fine
+
     def applied(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Pixels of the frame, (height, width[, 3]), as they are seen; contiguous, perhaps themselves."""
         if self.mirrored_x or self.mirrored_y:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, QPointF, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.core import scan3d
@@ -200,6 +200,7 @@ class DisplayController(QObject):
         super().__init__(parent)
         self._histogram = histogram
         self._picture = picture
+        self._canvas = view.canvas
         marks = view.canvas.marks
         Bridge(self).bind(connection.opened, self._on_connection_opened)
         actions.actionCrosshair.toggled.connect(marks.setCrosshair)
@@ -218,8 +219,10 @@ class DisplayController(QObject):
             action.triggered.connect(lambda _, change=change: self._turn(change))
 
     def _turn(self, change: Callable[[Orientation], Orientation]) -> None:
-        settings = self._picture.settings
-        self._picture.settings = replace(settings, orientation=change(settings.orientation))
+        settings, seen = self._picture.settings, self._canvas.seen.center()
+        orientation = change(settings.orientation)
+        self._canvas.centreOn(QPointF(*settings.orientation.place_in(orientation, seen.x(), seen.y())))
+        self._picture.settings = replace(settings, orientation=orientation)
         self.orientationChanged.emit()
 
     def _on_clipping_toggled(self, shown: bool) -> None:

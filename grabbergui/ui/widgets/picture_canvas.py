@@ -46,6 +46,8 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._fitted = True
         self._empty = True
         self._cursor: tuple[int, int] | None = None
+        self._pointer: QPointF | None = None
+        "Where in this widget the mouse is."
         self.setCentralItem(self._box)
         self.marks = PictureMarks()
         """Lines over the picture."""
@@ -77,6 +79,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
         other_size = (width, height) != self._item.frame_size
+        centre = self.seen.center()
         self._item.setPicture(image, width, height)
         self._item.show()
         self.marks.cover(width, height)
@@ -87,7 +90,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             if self._fitted:
                 self.fit()
             else:
-                self._announce()
+                self.centreOn(centre)
 
     @property
     def empty(self) -> bool:
@@ -113,6 +116,16 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             )
             self._announce()
 
+    def centreOn(self, place: QPointF) -> None:
+        """Show this place in the middle, in fractions of the picture, at the same zoom; nothing if fitted."""
+        width, height = self._item.frame_size
+        if not self._empty and not self._fitted:
+            seen = QRectF(self._box.viewRect())
+            seen.moveCenter(QPointF(place.x() * width, place.y() * height))
+            seen.moveTopLeft(QPointF(round(seen.left()), round(seen.top())))  # as in `_zoom_to`
+            self._box.setRange(seen, padding=0)
+            self._announce()
+
     def setCursorAt(self, place: QPointF) -> None:
         """Put the cursor's readout on the pixel at this place, in fractions of the picture."""
         width, height = self._item.frame_size
@@ -120,6 +133,19 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             x, y = math.floor(place.x() * width), math.floor(place.y() * height)
             self._cursor = (min(x, width - 1), min(y, height - 1))
             self.cursorMoved.emit(*self._cursor)
+
+    def follow(self, position: QPointF) -> None:
+        """Put the cursor's readout on the pixel at this place in the widget."""
+        self._pointer = position
+        point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
+        x, y = math.floor(point.x()), math.floor(point.y())
+        width, height = self._item.frame_size
+        if self._empty or not (0 <= x < width and 0 <= y < height):
+            self._leave()
+            return
+        self._cursor = (x, y)
+        self.setCursor(Qt.CursorShape.CrossCursor)
+        self.cursorMoved.emit(x, y)
 
     def forgetCursor(self) -> None:
         """Report that the cursor is on no pixel."""
@@ -194,11 +220,12 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the cursor. pyqtgraph's own signal leaves out moves that come fast, the last one too."""
         super().mouseMoveEvent(event)
-        self._follow(event.localPos())
+        self.follow(event.localPos())
 
     def leaveEvent(self, event: QEvent) -> None:
         """Report that the cursor is on no pixel."""
         super().leaveEvent(event)
+        self._pointer = None
         self._leave()
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
@@ -240,6 +267,8 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         seen = self._box.viewRect().intersected(frame)
         zoom = self.zoom
         self.zoomChanged.emit(zoom, self._fitted)
+        if self._pointer is not None:  # another pixel is there now
+            self.follow(self._pointer)
         if seen.isEmpty():
             return
         left, top = math.floor(seen.left()), math.floor(seen.top())
@@ -250,17 +279,6 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def _on_box_moved_by_hand(self, *_: object) -> None:
         self._fitted = False
         self._announce()
-
-    def _follow(self, position: QPointF) -> None:
-        point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
-        x, y = math.floor(point.x()), math.floor(point.y())
-        width, height = self._item.frame_size
-        if self._empty or not (0 <= x < width and 0 <= y < height):
-            self._leave()
-            return
-        self._cursor = (x, y)
-        self.setCursor(Qt.CursorShape.CrossCursor)
-        self.cursorMoved.emit(x, y)
 
     def _leave(self) -> None:
         if self._cursor is not None:
@@ -333,6 +351,7 @@ class DrawingTool(QObject):
     def _on_mouse(self, event: QMouseEvent) -> bool:
         point = self._canvas.viewToFrame(event.localPos())
         kind = event.type()
+        self._canvas.follow(event.localPos())
         if kind == QEvent.Type.MouseButtonPress and event.button() == Qt.MouseButton.LeftButton:
             self._start = point
         elif kind == QEvent.Type.MouseMove and self._start is not None:
