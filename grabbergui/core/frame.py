@@ -125,7 +125,7 @@ class Frame:
     file_name: str = ""
     "Of a payload that is a file."
     chunk_payload: NDArray[np.uint8] | None = field(default=None, repr=False)
-    "The bytes that chunk data are read from; None: `payload`."
+    "The bytes that `chunks` were read from; None: `payload`."
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
 
     def __post_init__(self) -> None:
@@ -203,7 +203,7 @@ class Frame:
         for before, copy in zip(self.parts, parts, strict=True):
             if before.data is self.payload:
                 payload = copy.data
-        return replace(self, payload=payload, parts=parts, _conversions=Conversions())
+        return replace(self, payload=payload, parts=parts, chunk_payload=None, _conversions=Conversions())
 
     def raw(self) -> NDArray[Any]:
         """Return the sensor's data, read-only.
@@ -277,7 +277,13 @@ class EncodedFrame(Frame):
     def detached(self) -> Frame:
         parts = tuple(part.detached() for part in self.parts)
         index = self.parts.index(self._image_part)
-        copy = replace(self, payload=parts[index].data, parts=parts, _conversions=Conversions())
+        copy = replace(
+            self,
+            payload=parts[index].data,
+            parts=parts,
+            chunk_payload=None,
+            _conversions=Conversions(),
+        )
         copy._image_part = parts[index]
         return copy
 

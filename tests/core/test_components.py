@@ -10,7 +10,7 @@ from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.encoded_image import ImageHeader, StillImage
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.frame import EncodedFrame, Frame, FrameStatus
+from grabbergui.core.frame import BufferPool, EncodedFrame, Frame, FrameStatus
 
 MONO8, MONO16 = pfnc.by_name("Mono8"), pfnc.by_name("Mono16")
 JPEG_OF_4_BY_3 = StillImage("JPEG", ImageHeader(4, 3, MONO8))
@@ -44,6 +44,17 @@ def test_the_parts_of_a_frame_look_into_its_block():
     assert kept.raw()[0, 1] == 1
     assert kept.payload is kept.components[0].data
     assert kept.components[1].data[0] == 12
+
+
+@pytest.mark.parametrize("encoding", [None, JPEG_OF_4_BY_3])
+def test_a_detached_frame_with_chunk_data_keeps_no_buffer_of_the_stream(encoding):
+    pool = BufferPool(36)
+    block = pool.take()
+    part = Component(block[:12], 4, 3, MONO8, encoding=encoding)
+    frame = Frame(part.data, 4, 3, MONO8, parts=(part,), chunks={"ChunkGain": 1.0}, chunk_payload=block[12:])
+    kept = (frame if encoding is None else EncodedFrame.of(frame, part)).detached()
+    del block, part, frame
+    assert pool.in_use == 0 and kept.chunks == {"ChunkGain": 1.0}
 
 
 @pytest.mark.parametrize("kind", [PayloadType.RAW_DATA, PayloadType.FILE, PayloadType.CHUNK])
