@@ -10,6 +10,7 @@ import select
 import struct
 import sys
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -328,6 +329,7 @@ class V4l2Stream:
             pixel_format=pixel_format,
             frame_id=filled.sequence,
             timestamp_ns=stamp,
+            received_ns=time.time_ns(),
             status=FrameStatus.COMPLETE,
             padding_x=0 if compressed else max(0, current.line_bytes - line),
         )

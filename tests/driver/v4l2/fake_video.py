@@ -48,6 +48,7 @@ class FakeVideo:
         self.pressed = 0
         self.code, self.size, self.hz = "YUYV", SIZES[0], 30.0
         self.unplugged = False
+        self.stamp = time.monotonic_ns
         self.streaming = False
         self._sequence = 0
         self._queued: list[int] = []
@@ -142,7 +143,7 @@ class FakeVideo:
     def _fill(self, index: int) -> None:
         content = self.picture()
         self._buffers[index][: len(content)] = content
-        stamp = time.monotonic_ns()
+        stamp = self.stamp()
         self._filled.append(Filled(index, len(content), self._sequence, stamp, damaged=False))
 
     def picture(self) -> bytes:

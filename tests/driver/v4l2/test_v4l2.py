@@ -166,6 +166,17 @@ def test_frames_for_which_no_buffer_is_free_are_counted_once(video: FakeVideo) -
     assert stream.statistics().incomplete <= 1
 
 
+def test_frames_of_a_driver_without_that_clock_have_the_time_of_their_arrival(
+    camera: Camera, video: FakeVideo
+) -> None:
+    video.stamp = lambda: 0
+    queue = camera.open_queue()
+    before = time.time_ns()
+    camera.start()
+    frame = queue.get(PATIENCE)
+    assert frame.timestamp_ns == 0 and before <= frame.received_ns <= time.time_ns()
+
+
 def test_a_broken_image_costs_only_itself(camera: Camera, video: FakeVideo) -> None:
     camera.write_feature("PixelFormat", "MJPG")
     whole = video.picture()
