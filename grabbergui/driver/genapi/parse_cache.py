@@ -115,9 +115,7 @@ def parsed(xml: str) -> Iterator[str]:
     """
     remove_abandoned()
     with _own_folder() as ready, known_description(xml) if ready else nullcontext() as known:
-        if known is not None:
-            result = _cache.folder / known.result_name
-            result.write_bytes(known.result)
+        if known is not None and (result := _handed_over(known)) is not None:
             _semaphore_of(result).unlink(missing_ok=True)
             try:
                 with _cache.visible():
@@ -137,6 +135,18 @@ def parsed(xml: str) -> Iterator[str]:
             yield text
         for result in _cache.folder.glob("0x*.bin"):
             keep(xml, Known(text, result.name, result.read_bytes()))
+
+
+def _handed_over(known: Known) -> Path | None:
+    """Write a result to where GenApi looks for it; None where the disk is full."""
+    result = _cache.folder / known.result_name
+    try:
+        result.write_bytes(known.result)
+    except OSError as error:
+        log.info("a description is parsed again: %s", error)
+        result.unlink(missing_ok=True)
+        return None
+    return result
 
 
 def remove_abandoned() -> None:

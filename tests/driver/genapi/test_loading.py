@@ -2,6 +2,7 @@
 
 import logging
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -52,6 +53,16 @@ def ending_with(monkeypatch, ended_by: int) -> None:
     """Let the process that parses end itself so, once it has parsed."""
     ending = f"import os; os.kill(os.getpid(), {ended_by})\n"
     monkeypatch.setattr(parse_cache, "_PARSE", parse_cache._PARSE + ending)
+
+
+def test_a_full_disk_keeps_no_known_description_from_loading():
+    port.load(LARGE)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+    try:
+        assert port.load(LARGE).has_node("Width")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 @pytest.mark.parametrize("xml, processes", [(XML, 0), (LARGE, 1)], ids=["small", "large"])
