@@ -363,9 +363,12 @@ class DeviceMemory:
     def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
         self._writes_memory = Capability.WRITEMEM in self.capability
+        if self.capability & Capability.PENDING_ACK:
+            register, bit = Register.GVCP_CONFIGURATION, GvcpConfiguration.PENDING_ACK
+            try:
+                configuration = self._link.read_register(register)
+                if not configuration & bit:
+                    self.write_register(register, configuration | bit)
+            except DeviceStatusError as error:
+                log.info("late acknowledges cannot be announced: %s", error)
         self._ready_to_write = True
-        if not self.capability & Capability.PENDING_ACK:
-            return
-        configuration = self._link.read_register(Register.GVCP_CONFIGURATION)
-        if not configuration & GvcpConfiguration.PENDING_ACK:
-            self.write_register(Register.GVCP_CONFIGURATION, configuration | GvcpConfiguration.PENDING_ACK)

@@ -6,16 +6,22 @@ import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 
 import pytest
 
-from grabbergui.core.errors import AccessDeniedError, DeviceLostError
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceLostError,
+    DeviceStatusError,
+    GrabberError,
+)
 from grabbergui.driver.gige import gvcp
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
-from grabbergui.driver.gige.gvcp import Ack
+from grabbergui.driver.gige.gvcp import Ack, WriteMem, WriteReg
 from patience import PATIENCE, TRIES, until
 
 FEATURE = 0x20030
@@ -175,6 +181,33 @@ def test_a_write_without_an_answer_asks_who_is_in_control(
             assert "has restarted" in losses[0]
         else:
             assert link.lost is None
+
+
+@pytest.mark.parametrize("fault", [AckTimeoutError("silent"), DeviceStatusError("refused", 0x8003)])
+def test_late_acknowledges_are_switched_on_though_the_first_try_fails(fault: GrabberError) -> None:
+    class Link:
+        faults = (fault,)
+
+        def __init__(self) -> None:
+            self.sent: list[WriteReg | WriteMem] = []
+
+        def read_register(self, register: int) -> int:
+            for error in self.faults:
+                self.faults = ()
+                raise error
+            return 0
+
+        def execute(self, request: WriteReg | WriteMem) -> bytes:
+            self.sent.append(request)
+            return b""
+
+    memory = DeviceMemory(link := Link())  # type: ignore[arg-type]
+    memory.capability, memory.writable = Capability.PENDING_ACK | Capability.WRITEMEM, True
+    switch, write = WriteReg(((Register.GVCP_CONFIGURATION, 2),)), WriteMem(FEATURE, bytes(4))
+    with suppress(AckTimeoutError):
+        memory.write(FEATURE, bytes(4))
+    memory.write(FEATURE, bytes(4))
+    assert link.sent == ([switch, write] if isinstance(fault, AckTimeoutError) else [write, write])
 
 
 class InterruptedLock:
