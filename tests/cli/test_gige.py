@@ -6,7 +6,7 @@ import os
 import pytest
 
 from grabbergui.cli import main
-from grabbergui.core.errors import AckTimeoutError, DeviceStatusError
+from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, TransportError
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.address_commands import send_action
 from grabbergui.driver.gige.gvcp import Status
@@ -64,6 +64,11 @@ def test_keys_have_32_bits(key, capsys):
 def test_a_camera_of_another_group_is_named(cameras):
     with pytest.raises(AckTimeoutError, match=ADDRESSES[1]):
         send_action(Action(9, 9, 9), ADDRESSES, timeout=0.2)
+
+
+def test_an_action_for_where_no_network_leads_says_so():
+    with pytest.raises(TransportError, match=r"no way to 255\.255\.255\.255"):
+        send_action(Action(9, 9, 9), ["255.255.255.255"])
 
 
 def test_an_action_of_the_past_is_refused(cameras):

@@ -66,13 +66,17 @@ def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
 def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) -> None:
     """Send an action to cameras by address, and wait until each has acknowledged.
 
-    Raises AckTimeoutError naming those that did not, DeviceStatusError for one whose time had passed.
+    Raises AckTimeoutError naming those that did not, DeviceStatusError for one whose time had passed,
+    TransportError for one that no network leads to.
     """
     waiting = set(addresses)
     datagram = action.encode(1)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for ip in sorted(waiting):
-            sender.sendto(datagram, (ip, GVCP_PORT))
+            try:
+                sender.sendto(datagram, (ip, GVCP_PORT))
+            except OSError as error:
+                raise TransportError(f"no way to {ip}: {error.strerror or error}") from error
         deadline = time.monotonic() + timeout
         while waiting and (left := deadline - time.monotonic()) > 0:
             if not readable([sender], left):
