@@ -72,8 +72,8 @@ class FolderRecording(Recording):
             raise RecordingError(f"{file}: {error}") from None
         if note is None:
             note = _foreign(pixels, index)
-        elif format_named(note.pixel_format).family is Family.RGB and pixels.ndim == 3:
-            channels = file_channels(note.pixel_format)
+        elif (pixel_format := format_named(note.pixel_format)).family is Family.RGB and pixels.ndim == 3:
+            channels = file_channels(pixel_format)
             if len(channels) > pixels.shape[2]:
                 raise RecordingError(f"{file} has no alpha, which {note.pixel_format} in {NOTES_NAME} has")
             pixels = pixels[..., channels]
@@ -92,12 +92,12 @@ class FolderRecording(Recording):
         return self.path / name
 
 
-def file_channels(pixel_format: str) -> list[int]:
+def file_channels(pixel_format: PixelFormat) -> list[int]:
     """Where a format's components lie in an image file, which OpenCV has in the order B G R A.
 
     The same indices lead back, as each only exchanges red and blue.
     """
-    order = pfnc.by_name(pixel_format).order
+    order = pixel_format.order
     return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
 
 
@@ -197,7 +197,7 @@ class FolderWriter(RecordingWriter):
         if not picture or pixels.dtype not in (np.uint8, np.uint16):
             return ".raw", np.ascontiguousarray(pixels).data, pixel_format
         if pixel_format.family is Family.RGB:
-            pixels = pixels[..., file_channels(pixel_format.name)]
+            pixels = pixels[..., file_channels(pixel_format)]
         done, content = cv2.imencode(self._suffix, pixels, self._parameters)
         if not done:
             raise RecordingError(f"an image of shape {pixels.shape} could not be encoded as {self._suffix}")

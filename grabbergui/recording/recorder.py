@@ -79,9 +79,11 @@ def create_writer(
 
     Raises RecordingError where the path is taken or cannot be made.
     """
-    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-        raise RecordingError(f"{path} is there already; a recording overwrites nothing, choose another name")
     try:
+        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise RecordingError(
+                f"{path} is there already; a recording overwrites nothing, choose another name"
+            )
         path.parent.mkdir(parents=True, exist_ok=True)
         # On demand: each kind needs another library.
         if kind is RecordingKind.MCAP:

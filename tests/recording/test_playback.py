@@ -284,6 +284,12 @@ def test_an_image_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
         playback.create(SourceUri("file", str(tmp_path))).open()
 
 
+def test_a_note_may_give_a_format_by_its_code(tmp_path):
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((8, 16, 3), (1, 2, 3), np.uint8))
+    (tmp_path / "frames.jsonl").write_text(note(0, pixel_format="0x02180014"))
+    assert open_recording(tmp_path).frame(0, 0).rgb()[0, 0].tolist() == [3, 2, 1]
+
+
 @pytest.mark.parametrize("values", [np.int16, np.float32])
 def test_images_of_no_sensors_values_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))

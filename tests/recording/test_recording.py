@@ -41,6 +41,13 @@ NAMES = {
 }
 
 
+@pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])
+def test_a_name_that_no_disk_takes_is_an_error_of_ours(tmp_path, suffix):
+    path = tmp_path / ("x" * 300 + suffix)
+    with pytest.raises(RecordingError, match="could not be made: File name too long"):
+        create_writer(kind_of(path), path, INFO)
+
+
 def made(name, index, width=48, height=32):
     pixel_format = pfnc.by_name(name)
     rng = np.random.default_rng(index)
