@@ -16,6 +16,8 @@ from grabbergui.core.errors import (
     FeatureError,
     GrabberError,
     OtherCameraError,
+    ResourceExhaustedError,
+    TransportError,
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
@@ -97,9 +99,14 @@ class Camera(FrameGrabber):
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
     def _connect(self, access: Access) -> None:
-        self._access = self.device.open(access)
-        xml = self.device.description()
-        self._nodes = CameraNodeMap(self.device, xml, self._on_features_changed)
+        try:
+            self._access = self.device.open(access)
+            xml = self.device.description()
+            self._nodes = CameraNodeMap(self.device, xml, self._on_features_changed)
+        except OSError as error:  # of the machine: it has no more descriptors, its disk is full
+            raise ResourceExhaustedError.of(error) or TransportError(
+                f"{self.info.title} cannot be opened: {error.strerror or error}"
+            ) from error
         self._acquisition.attach(self._nodes, xml, in_control=self._access is Access.CONTROL)
         self.info = self.device.info
         memory = self._writer.memory if self._writer is not None else SettingsMemory()
@@ -111,6 +118,7 @@ class Camera(FrameGrabber):
         with self._lock:
             if self._nodes is None:
                 return
+            self._closed.set()  # again: it may just have been opened
             try:
                 self.stop()
             except GrabberError as error:

@@ -1,17 +1,24 @@
 """The camera as a frame grabber, on the simulated device."""
 
+import errno
+import os
 import queue as queue_module
 import threading
 import time
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 
+from fakes import XmlDevice
 from grabbergui import sources
 from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
     FeatureNotFoundError,
     FeatureValueError,
+    ResourceExhaustedError,
+    TransportError,
 )
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState, return_text
@@ -20,6 +27,8 @@ from grabbergui.driver import camera as camera_module
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi.node_features import NodeFeature
 from patience import PATIENCE, attempts, until
+
+DESCRIPTION = (Path(__file__).parents[1] / "data" / "genapi" / "test_camera.xml").read_bytes()
 
 
 @pytest.fixture
@@ -458,3 +467,83 @@ def test_closing_ends_every_thread_and_may_be_done_twice():
         assert queue.closed
 
     assert set(threading.enumerate()) == before
+
+
+class Doorway(XmlDevice):
+    """A device whose opening can be held up, or fail by the machine's fault."""
+
+    def __init__(self) -> None:
+        super().__init__(DESCRIPTION)
+        self.opened = 0
+        self.meanwhile = lambda: None
+        self.fault = 0
+
+    def open(self, access):
+        self.opened += 1
+        self.meanwhile()
+        if self.fault:
+            raise OSError(self.fault, os.strerror(self.fault))
+        return access
+
+
+def test_one_that_is_closed_while_it_opens_is_not_opened_again_when_it_is_lost(monkeypatch):
+    monkeypatch.setattr(camera_module, "RECONNECT_PERIOD", 0.01)
+    camera = Camera(device := Doorway())
+    ending = threading.Thread(target=camera.close)
+    waiting = threading.Event()
+    real, camera._lock = camera._lock, NotedLock(camera._lock, ending, waiting)
+
+    def close_meanwhile():
+        ending.start()
+        assert waiting.wait(PATIENCE)
+
+    device.meanwhile = close_meanwhile
+    # It is lost at its last command, before it is closed.
+    monkeypatch.setattr(camera, "stop", lambda: device.on_lost("no answer"))
+    camera.open()
+    ending.join(PATIENCE)
+    assert not ending.is_alive() and device.opened == 1
+    with real:
+        assert camera._reconnecting is None
+
+
+class NotedLock:
+    """A lock that notes when one thread begins to wait for it."""
+
+    def __init__(self, lock, thread, waiting):
+        self._lock, self._thread, self._waiting = lock, thread, waiting
+        self.acquire, self.release = lock.acquire, lock.release
+
+    def __enter__(self):
+        if threading.current_thread() is self._thread:
+            self._waiting.set()
+        return self._lock.__enter__()
+
+    def __exit__(self, *error):
+        return self._lock.__exit__(*error)
+
+
+@pytest.mark.parametrize(
+    ("fault", "error", "text"),
+    [
+        (errno.EMFILE, ResourceExhaustedError, "as many files"),
+        (errno.ENOSPC, TransportError, "No space left"),
+    ],
+)
+def test_what_the_machine_lacks_is_an_error_of_ours(fault, error, text):
+    camera = Camera(device := Doorway())
+    device.fault = fault
+    with pytest.raises(error, match=text):
+        camera.open()
+
+
+def test_one_that_is_lost_comes_back_once_the_machine_has_descriptors_again(monkeypatch):
+    monkeypatch.setattr(camera_module, "RECONNECT_PERIOD", 0.01)
+    camera = Camera(device := Doorway())
+    with closing(camera):
+        camera.open()
+        device.fault = errno.EMFILE
+        device.on_lost("unplugged")
+        until(lambda: device.opened > 2)
+        device.fault = 0
+        until(lambda: not camera.lost)

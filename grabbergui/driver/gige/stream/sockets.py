@@ -24,7 +24,7 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from grabbergui.core.errors import TransportError
+from grabbergui.core.errors import ResourceExhaustedError, TransportError
 from grabbergui.driver.gige.gvsp import EXTENDED_BIT, PacketFormat
 
 log = logging.getLogger(__name__)
@@ -51,7 +51,10 @@ def open_stream_socket(
     `port` 0 takes a free one; with `shared`, other programs on this host can join the same multicast group.
     Raises TransportError.
     """
-    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    except OSError as error:
+        raise _no_socket(local_address, error) from error
     try:
         if shared:
             receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -59,8 +62,13 @@ def open_stream_socket(
         receiver.bind((local_address, port))
     except OSError as error:
         receiver.close()
-        raise TransportError(f"no socket for frames on {local_address}: {error}") from error
+        raise _no_socket(local_address, error) from error
     return receiver
+
+
+def _no_socket(local_address: str, error: OSError) -> TransportError:
+    no_more = ResourceExhaustedError.of(error)
+    return no_more or TransportError(f"no socket for frames on {local_address}: {error}")
 
 
 def wanted_bytes(payload_size: int) -> int:
