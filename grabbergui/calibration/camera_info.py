@@ -28,6 +28,7 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -192,7 +193,7 @@ def load(path: Path) -> Calibration:
 
 def save(calibration: Calibration, path: Path) -> None:
     """Write a file that camera_info_manager reads. Raises OSError."""
-    path.write_text(dump(calibration), "utf-8")
+    write_whole(path, dump(calibration))
 
 
 def dump(calibration: Calibration) -> str:

@@ -32,6 +32,7 @@ from grabbergui.calibration.hand_eye_model import (
     root_mean_square,
 )
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import UsageError
 
 # -- the fit -------------------------------------------------------------------------------------
@@ -301,7 +302,7 @@ def save(result: HandEyeResult, path: Path, placement: Placement | None = None) 
         "method": result.method,
     }
     header = "# Hand–eye calibration: metres and radians; rotations are quaternions x y z w.\n"
-    path.write_text(header + yaml.safe_dump(content, sort_keys=False, default_flow_style=None), "utf-8")
+    write_whole(path, header + yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 
 
 def placement(path: Path) -> Placement | None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 import shutil
+import stat
 import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -97,6 +100,32 @@ def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
             if shipped.is_file():
                 return shipped
     raise MissingFileError(f"there is no {what} {path}")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file that appears whole or not at all: if that fails, what it held before stays.
+
+    A pipe or /dev/stdout is written to, never replaced; a link stays a link. Raises OSError.
+    """
+    if path.exists() and not path.is_file():
+        path.write_text(text, "utf-8")
+        return
+    path = path.resolve()
+    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o644
+    try:
+        descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+    except PermissionError:  # of the folder; the file may be ours
+        path.write_text(text, "utf-8", newline="\n")
+        return
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        Path(draft).chmod(mode)
+        Path(draft).replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            Path(draft).unlink()
+        raise
 
 
 def check_folder_of(path: Path) -> None:

@@ -15,7 +15,6 @@ import contextlib
 import json
 import logging
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -327,10 +326,8 @@ class _Known:
     @classmethod
     def write(cls, known: Mapping[str, int]) -> None:
         path = cls.path()
-        part = path.with_suffix(f".{os.getpid()}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part.write_text(json.dumps(dict(known), indent=1), encoding="utf-8")
-            part.replace(path)
+            environment.write_whole(path, json.dumps(dict(known), indent=1))
         except OSError as error:
             log.info("%s could not be written, so the latency is measured again next time: %s", path, error)

@@ -1,4 +1,5 @@
 import contextlib
+import resource
 
 import numpy as np
 import pytest
@@ -67,6 +68,18 @@ def test_what_is_saved_is_loaded_again(tmp_path):
     assert np.array_equal(loaded.distortion, calibration.distortion)
     assert loaded.distortion_model == "rational_polynomial"
     assert loaded.camera_name == "left"
+
+
+def test_a_disk_that_is_full_costs_no_calibration(tmp_path):
+    (path := tmp_path / "camera.yaml").write_text(OTHERS)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            camera_info.save(Calibration.from_field_of_view(640, 480), path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert camera_info.load(path).camera_name == "head camera"
 
 
 @pytest.mark.parametrize(

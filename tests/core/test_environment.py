@@ -1,13 +1,15 @@
-"""Files that come with the program are found from any folder, by the names that the manual uses."""
+"""Files that come with the program are found from any folder; files of the user's are written whole."""
 
 import os
+import resource
+import stat
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from grabbergui.core.environment import RESOURCES, find_file
+from grabbergui.core.environment import RESOURCES, find_file, write_whole
 from grabbergui.core.errors import MissingFileError
 from patience import PROGRAM
 
@@ -50,3 +52,46 @@ def test_numpy_has_one_thread_in_the_program():
         [sys.executable, "-c", code], env=variables, stdout=subprocess.PIPE, timeout=PROGRAM, check=True
     )
     assert int(done.stdout.split()[-1]) == 1
+
+
+@pytest.fixture
+def full_disk():
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_costs_no_file_that_was_there(tmp_path, full_disk):
+    (path := tmp_path / "camera.yaml").write_text("old")
+    with pytest.raises(OSError, match="File too large"):
+        write_whole(path, "what does not fit")
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
+
+
+def test_a_file_that_is_replaced_keeps_its_place_and_mode(tmp_path):
+    (path := tmp_path / "camera.yaml").write_text("old")
+    path.chmod(0o600)
+    (link := tmp_path / "link").symlink_to(path)
+    write_whole(link, "new")
+    assert (path.read_text(), stat.S_IMODE(path.stat().st_mode)) == ("new", 0o600) and link.is_symlink()
+    write_whole(fresh := tmp_path / "fresh", "new")
+    assert stat.S_IMODE(fresh.stat().st_mode) == 0o644
+
+
+def test_a_pipe_is_written_to(tmp_path):
+    os.mkfifo(pipe := tmp_path / "pipe")
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_whole(pipe, "text")
+    assert os.read(reader, 99) == b"text" and stat.S_ISFIFO(pipe.stat().st_mode)
+    os.close(reader)
+
+
+def test_a_file_of_ones_own_in_a_folder_of_others_is_written_in_place(tmp_path, monkeypatch):
+    def refuse(**_):
+        raise PermissionError(13, "Permission denied")
+
+    (path := tmp_path / "camera.yaml").write_text("old")
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    write_whole(path, "new")
+    assert path.read_text() == "new"

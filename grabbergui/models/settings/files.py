@@ -10,16 +10,14 @@ The YAML has one line a setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, 
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.settings import SettingKey
@@ -57,29 +55,11 @@ def save(features: FeatureSet, path: Path) -> None:
         load(path)
     text = to_yaml(features) if path.suffix.lower() in YAML_SUFFIXES else to_persistence(features)
     try:
-        # A pipe or /dev/stdout is written to, never replaced; a link stays a link.
-        if path.exists() and not path.is_file():
-            path.write_text(text, "utf-8")
-        else:
-            _replace(path.resolve(), text)
+        write_whole(path, text)
     except FileNotFoundError as error:
         raise MissingFileError(f"there is no folder {path.absolute().parent} for {path.name}") from error
     except OSError as error:
         raise SettingsFileError(f"{path} could not be written: {error.strerror or error}") from error
-
-
-def _replace(path: Path, text: str) -> None:
-    """Let a file appear whole or not at all."""
-    descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        Path(draft).chmod(0o644)
-        Path(draft).replace(path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            Path(draft).unlink()
-        raise
 
 
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
