@@ -38,9 +38,11 @@ def button(text):
 
 
 def dialog():
-    """The title of the dialog that has the focus; None where the window itself has it."""
-    modal = QApplication.activeModalWidget() or QApplication.activeWindow()
-    return modal.windowTitle() if modal is not None and modal is not window else None
+    """The title of the dialog that has the focus, empty if nothing has it; None if the window itself has."""
+    active = QApplication.activeModalWidget() or QApplication.activeWindow()
+    if active is window:
+        return None
+    return "" if active is None else active.windowTitle()
 
 
 def text_of(label):
