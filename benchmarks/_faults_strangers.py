@@ -23,7 +23,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import RpcClient, ping
+from grabbergui.net.yarp.os.link import RpcClient, administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Stamp, Vocab
@@ -271,7 +271,7 @@ def descriptor_limit() -> Outcome:
             end = time.monotonic()
         while True:
             with suppress(Exception):
-                ping(ports[1])
+                administer(ports[1], Bottle([Vocab("ver")]))
                 break
             assert time.monotonic() < end + 30, "nobody can connect any more"
         connected = time.monotonic() - end

@@ -61,7 +61,6 @@ class ErrorCode(IntEnum):
 
     NOT_CONNECTED = 2
     TIMEOUT = 5
-    NOT_FOUND = 6
 
 
 _ERROR = POINTER(POINTER(_GError))

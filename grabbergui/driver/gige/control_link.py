@@ -80,8 +80,6 @@ class ControlLink:
             raise TransportError(f"no way to {ip}: {error.strerror or error}") from error
         self.local_address: str = self._socket.getsockname()[0]
         "The host's IP address on the way to the device."
-        self.local_port: int = self._socket.getsockname()[1]
-        "The UDP port by which the device identifies its controller."
 
     @property
     def lost(self) -> str | None:

@@ -69,10 +69,6 @@ class Follower:
             times, points = np.insert(times, 0, now), np.vstack((angles, points))
         self._times, self._points = times, points
 
-    def cancel(self) -> None:
-        """Hold wherever the joints are."""
-        self._times, self._points = self._times[:0], self._points[:0]
-
     def sample(self, now: float) -> Vector | None:
         """Return the desired angles; the last point's after the end, None where nothing was accepted."""
         if not len(self._times):
@@ -108,12 +104,6 @@ class TrajectoryTopic:
         desired = self._follower.sample(self._now())
         if self.active and desired is not None:
             self._go(desired)
-
-    def deactivate(self) -> None:
-        """Drop the trajectory in progress and refuse others; the joints hold their place."""
-        self.active = False
-        self._follower.cancel()
-        self._go(self._angles())
 
     def _on_trajectory(self, message: Any) -> None:
         try:

@@ -148,7 +148,7 @@ def test_answers_of_others_to_our_commands_are_not_taken(
     assert isinstance(grabber, Camera) and isinstance(grabber.device, GigeDevice)
     link = grabber.device._link
     assert link is not None
-    target = (link.local_address, link.local_port)
+    target = link._socket.getsockname()
     stopping = threading.Event()
 
     def shout() -> None:

@@ -16,7 +16,7 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import name_client, ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
-from grabbergui.net.yarp.os.link import RpcClient, administer, greet, ping
+from grabbergui.net.yarp.os.link import RpcClient, administer, greet
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
@@ -136,7 +136,7 @@ def test_a_carrier_or_plug_in_that_is_refused_is_named_in_the_log_once(names, ca
 def test_administration(names):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         ask = lambda *items: administer(output.contact.address, Bottle(items))  # noqa: E731
-        assert ping(output.contact.address) == [Vocab("ver"), 1, 2, 3]
+        assert ask(Vocab("ver")) == [Vocab("ver"), 1, 2, 3]
         assert ask(Vocab("list"), Vocab("out")) == []
         assert ask(Vocab("add"), "fast_tcp://in") == [0, "Added connection from /out to fast_tcp://in\r\n"]
         assert ask(Vocab("list"), Vocab("out")) == ["/in"]
@@ -401,7 +401,7 @@ def test_a_port_that_finds_no_descriptor_for_its_own_use_leaves_nothing_open(mon
         patched.setattr(socket, "socketpair", exhausted)
         port.open()
     with port:  # as if nothing had happened
-        assert ping(port.contact.address)
+        assert administer(port.contact.address, Bottle([Vocab("ver")]))
 
 
 def test_a_sender_whose_name_looks_like_an_address_does_not_keep_a_port_from_closing():

@@ -10,7 +10,7 @@ import pytest
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import ping
+from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
@@ -66,7 +66,7 @@ class Tool:
 def listens(names, name):
     """A YARP port is registered before it listens; only an answer shows that it does."""
     try:
-        return bool(ping(names.query(name).address))
+        return bool(administer(names.query(name).address, Bottle([Vocab("ver")])))
     except GrabberError:
         return False
 

@@ -130,7 +130,7 @@ def test_the_hand_moves_at_the_commanded_speed_and_rests_without_commands(fake, 
 
 
 def test_a_controller_that_stops_takes_no_commands_and_the_other_part_goes_on(fake, robot):
-    fake.controllers[ARM].deactivate()
+    fake.controllers[ARM].active = False
 
     def refused():
         try:

@@ -1,6 +1,6 @@
 """A connection on a socket: reads and writes its events. Also the requests that other ports answer.
 
-`administer`, `ping` and `report_end` connect for one request, an `RpcClient` for many.
+`administer` and `report_end` connect for one request, an `RpcClient` for many.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from grabbergui.net.yarp.os.carrier import (
     literal_address,
 )
 from grabbergui.net.yarp.os.connection import NEED_DATA, Connection, Wait
-from grabbergui.net.yarp.os.values import Dialect, Vocab
+from grabbergui.net.yarp.os.values import Dialect
 
 if TYPE_CHECKING:
     from grabbergui.net.yarp.os.name_client import NameClient
@@ -137,11 +137,6 @@ def administer(
     finally:
         sock.close()
     return Bottle.from_text(answer.text if answer else "")
-
-
-def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.0) -> list[object]:
-    """Return a port's reply to `[ver]`, as `yarp ping` asks for it. Raises TransportError."""
-    return list(administer(address, Bottle([Vocab("ver")]), key, timeout))
 
 
 def report_end(source: str, address: tuple[str, int], key: bytes | None = None) -> None:
