@@ -150,6 +150,15 @@ def test_low_cards_in_one_line_need_no_scroll_bar(qtbot):
     assert strip.minimumSizeHint().height() <= line < LINE_HEIGHT, "the area is as high as the line"
 
 
+def test_without_controls_the_hint_is_seen_and_nothing_scrolls(app):
+    area, strip = app.window.favouritesArea, app.window.favourites
+    strip.setFavourites([])
+    app.until(lambda: area.height() == strip.sizeHint().height())
+    app.until(lambda: strip.height() <= area.viewport().height())
+    assert strip.hintLabel.visibleRegion().boundingRect() == strip.hintLabel.rect()
+    assert not area.verticalScrollBar().isVisible()
+
+
 def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(app):
     app.program.favourites.add("TriggerMode")
     app.program.favourites.remove("Gain")

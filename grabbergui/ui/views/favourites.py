@@ -88,9 +88,8 @@ class FavouritesStrip(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the width of one card: the others go to further lines."""
-        # With cards it is as high as they are, as is the area around it, which would scroll otherwise.
-        least = 0 if self._shown else LINE_HEIGHT
-        return QSize(CARD_WIDTH, max(least, super().minimumSizeHint().height()))
+        # As high as its cards or its hint, as is the area around it, which would scroll otherwise.
+        return QSize(CARD_WIDTH, super().minimumSizeHint().height())
 
     def heightsOfLines(self, width: int) -> list[int]:
         """Pixels of height that the first line of cards needs in that width, the first two, … all of them."""
