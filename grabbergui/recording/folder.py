@@ -143,6 +143,7 @@ class FolderWriter(RecordingWriter):
         self._parameters = _TIFF if tiff else _PNG
         self._notes: TextIO = (path / NOTES_NAME).open("x", encoding="utf-8", buffering=1)
         self._count = 0
+        self._noted = 0
         self._size = 0
         self._work = OrderedWork("picture files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
 
@@ -160,6 +161,10 @@ class FolderWriter(RecordingWriter):
             self._notes.close()
 
     @override
+    def kept(self, given: int) -> int:
+        return self._noted
+
+    @override
     def discard(self) -> None:
         (self.path / NOTES_NAME).unlink(missing_ok=True)
         if not self._was_there:
@@ -168,11 +173,11 @@ class FolderWriter(RecordingWriter):
     @override
     def size(self) -> int:
         """Images that are being compressed count as much as those before."""
-        noted = self._count - self._work.held
-        return self._size + (self._size * self._work.held // noted if noted else 0)
+        return self._size + (self._size * self._work.held // self._noted if self._noted else 0)
 
     def _note(self, kept: _Kept) -> None:
         self._notes.write(kept.line)
+        self._noted += 1
         self._size += kept.size + len(kept.line)
 
     # -- a thread of its own ---------------------------------------------------------------------

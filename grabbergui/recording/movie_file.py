@@ -32,6 +32,7 @@ MAX_PIXELS = 1 << 28
 "Of a frame that is decoded; a damaged or malicious header may claim any size."
 NEAR = 8
 "Frames that are decoded to go forward, rather than seeking."
+_MISSING = "it is missing from the file"
 _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
 "Containers that are opened. Playlists are not among them: they name other files and hosts."
 
@@ -78,7 +79,7 @@ class MovieRecording(Recording):
             decoded = self._decoded(index)
         except (FFmpegError, StopIteration) as error:
             self._next = -1
-            reason = "its data are damaged" if isinstance(error, InvalidDataError) else error
+            reason = "its data are damaged" if isinstance(error, InvalidDataError) else str(error) or _MISSING
             raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {reason}") from error
         noted = self._notes[index] if self._notes else None
         pixels, name = _pixels_of(decoded, noted.pixel_format if noted is not None else "")
@@ -105,7 +106,7 @@ class MovieRecording(Recording):
         while _time_of(frame) < wanted:
             frame = next(self._frames)
         if _time_of(frame) != wanted:
-            raise StopIteration("it is missing from the file")
+            raise StopIteration(_MISSING)
         self._next = index + 1
         return frame
 
@@ -158,7 +159,10 @@ def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[i
         raise UsageError(f"{path} is a movie of a codec that this build of PyAV does not have")
     entries = stream.index_entries
     if 0 < len(entries) == stream.frames <= MAX_FRAMES and not stream.codec_context.has_b_frames:
-        return stream, [entry.timestamp for entry in entries]
+        end = path.stat().st_size  # a file that was cut short may have its index before its frames
+        if times := [entry.timestamp for entry in entries if entry.pos + entry.size <= end]:
+            return stream, times
+        raise UsageError(f"{path} {_CUT}")
     # Without an index (after a crash, or in Matroska), or with frames stored in another order.
     times = []
     try:

@@ -30,6 +30,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.recording import (
@@ -110,6 +111,11 @@ class MovieFile:
         """
         self.size = 0
         "Bytes encoded so far."
+        self.written = 0
+        "Bytes in the file; a fragment is written as a whole."
+        self.kept = 0
+        "Frames in whole fragments of the file."
+        self._packets = 0
         self._encoder = _ENCODERS[kind]
         self._path = path
         self._last = -1
@@ -178,6 +184,7 @@ class MovieFile:
         """Close the file as it is; its whole fragments can be played."""
         with contextlib.suppress(FFmpegError, OSError):
             self._container.close()
+            self.kept = self._packets
         with contextlib.suppress(OSError):
             self._file.close()
 
@@ -188,6 +195,10 @@ class MovieFile:
             for packet in self._stream.encode(frame):
                 self.size += packet.size
                 self._container.mux(packet)
+                written = self._file.tell()
+                if written > self.written:  # the fragment that this packet came after
+                    self.written, self.kept = written, self._packets
+                self._packets += 1
         except (FFmpegError, OSError) as error:
             self._failure = self._explained(error)
             raise self._failure from error
@@ -253,6 +264,8 @@ class MovieWriter(RecordingWriter):
         self._first = 0
         self._clock = Rising()
         self._broken = False
+        self._kept: int | None = None
+        "Frames in a file that could not be finished."
         self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
 
     def write(self, frame: Frame) -> None:
@@ -283,10 +296,23 @@ class MovieWriter(RecordingWriter):
                 self._work.finish()
             if movie is not None and not self._broken:
                 movie.finish()
+        except BaseException:
+            self._broken = True
+            raise
         finally:
+            self._notes.close()
             if movie is not None:
                 movie.abandon()
-            self._notes.close()
+                self._kept = (movie.kept or _playable(self.path)) if self._broken else None
+
+    def kept(self, given: int) -> int:
+        """Return the frames in whole fragments if it could not be finished; a few more may be played."""
+        return given if self._kept is None else min(given, self._kept)
+
+    def free(self) -> int:
+        """Return the bytes free besides what waits to be written: half a second may need much."""
+        held = self._movie.size - self._movie.written if self._movie is not None else 0
+        return super().free() - held
 
     def discard(self) -> None:
         """Remove the movie, if it was begun, and its notes."""
@@ -328,6 +354,17 @@ def _scheduled_as_before() -> Iterator[None]:
                 with contextlib.suppress(OSError):
                     if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO:
                         os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))
+
+
+def _playable(path: Path) -> int:
+    """Return how many frames of a short file can be played."""
+    from grabbergui.recording.movie_file import MovieRecording
+
+    try:
+        with contextlib.closing(MovieRecording(path)) as recording:
+            return len(recording.times_ns)
+    except GrabberError:
+        return 0
 
 
 def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str:

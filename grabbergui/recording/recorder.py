@@ -58,6 +58,10 @@ class RecordingWriter(ABC):
     def close(self) -> None:
         """Finish the files. May be called twice. Raises OSError where even that does not fit."""
 
+    def kept(self, given: int) -> int:
+        """Return how many of the frames given are in the files, once these are closed."""
+        return given
+
     def discard(self) -> None:
         """Remove the files of a writer that was closed without a frame. Raises OSError."""
         self.path.unlink(missing_ok=True)
@@ -330,22 +334,26 @@ class Recorder:
         )
 
     def _finish(self, problem: Exception | None) -> None:
-        size = 0
         try:
             self.writer.close()
-            if self._progress.frames:
-                size = self.writer.size()  # fails for a file that somebody removed meanwhile
-            else:
-                self.writer.discard()
         except (GrabberError, OSError) as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)
         except Exception as error:  # of a library, perhaps once more for another frame
             log.exception("finishing %s", self.writer.path)
             problem = problem or UnfinishedFileError(self.writer.path, error)
+        frames, size = self.writer.kept(self._progress.frames), 0
+        try:
+            if frames:
+                size = self.writer.size()  # fails for a file that somebody removed meanwhile
+            else:
+                self.writer.discard()
+        except OSError as error:
+            problem = problem or UnfinishedFileError(self.writer.path, error)
         self._progress = replace(
             self._progress,
             ended=True,
             error=problem,
+            frames=frames,
             dropped=self._queue.dropped,
             size=size,
         )

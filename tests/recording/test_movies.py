@@ -1,12 +1,14 @@
 """Movies: exact times and seeking, other readers, crashes, full disks, bad files."""
 
 import contextlib
+import errno
 import os
 import resource
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -16,9 +18,9 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import MOVIE_KINDS, RecordingError, RecordingKind, open_recording
+from grabbergui.recording import MOVIE_KINDS, RecordingError, RecordingKind, open_recording, recorder
 from grabbergui.recording.recorder import create_writer
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 av = pytest.importorskip("av", reason="needs the package av")
 
@@ -215,6 +217,84 @@ def test_a_movie_on_a_full_disk_ends_and_is_played(tmp_path, kind):
     last = len(recording) - 1
     assert last > 20 and recording.frame(last, 0).frame_id == last
     recording.close()
+
+
+class FullDisk:
+    """A file that takes so many bytes and no more, as a disk does."""
+
+    def __init__(self, raw, room):
+        self.raw, self.room = raw, room
+
+    def __getattr__(self, name):
+        return getattr(self.raw, name)
+
+    def write(self, data):
+        fits = min(len(data), self.room)
+        self.raw.write(data[:fits])
+        self.room -= fits
+        if fits < len(data):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return fits
+
+
+def noisy(index):
+    frame = flat(index)
+    frame.payload = np.random.default_rng(index).integers(0, 256, frame.payload.size, np.uint8)
+    return frame
+
+
+@pytest.mark.parametrize(("room", "least"), [(20_000, 2), (180_000, 26)])
+@pytest.mark.parametrize("kind", [RecordingKind.LOSSLESS, RecordingKind.FFV1])
+def test_no_more_frames_are_counted_than_a_full_disk_has(tmp_path, monkeypatch, kind, room, least):
+    really = Path.open
+    monkeypatch.setattr(
+        Path,
+        "open",
+        lambda path, mode="r", **options: (
+            FullDisk(really(path, mode), room) if mode == "xb" else really(path, mode, **options)
+        ),
+    )
+    writer = create_writer(kind, tmp_path / "x.mp4", INFO, 25)
+    given = 0
+    with pytest.raises(OSError, match="space"):
+        for given in range(1000):
+            writer.write(noisy(given))
+    writer.close()
+    with contextlib.closing(open_recording(tmp_path / "x.mp4")) as recording:
+        last = len(recording) - 1
+        assert least <= writer.kept(given) <= last + 1 < given
+        assert recording.frame(last, 0).frame_id == last
+
+
+def test_what_a_movie_has_not_written_yet_counts_as_used(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder.shutil, "disk_usage", lambda folder: SimpleNamespace(free=10**9))
+    writer = create_writer(RecordingKind.LOSSLESS, tmp_path / "x.mp4", INFO, 25)
+    assert writer.free() == 10**9
+    for index in range(10):
+        writer.write(noisy(index))
+    until(lambda: writer.size() > 7 * 64 * 48, "the encoder")
+    assert 10**9 - writer.free() > 6 * 64 * 48
+    writer.close()
+    assert writer.free() == 10**9
+
+
+def test_a_movie_that_was_cut_short_behind_its_index_is_played_up_to_there(tmp_path):
+    """As a download that broke off: its index has more frames than the file."""
+    frames = [noisy(index) for index in range(20)]
+    with (
+        av.open(written(tmp_path / "x.mp4", RecordingKind.LOSSLESS, frames)) as whole,
+        av.open(tmp_path / "y.mp4", "w", options={"movflags": "faststart"}) as copy,
+    ):
+        stream = copy.add_stream_from_template(whole.streams.video[0])
+        for packet in whole.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                copy.mux(packet)
+    os.truncate(tmp_path / "y.mp4", (tmp_path / "y.mp4").stat().st_size // 2)
+    with contextlib.closing(open_recording(tmp_path / "y.mp4")) as recording:
+        last = len(recording) - 1
+        assert 5 < last < 12
+        assert np.array_equal(recording.frame(last, 0).mono(), frames[last].mono())
 
 
 @pytest.mark.parametrize("kind", [RecordingKind.H264, RecordingKind.FFV1])

@@ -325,6 +325,50 @@ def test_a_disk_that_fills_up_ends_it_with_readable_files(camera, tmp_path, monk
     recording.close()
 
 
+@pytest.mark.parametrize("fitting", [0, 5])
+def test_images_that_did_not_fit_are_not_counted(camera, tmp_path, monkeypatch, fitting):
+    """As with a quota, or where another program filled the disk."""
+    save = Path.write_bytes
+
+    def limited(file, content):
+        if file.suffix == ".png" and int(file.stem) >= fitting:
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+        return save(file, content)
+
+    monkeypatch.setattr(Path, "write_bytes", limited)
+    path = tmp_path / "pictures"
+    recorder = Recorder(camera, create_writer(RecordingKind.PNG, path, INFO), reserve=0)
+    recorder.start()
+    camera.start()
+    progress = ended(recorder)
+    assert progress.frames == fitting
+    assert "Disk quota exceeded" in progress.reason
+    if fitting:
+        with contextlib.closing(open_recording(path)) as recording:
+            assert len(recording) == fitting
+    else:
+        assert progress.reason.endswith("nothing was recorded")
+        assert not path.exists()
+
+
+def test_a_disk_without_any_room_leaves_no_file(camera, tmp_path, monkeypatch):
+    path = tmp_path / "x.mcap"
+    writer = create_writer(RecordingKind.MCAP, path, INFO)
+    monkeypatch.setattr(writer, "free", lambda: 0)
+    finish = writer.close
+
+    def full():
+        finish()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(writer, "close", full)
+    recorder = Recorder(camera, writer)
+    recorder.start()
+    camera.start()
+    assert ended(recorder).reason == f"the disk of {path} is full (0 MiB left); nothing was recorded"
+    assert not path.exists()
+
+
 def test_an_mcap_is_played_in_the_order_of_receipt_though_the_clock_was_set_back(tmp_path):
     hour = 3_600_000_000_000
     frames = [
