@@ -36,7 +36,9 @@ def simulated() -> Iterator[GigeCamera]:
 
 def run(script: str) -> str:
     """Run a program and return what it prints."""
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PROGRAM)
+    # Python 3.12 and later warn of each fork, as the library has threads.
+    command = [sys.executable, "-W", "ignore:This process:DeprecationWarning", "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PROGRAM)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
 
