@@ -104,8 +104,6 @@ class CommandHeader:
 
     flags: int
     command: int
-    length: int
-    "Bytes that follow."
     req_id: int
     "1..65535; repeated unchanged in a retry."
 
@@ -123,7 +121,7 @@ class CommandHeader:
             )
         if req_id == 0:
             raise RemoteProtocolError("GVCP command with req_id 0")
-        return cls(flags, command, length, req_id)
+        return cls(flags, command, req_id)
 
 
 class Ack(NamedTuple):
