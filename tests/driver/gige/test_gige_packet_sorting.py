@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -122,6 +123,76 @@ def test_rows_without_a_free_buffer_are_only_counted() -> None:
     assert bench.statistics.packets == 2 * (LAST + 1)
 
 
+Outcome = list[tuple[int, bool, int, bytes]]
+"Of each block its id, whether it is complete, how many bytes are missing, and the payload."
+
+
+def taken_both_ways(datagrams: list[bytes], **options: object) -> tuple[Bench, Outcome]:
+    """Feed packets singly to one assembler, as rows to another; the results are equal. Return the other."""
+    one, other = (Bench(deliver_incomplete=True, buffers=100, **options) for _ in range(2))  # type: ignore[arg-type]
+    outcomes: list[Outcome] = []
+    for bench, done in ((one, one.feed(datagrams, 0.0)), (other, feed_rows(other, datagrams))):
+        bench.assembler.flush()
+        done += bench.tick()
+        outcomes.append(
+            [(each.block_id, each.complete, each.missing_bytes, each.payload.tobytes()) for each in done]
+        )
+    assert outcomes[0] == outcomes[1]
+    assert one.statistics == other.statistics
+    return other, outcomes[1]
+
+
+def full(
+    packet_ids: Iterable[int],
+    *,
+    size: int = STRIDE,
+    status: int = 0,
+    kind: int = PacketFormat.PAYLOAD,
+    extended: bool = False,
+) -> list[bytes]:
+    """Packets of block 1 with content of `size` bytes."""
+    return [
+        PacketHeader(kind, 1, index, status, extended).encode() + bytes([index + 1]) * size
+        for index in packet_ids
+    ]
+
+
+@pytest.mark.parametrize("order", [1, -1], ids=["in order", "backwards"])
+@pytest.mark.parametrize("extended", [False, True])
+def test_unusual_rows_are_as_good_as_single_packets(extended: bool, order: int) -> None:
+    leader, *rest = block(1, extended=extended)
+    trailer = rest.pop()
+    for odd in (
+        full(range(20, 30), extended=extended),  # beyond the payload
+        full(range(12, 20), extended=extended),  # partly
+        full(range(4), extended=extended),  # the leader's id
+        full(range(3, 7), size=STRIDE + 8, extended=extended),
+        full(range(3, 7), size=0, extended=extended),
+        full(range(3, 7), status=0x800C, extended=extended),
+        full(range(3, 7), status=0x100, extended=extended),
+        full(range(3, 7), kind=9, extended=extended),
+    ):
+        for before in ([leader], [leader, rest[0]], rest[:1], []):
+            taken_both_ways([*before, *odd[::order], *rest, trailer])
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_rows_of_another_length_than_announced_are_followed(extended: bool) -> None:
+    sent = [datagram for block_id in (1, 2) for datagram in block(block_id, extended=extended)]
+    bench, outcome = taken_both_ways(sent, stride=STRIDE + 36)
+    assert outcome == [(1, True, 0, picture(1)), (2, True, 0, picture(2))]
+    assert bench.assembler.stride == STRIDE
+
+
+def test_rows_that_the_device_marks_as_sent_again_are_counted() -> None:
+    sent = block(1)
+    again = full((5, 3, 4, 8), status=0x100)
+    bench, _ = taken_both_ways([sent[0], *again])
+    assert bench.statistics.packets_resent == 4
+    bench, _ = taken_both_ways([*sent[:3], *again, *sent[9:]])
+    assert bench.statistics.packets_resent == 4
+
+
 datagram_lists = st.lists(
     st.one_of(
         fuzz_headers(),
@@ -147,13 +218,4 @@ def test_rows_are_as_good_as_single_packets(drawn: list, extended: bool) -> None
             datagrams += block(2, extended=extended)[first : first + count]
         else:
             datagrams.append(each)
-    one, other = Bench(deliver_incomplete=True, buffers=100), Bench(deliver_incomplete=True, buffers=100)
-    singly = one.feed(datagrams, 0.0)
-    by_rows = feed_rows(other, datagrams)
-    for bench, done in ((one, singly), (other, by_rows)):
-        bench.assembler.flush()
-        done += bench.tick()
-    assert [(each.block_id, each.complete, each.missing_bytes, bytes(each.payload)) for each in singly] == [
-        (each.block_id, each.complete, each.missing_bytes, bytes(each.payload)) for each in by_rows
-    ]
-    assert one.statistics == other.statistics
+    taken_both_ways(datagrams)
