@@ -247,3 +247,40 @@ def test_the_wait_follows_the_answers_within_its_bounds() -> None:
     for _ in range(200):
         time.learn(3.0)
     assert time.wait == policy.longest_answer_wait
+
+
+def requested_too_early(status: int) -> tuple[Bench, bytes]:
+    """A block in which packet 3 was only overtaken, but asked for; and the packet as it is sent again."""
+    bench = Bench()
+    sent = block(1)
+    bench.feed([*sent[:3], *sent[4:12]])
+    bench.wait(0.005)
+    assert [request.first for request in bench.requests] == [3]
+    return bench, PacketHeader(PacketFormat.PAYLOAD, 1, 3, status).encode() + sent[3][8:]
+
+
+def test_what_was_asked_for_too_early_makes_the_next_wait_longer() -> None:
+    bench, again = requested_too_early(Status.SUCCESS)
+    wait = bench.assembler._resender
+    bench.feed([again])
+    assert wait.initial_wait == 0.001, "it may have been the answer"
+    bench.feed([block(1)[2]])
+    assert wait.initial_wait == 0.001, "a double that nobody asked for teaches nothing"
+    bench.feed([again])
+    assert wait.initial_wait == pytest.approx(0.00125)
+    assert bench.statistics.packets_duplicate == 2
+
+
+def test_of_a_device_that_marks_its_answers_a_double_teaches_nothing_more() -> None:
+    bench, again = requested_too_early(Status.PACKET_RESEND)
+    bench.feed([again])
+    wait = bench.assembler._resender.initial_wait
+    bench.feed([block(1)[3]])
+    assert bench.assembler._resender.initial_wait == wait
+
+
+def test_a_leader_that_comes_twice_is_a_double() -> None:
+    bench = Bench()
+    leader, *rest = block(1)
+    assert ids(bench.feed([leader, leader, *rest])) == [1]
+    assert bench.statistics.packets_duplicate == 1
