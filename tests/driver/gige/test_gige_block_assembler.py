@@ -346,6 +346,14 @@ def test_test_packets_and_foreign_formats_are_dropped() -> None:
     assert bench.statistics.packets_ignored == 3
 
 
+def test_what_a_source_drops_is_counted() -> None:
+    bench = Bench()
+    for packets in (2, 3):
+        bench.assembler.ignore(packets)
+        bench.assembler.note_overrun()
+    assert (bench.statistics.packets_ignored, bench.statistics.overruns) == (5, 2)
+
+
 def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
     bench = Bench(stride=STRIDE + 36)
     done = bench.feed([*block(1), *block(2)])

@@ -165,6 +165,7 @@ def test_unusual_rows_are_as_good_as_single_packets(extended: bool, order: int) 
     for odd in (
         full(range(20, 30), extended=extended),  # beyond the payload
         full(range(12, 20), extended=extended),  # partly
+        full(range(12, 17), extended=extended),  # by a part of the last
         full(range(4), extended=extended),  # the leader's id
         full(range(3, 7), size=STRIDE + 8, extended=extended),
         full(range(3, 7), size=0, extended=extended),
@@ -182,6 +183,17 @@ def test_rows_of_another_length_than_announced_are_followed(extended: bool) -> N
     bench, outcome = taken_both_ways(sent, stride=STRIDE + 36)
     assert outcome == [(1, True, 0, picture(1)), (2, True, 0, picture(2))]
     assert bench.assembler.stride == STRIDE
+
+
+def test_after_rows_it_is_known_what_is_missing_and_what_is_to_come() -> None:
+    bench, sent = Bench(), block(1)
+    bench.feed(sent[:1])
+    feed_rows(bench, sent[1:7])
+    assert bench.assembler.expected() == LAST - 1 - 6
+    feed_rows(bench, sent[9:12])
+    assert bench.assembler.expected() == LAST - 1 - 11
+    bench.wait(0.006)
+    assert [(request.first, request.last) for request in bench.requests] == [(7, 8)]
 
 
 def test_rows_that_the_device_marks_as_sent_again_are_counted() -> None:
