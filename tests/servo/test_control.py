@@ -68,6 +68,15 @@ def test_the_head_turns_along_with_a_target_that_moves():
     assert turn == pytest.approx([0.0, -0.1], rel=1e-3)
 
 
+def test_a_moving_target_off_centre_is_turned_to_and_turned_with():
+    velocity, place = np.array([0.0, -0.2, -0.1]), point(0.1, 0.05)
+    still = head(gain=2).look(place, AHEAD, np.zeros(2))
+    rate = (off_centre(place + 1e-4 * velocity, AHEAD) - off_centre(place, AHEAD)) / 1e-4
+    moving = head(gain=2).look(place, AHEAD, np.zeros(2), velocity)
+    assert still == pytest.approx([-0.2, 0.1])
+    assert moving == pytest.approx(still - rate * (1, -1), rel=1e-3)
+
+
 def test_steps_have_one_size_and_their_own_pace():
     controller = head(step=2.0, step_period=0.2)
     moves = [controller.step(point(0.3, -0.2), AHEAD, np.zeros(2), now) for now in np.arange(0, 1, 0.05)]

@@ -210,6 +210,17 @@ def test_a_hand_that_follows_goes_with_the_marker_and_no_faster_than_it_may():
     assert np.linalg.norm(twist[:3]) == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize(("behind", "nearer"), [(0.005, 6.5 * 0.005), (0.02, math.sqrt(0.4 * 0.02))])
+def test_a_hand_that_is_behind_catches_up_no_faster_than_it_can_brake(behind, nearer):
+    arm, marker = ArmController(ArmConfig(follow=0.5), 0.1), board_pose()
+    marker[:3, 3] = 0.5, -0.2, 0.2
+    hand = arm.goal(marker)
+    hand[1, 3] -= behind
+    for _ in range(50):
+        twist = arm.approach(hand, marker, 0.02, np.array([0, 0.1, 0.0]))
+    assert twist[:3] == pytest.approx([0, 0.1 + nearer, 0])
+
+
 def test_a_hand_that_follows_to_the_workspace_s_edge_slows_down_before_it():
     arm, marker = ArmController(ArmConfig(follow=0.3), 0.1), board_pose()
     marker[:3, 3] = 0.5, 0.2, 0.2
