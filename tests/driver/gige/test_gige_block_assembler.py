@@ -67,7 +67,7 @@ class Bench:
         self.assembler = BlockAssembler(
             stride,
             payload_size,
-            self.pool.take,
+            self._take,
             ResendPolicy(**options),  # type: ignore[arg-type]
             deliver_incomplete=deliver_incomplete,
         )
@@ -75,6 +75,13 @@ class Bench:
         self.now = 100_000.0
         "Seconds, as on a machine that has been up for a day."
         self.requests: list[PacketResend] = []
+
+    def _take(self) -> NDArray[np.uint8] | None:
+        """A buffer with something old in it, the same in each run."""
+        buffer = self.pool.take()
+        if buffer is not None:
+            buffer[:] = 0xAA
+        return buffer
 
     def feed(self, datagrams: Iterable[bytes], period: float = 1e-5) -> list[Block]:
         done: list[Block] = []
@@ -247,6 +254,57 @@ def test_a_frame_whose_leader_is_lost_has_no_timestamp_rather_than_that_of_the_f
     frames = [builder.build(done) for done in (first, second)]
     assert [frame.timestamp_ns for frame in frames] == [1000, 0]
     assert frames[1].captured == pytest.approx(second.first_packet_at, abs=1e-6)
+
+
+def only_block(datagrams: Iterable[bytes]) -> Block:
+    """The block of these packets, complete or not."""
+    bench = Bench(enabled=False, deliver_incomplete=True)
+    (done,) = bench.feed(datagrams) + bench.wait(1.0)
+    return done
+
+
+def test_an_incomplete_image_of_fewer_lines_shows_nothing_older_behind_its_end() -> None:
+    """The trailer's place is between the lines that were sent and those that a higher image has."""
+    lines = bytes(WIDTH * 10)  # 7 packets, the last of 40 bytes
+    done = only_block([*(sent := block(2, data=lines, height=10))[:3], *sent[4:]])
+    assert not done.complete and not done.payload.any()
+    assert done.missing_bytes == STRIDE + SIZE - len(lines)
+
+
+def test_what_a_short_packet_leaves_is_zero() -> None:
+    sent = block(2, data=bytes(SIZE))
+    done = only_block([*sent[:3], sent[3][:-8], *sent[4:]])
+    assert done.complete and not done.payload.any()
+
+
+def test_a_trailer_that_announces_more_than_was_sent_adds_nothing_older() -> None:
+    *sent, _ = block(2, data=bytes(SIZE - STRIDE), payload_type=0x4001)
+    trailer = PacketHeader(PacketFormat.TRAILER, 2, len(sent)).encode()
+    done = only_block([*sent, trailer + Trailer(0x4001, HEIGHT, SIZE).encode()])
+    assert done.complete and len(done.payload) == SIZE - STRIDE and not done.payload.any()
+
+
+def test_packets_of_another_kind_of_data_make_no_image() -> None:
+    sent = block(2, data=bytes(SIZE))
+    pieces = [PacketHeader(PacketFormat.H264, 2, index).encode() + bytes(STRIDE) for index in range(5, 9)]
+    done = only_block([*sent[:5], *pieces, *sent[9:]])
+    assert not done.complete and not done.payload.any()
+
+
+def test_a_leader_has_the_first_packet_id() -> None:
+    bench = Bench()
+    leader, *rest = block(1)
+    bench.feed([PacketHeader(PacketFormat.LEADER, 1, 2).encode() + leader[8:], *rest])
+    assert bench.statistics.packets_ignored == 1
+    assert [is_picture(done) for done in bench.feed([leader])] == [True]
+
+
+def test_a_trailer_before_other_packets_is_no_end() -> None:
+    bench = Bench()
+    leader, _, *rest = block(1)
+    early = PacketHeader(PacketFormat.TRAILER, 1, 2).encode() + Trailer(1, HEIGHT).encode()
+    assert bench.feed([leader, early, rest[5]]) == [] and bench.wait(1.0) == []
+    assert bench.statistics.frames == 0 and bench.statistics.incomplete == 1
 
 
 def test_a_lone_leader_waits_for_as_long_as_the_exposure_takes() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -117,6 +118,8 @@ class Block:
         "Device ticks of an H.264 image, which its leader does not have."
         self._pieces: list[tuple[int, int, int]] = []
         "Packet id, begin and end of the data in packets that carry their position."
+        self._unfilled: list[tuple[int, int]] = []
+        "Begin and end of what a short packet, or the trailer, left of its place in the buffer as it was."
 
     # -- storing ---------------------------------------------------------------------------------
     def store(self, header: PacketHeader, body: memoryview) -> None:
@@ -125,7 +128,11 @@ class Block:
             self._check_length(header.packet_id, len(body))
             offset = (header.packet_id - 1) * self.layout.stride
             self._place(offset, self._without_padding(offset, body))
-            self.ended_short = self.ended_short or len(body) < self.layout.stride
+            if len(body) < self.layout.stride:
+                self.ended_short = True
+                self._unfilled.append((offset + len(body), offset + self.layout.stride))
+        elif header.packet_id != 0 and header.format in (PacketFormat.LEADER, PacketFormat.ALL_IN):
+            raise RemoteProtocolError(f"a leader with packet_id {header.packet_id}, its id is 0")
         elif header.format == PacketFormat.LEADER:
             self._take_leader(body)
         elif header.format == PacketFormat.TRAILER:
@@ -135,6 +142,8 @@ class Block:
                     f"trailer with packet_id {header.packet_id} after packet {self.highest}"
                 )
             self.trailer, self.trailer_id = trailer, header.packet_id
+            offset = (header.packet_id - 1) * self.layout.stride
+            self._unfilled.append((offset, offset + self.layout.stride))
         elif header.format in (PacketFormat.MULTI_PART, PacketFormat.MULTI_ZONE):
             position = PartPosition.decode(body)
             self._place_piece(header.packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
@@ -324,7 +333,7 @@ class Block:
         if self.leader is None or self.refused:
             return False
         if self.trailer_id is not None:
-            return self.received_count == self.trailer_id + 1
+            return self.received_count == self.trailer_id + 1 > self.highest
         packets = self.payload_packets()
         return packets is not None and self.received_count == packets + 1 and self.highest == packets
 
@@ -349,7 +358,8 @@ class Block:
     # -- result ----------------------------------------------------------------------------------
     def close(self) -> None:
         """Decide whether the block is complete; no packet is stored afterwards."""
-        self.complete = self.all_received() or self._ends_without_trailer()
+        foreign = bool(self._pieces) and self.leader is not None and self.leader.kind not in POSITIONED
+        self.complete = not foreign and (self.all_received() or self._ends_without_trailer())
 
     def extract_payload(self, leader: Leader) -> None:
         """Make `payload` of a closed block that has a buffer; `leader` is its own, or if lost a similar one.
@@ -368,16 +378,18 @@ class Block:
             self.height = lines
         if not self.complete:
             end = min(max(end, leader.image_bytes, leader.payload_bytes or 0), len(self.buffer))
-            if leader.kind in POSITIONED:
+            if leader.kind in POSITIONED or self._pieces:
                 self.missing_bytes = self._blank_gaps(self.buffer[:end])
             else:
                 self.missing_bytes = self._blank_missing(self.buffer[:end])
+        elif leader.kind not in POSITIONED:
+            _blank(self.buffer[:end], self._unfilled)
         self.leader, self.payload = leader, self.buffer[:end]
 
     def _payload_end(self, leader: Leader, size: int) -> int:
         """Return where in the buffer the payload ends."""
         if self.trailer is not None and self.trailer.payload_bytes and not leader.parts:
-            return min(self.trailer.payload_bytes, size)
+            return min(self.trailer.payload_bytes, self.extent if self.complete else size)
         if leader.payload_bytes and not leader.is_image and self.complete:
             return min(leader.payload_bytes, self.extent)  # a last packet may be padded
         return self.extent
@@ -412,9 +424,16 @@ class Block:
         received = np.zeros(packets + 1, np.uint8)
         known: NDArray[Any] = self.received[: packets + 1]
         received[: len(known)] = known
-        blanked = 0
-        for first, last in id_runs(np.flatnonzero(received[1:] == 0)):
-            hole = payload[first * stride : (last + 1) * stride]
-            hole[:] = 0
-            blanked += len(hole)
-        return blanked
+        runs = id_runs(np.flatnonzero(received[1:] == 0))
+        missing = [(first * stride, (last + 1) * stride) for first, last in runs]
+        return _blank(payload, missing + self._unfilled)
+
+
+def _blank(payload: NDArray[np.uint8], places: Iterable[tuple[int, int]]) -> int:
+    """Zero what lies between each begin and end; return the number of bytes."""
+    blanked = 0
+    for begin, end in places:
+        place = payload[begin:end]
+        place[:] = 0
+        blanked += len(place)
+    return blanked
