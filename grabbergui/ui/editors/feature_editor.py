@@ -7,6 +7,7 @@ from abc import abstractmethod
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QCursor, QKeyEvent, QStandardItem, QStandardItemModel
 from PyQt5.QtWidgets import (
+    QAbstractItemView,
     QAction,
     QActionGroup,
     QCheckBox,
@@ -203,6 +204,8 @@ class CodedNumberEditor(TextEditor):
 # -- choices -------------------------------------------------------------------------------------
 LONG_LIST = 12
 """Lists with more entries can be searched."""
+_WIDEST_LIST = 480
+"Pixels beyond which the names in an open list are elided."
 
 
 class _Combo(ElidedComboBox):
@@ -213,6 +216,7 @@ class _Combo(ElidedComboBox):
 
     def showPopup(self) -> None:
         self.popupShown.emit()
+        self._widen(self.view())
         super().showPopup()
 
     def hidePopup(self) -> None:
@@ -229,6 +233,20 @@ class _Combo(ElidedComboBox):
             self.setEditable(False)
         if (completer := self.completer()) is not None:
             completer.setModel(model)
+
+    def showBeginning(self) -> None:
+        """Show the beginning of a searchable entry that is too long, not its end, unless it is edited."""
+        line = self.lineEdit()
+        if line is not None and not line.hasFocus():
+            line.setCursorPosition(0)
+
+    def _widen(self, entries: QAbstractItemView | None) -> None:
+        """Let an open list be as wide as its names."""
+        if entries is None:
+            return
+        bar = entries.verticalScrollBar()
+        beside = 2 * entries.frameWidth() + (bar.sizeHint().width() if bar is not None else 0)
+        entries.setMinimumWidth(min(entries.sizeHintForColumn(0) + beside, max(_WIDEST_LIST, self.width())))
 
     def _become_searchable(self) -> None:
         self.setEditable(True)
@@ -257,6 +275,7 @@ class _Combo(ElidedComboBox):
     def _show_chosen(self) -> None:
         """Show the current entry again: the typed text is no entry."""
         self.setEditText(self.itemText(self.currentIndex()))
+        self.showBeginning()
 
 
 class ChoiceEditor(FeatureEditor):
@@ -283,6 +302,7 @@ class ChoiceEditor(FeatureEditor):
         names = [entry.name for entry in self._entries]
         index = names.index(feature.value) if feature.value in names else -1
         self.combo.setCurrentIndex(index)
+        self.combo.showBeginning()
         self.combo.setPlaceholderText(value_text(feature) if index < 0 else "")
 
     def _model(self) -> QStandardItemModel:

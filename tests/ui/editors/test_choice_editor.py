@@ -63,6 +63,17 @@ def test_a_long_list_is_searched_by_any_part_of_a_name(take, qtbot):
     assert not take(MODE).editor.combo.isEditable()
 
 
+def test_a_long_name_shows_its_beginning_and_is_whole_in_the_list(take, qtbot):
+    names = [f"PolarizedAngles_0d_45d_90d_135d_{name}" for name in FORMATS]
+    polarised = feature(K.ENUMERATION, names[1], entries=tuple(EnumEntry(name) for name in names))
+    combo = take(polarised).editor.combo
+    combo.resize(120, combo.height())
+    assert (combo.currentText(), combo.lineEdit().cursorPosition()) == (names[1], 0)
+    combo.showPopup()
+    assert combo.view().viewport().width() >= combo.view().sizeHintForColumn(0) > combo.width()
+    combo.hidePopup()
+
+
 @pytest.fixture
 def auto(qtbot):
     button = AutoButton()
