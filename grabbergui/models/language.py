@@ -68,7 +68,7 @@ _SENTENCES = (
     # A camera that is lost
     QT_TRANSLATE_NOOP("Drivers", "the camera is lost: {0}"),
     QT_TRANSLATE_NOOP("Drivers", "the camera did not answer for {0} s"),
-    QT_TRANSLATE_NOOP("Drivers", "another application took control of the camera for itself alone"),
+    QT_TRANSLATE_NOOP("Drivers", "another application took exclusive control of the camera"),
     QT_TRANSLATE_NOOP("Drivers", "another application, at {0}, took control of the camera"),
     QT_TRANSLATE_NOOP(
         "Drivers", "the camera took our control back; its heartbeat may have expired, or it has restarted"
@@ -85,6 +85,9 @@ _SENTENCES = (
     # A camera that somebody else uses
     QT_TRANSLATE_NOOP("Drivers", "another application at {0} controls {1}; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "another application controls {0}; close it there"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "another application has exclusive control of the camera at {0}; close it there"
+    ),
     QT_TRANSLATE_NOOP("Drivers", "this program controls {0} already; close it first"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is in use by another application; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "the camera is open for reading only; another application may control it"),
@@ -92,6 +95,13 @@ _SENTENCES = (
         "Drivers", "the camera answers reads but not this write; another application may control it"
     ),
     QT_TRANSLATE_NOOP("Drivers", "the camera is served read-only"),
+    # A webcam
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "{0}: its USB bus has too little bandwidth left; choose a smaller size, MJPG or a lower rate,"
+        " or plug it in elsewhere",
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "{0} is set to {1}, which cannot be shown; choose another PixelFormat"),
     # A camera that returned with other settings
     QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),

@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="301"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="302"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="303"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="304"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="305"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="306"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="307"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="308"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="309"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="310"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="311"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="312"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="313"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="179"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="192"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="184"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="197"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="207"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="220"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -155,27 +155,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="71"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="72"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="73"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="116"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="117"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="123"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="139"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="149"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="335"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -251,7 +251,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="188"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="198"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="199"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="298"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="304"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="206"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="207"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="217"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="249"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="250"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="261"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="262"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -776,7 +776,7 @@ It {1}.</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="288"/>
+        <location filename="../../grabbergui/models/connection.py" line="291"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -1027,11 +1027,6 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="67"/>
-        <source>another application took control of the camera for itself alone</source>
-        <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>another application, at {0}, took control of the camera</source>
         <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
     </message>
@@ -1239,6 +1234,26 @@ It {1}.</source>
         <location filename="../../grabbergui/models/language.py" line="67"/>
         <source>this program controls {0} already; close it first</source>
         <translation>este programa ya controla {0}; ciérrela primero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>another application took exclusive control of the camera</source>
+        <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>another application has exclusive control of the camera at {0}; close it there</source>
+        <translation>otra aplicación tiene el control exclusivo de la cámara en {0}; ciérrela allí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0}: its USB bus has too little bandwidth left; choose a smaller size, MJPG or a lower rate, or plug it in elsewhere</source>
+        <translation>{0}: a su bus USB le queda poco ancho de banda; elija un tamaño menor, MJPG o una frecuencia más baja, o conéctela en otro puerto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <source>{0} is set to {1}, which cannot be shown; choose another PixelFormat</source>
+        <translation>{0} está en {1}, que no se puede mostrar; elija otro PixelFormat</translation>
     </message>
 </context>
 <context>
@@ -1479,27 +1494,27 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="286"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="287"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="307"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="308"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="317"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="318"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="307"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="308"/>
         <source>1 more matches; type another letter.</source>
         <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
@@ -3137,7 +3152,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="258"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="274"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3332,22 +3347,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="280"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="281"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="282"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="298"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="299"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3470,7 +3485,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="208"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="213"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -4166,17 +4181,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="346"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="346"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="380"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="382"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -4186,7 +4201,7 @@ It {1}.</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="331"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="333"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>

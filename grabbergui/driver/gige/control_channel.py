@@ -289,7 +289,7 @@ class Heartbeat:
             self.lost = f"the camera did not answer for {now - exchange.started:.1f} s"
         elif isinstance(error, DeviceStatusError) and error.status == Status.ACCESS_DENIED:
             # Whoever has control exclusively keeps others from reading too.
-            self.lost = "another application took control of the camera for itself alone"
+            self.lost = "another application took exclusive control of the camera"
 
     def _judge_privilege(self, payload: bytes) -> None:
         try:

@@ -197,7 +197,7 @@ class GigeDevice(Device):
                 raise
             # Whoever has control exclusively keeps others from reading too.
             raise AccessDeniedError(
-                f"another application has the camera at {ip} for itself alone; close it there"
+                f"another application has exclusive control of the camera at {ip}; close it there"
             ) from error
         except ProtocolError as error:
             raise TransportError(f"what answers at {ip} is no GigE Vision camera: {error}") from error

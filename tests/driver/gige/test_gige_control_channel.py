@@ -355,7 +355,7 @@ def test_a_refused_read_means_that_another_has_it_exclusively() -> None:
         return Ack(Status.ACCESS_DENIED, CommandCode.READREG + 1, int.from_bytes(data[6:8], "big")).encode()
 
     driven = Driven(controlling=False).run(5.0, answer)
-    assert driven.heartbeat.lost == "another application took control of the camera for itself alone"
+    assert driven.heartbeat.lost == "another application took exclusive control of the camera"
 
 
 def test_control_is_kept_while_a_device_takes_its_time_over_a_command() -> None:

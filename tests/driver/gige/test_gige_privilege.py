@@ -108,5 +108,7 @@ def test_this_program_itself(simulated: GigeCamera) -> None:
 def test_one_that_lets_nobody_read_either(simulated: GigeCamera, access: Access) -> None:
     with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
         link.execute(WriteReg(((Register.CCP, Control.EXCLUSIVE),)))
-        with pytest.raises(AccessDeniedError, match=r"another application .* for itself alone; close it"):
+        with pytest.raises(
+            AccessDeniedError, match=r"another application has exclusive control .*; close it"
+        ):
             device.open(access)
