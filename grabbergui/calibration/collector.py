@@ -190,7 +190,7 @@ class Collector:
         size = grey.shape[1], grey.shape[0]
         if self._size is not None and self._size != size:
             before_text, now_text = (f"{width}×{height}" for width, height in (self._size, size))
-            raise UsageError(f"the pictures changed from {before_text} to {now_text} pixels; begin again")
+            raise UsageError(f"the images changed from {before_text} to {now_text} pixels; begin again")
         self._size = size
         before, self.last = self.last, self._board.find(grey)
         view = self.last

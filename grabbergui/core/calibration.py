@@ -44,7 +44,7 @@ class Calibration:
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
-            raise UsageError(f"a calibration for pictures of {self.width}×{self.height} pixels means nothing")
+            raise UsageError(f"a calibration for images of {self.width}×{self.height} pixels means nothing")
         if self.matrix.shape != (3, 3) or self.distortion.shape[0] not in DISTORTION_LENGTH.values():
             raise UsageError(
                 f"a calibration needs a 3×3 camera matrix and 5 or 8 distortion coefficients, not "
@@ -104,7 +104,7 @@ class Calibration:
         along_x, along_y = width / self.width, height / self.height
         if abs(along_x / along_y - 1) > 0.01:
             raise UsageError(
-                f"the calibration is of {self.width}×{self.height} pictures, the camera sends "
+                f"the calibration is of {self.width}×{self.height} images, the camera sends "
                 f"{width}×{height}, which is another crop; calibrate at this size"
             )
         # Half a pixel lies between an image's edge and its first pixel's centre, whatever their size.

@@ -145,16 +145,16 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     size = announced_size(file.data)
     if size is not None and size[0] * size[1] > MOST_PIXELS:
         raise RemoteProtocolError(
-            f"a picture that announces {size[0]}×{size[1]} pixels; at most {MOST_PIXELS} are decoded"
+            f"an image that announces {size[0]}×{size[1]} pixels; at most {MOST_PIXELS} are decoded"
         )
     if not _png_is_whole(file.data):
-        raise RemoteProtocolError(f"{file.size} bytes of a PNG picture that was cut short")
+        raise RemoteProtocolError(f"{file.size} bytes of a PNG image that was cut short")
     try:
         picture = cv2.imdecode(file, cv2.IMREAD_UNCHANGED) if file.size else None
     except cv2.error:
         picture = None
     if picture is None:
-        raise RemoteProtocolError(f"{file.size} bytes that are no picture, or one that was cut short")
+        raise RemoteProtocolError(f"{file.size} bytes that are no image, or one that was cut short")
     return picture
 
 

@@ -39,7 +39,7 @@ SILENCE = 2.0
 TAKE_WAIT = 0.5
 "Seconds to wait for the window, which takes no frames while it is hidden."
 KEPT_SIZE = (960, 720)
-"Largest size in pixels in which the pictures of views are kept."
+"Largest size in pixels in which the images of views are kept."
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class CalibratingModel:
         "The camera's name, as the file will have it."
         self.wanted = WANTED
         self.pictures: list[DisplayImage] = []
-        "Pictures of the kept views, reduced."
+        "Images of the kept views, reduced."
         self.requests = 0
         "How often `solve` was called; a solution of an earlier request is out of date."
         self._grabber = grabber

@@ -131,7 +131,7 @@ def _detail(statistics: StreamStatistics) -> str:
 PATIENCE = 2.0
 "Seconds without a frame before a diagnosis is shown."
 BLACK = 2.0
-"A mean of 8-bit pixels below which a picture seems black."
+"A mean of 8-bit pixels below which an image seems black."
 
 
 class Stage(Enum):

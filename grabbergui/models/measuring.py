@@ -25,7 +25,7 @@ from grabbergui.core.pixels import Region, for_display
 log = logging.getLogger(__name__)
 
 LEFT_OUT = 0.005
-"Share of the samples at either end that levels fitted to a picture leave out."
+"Share of the samples at either end that levels fitted to an image leave out."
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,9 +204,9 @@ HISTORY_MOST = 1200
 
 
 def sharpness(frame: Frame, region: Region | None = None) -> float:
-    """Return a score that is highest where the lens is in focus; for comparing pictures of one scene.
+    """Return a score that is highest where the lens is in focus; for comparing images of one scene.
 
-    The variance of the Laplacian, over the square of the mean, in percent: a brighter picture of the same
+    The variance of the Laplacian, over the square of the mean, in percent: a brighter image of the same
     scene has about the same score. Raises PixelFormatError.
     """
     region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)

@@ -66,9 +66,9 @@ class Tuning:
 
 
 PERIOD = 0.04
-"Seconds between two pictures at least."
+"Seconds between two images at least."
 PATIENCE = 0.1
-"Seconds after which a cycle without a picture is shown too."
+"Seconds after which a cycle without an image is shown too."
 TAKE_WAIT = 0.5
 "Seconds to wait for the window; it may be hidden, then nobody takes the offered frame."
 CURVE_SECONDS = 20.0
@@ -89,7 +89,7 @@ class Posture:
     hand: Pose
     camera: Pose
     sight: NDArray[np.float64]
-    "(4, 3): directions in the camera's frame through the corners of its picture, z = 1; (0, 3) before one."
+    "(4, 3): directions in the camera's frame through the corners of its image, z = 1; (0, 3) before one."
     marker: Pose | None
     goal: Pose | None
     "Target pose of the hand for this marker."
@@ -118,7 +118,7 @@ class Shown:
     image: DisplayImage | None
     "None if there is no new image."
     size: tuple[int, int]
-    "Width and height of the whole picture."
+    "Width and height of the whole image."
     drawing: Drawing
     posture: Posture | None
     "None while the robot has not answered."
@@ -287,7 +287,7 @@ def state_text(state: State) -> str:
 
 
 def _sight(calibration: Calibration) -> NDArray[np.float64]:
-    """Directions through the picture's corners; distortion bends them too little to be seen."""
+    """Directions through the image's corners; distortion bends them too little to be seen."""
     corners = [
         (x, y, 1.0)
         for x, y in (

@@ -216,7 +216,7 @@ def _opened(path: Path) -> Recording:
 
         return MovieRecording(path)
     raise UsageError(
-        f"{path} is no recording; there are folders of pictures, .mcap and {', '.join(VIDEO_SUFFIXES)}"
+        f"{path} is no recording; there are folders of images, .mcap and {', '.join(VIDEO_SUFFIXES)}"
     )
 
 

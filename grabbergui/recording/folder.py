@@ -52,7 +52,7 @@ class FolderRecording(Recording):
             self.times_ns = [round(index * 1e9 / DEFAULT_RATE) for index in range(len(self._files))]
         if not self._files:
             raise UsageError(
-                f"{path} holds no pictures; a recording has {NOTES_NAME} or {', '.join(PICTURE_SUFFIXES)}"
+                f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(PICTURE_SUFFIXES)}"
             )
 
     @override
@@ -107,7 +107,7 @@ def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
     name = names.get((pixels.ndim, pixels.dtype.str[1:]))
     if name is None:
         components = pixels.shape[2] if pixels.ndim == 3 else 1
-        raise RecordingError(f"pictures of {pixels.dtype} with {components} components cannot be played")
+        raise RecordingError(f"images of {pixels.dtype} with {components} components cannot be played")
     height, width = pixels.shape[:2]
     return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
 
@@ -145,7 +145,7 @@ class FolderWriter(RecordingWriter):
         self._count = 0
         self._noted = 0
         self._size = 0
-        self._work = OrderedWork("picture files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
+        self._work = OrderedWork("image files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
 
     @override
     def write(self, frame: Frame) -> None:

@@ -136,7 +136,7 @@ def _encoded(frame: Frame) -> tuple[str, bytes]:
         return ".tiff", _encode(".tiff", np.ascontiguousarray(raw[..., order]))
     if family is Family.COORDINATES:
         if raw.shape[2] != 3 or raw.dtype not in (np.uint8, np.uint16, np.float32):
-            raise PixelFormatError(f"no file of pictures holds {frame.pixel_format}")
+            raise PixelFormatError(f"no image file holds {frame.pixel_format}")
         return ".tiff", _encode(".tiff", np.ascontiguousarray(raw[..., ::-1]))  # OpenCV swaps them back
     if family is Family.MONO:
         return ".png", _encode(".png", frame.mono())

@@ -37,7 +37,7 @@ from grabbergui.servo.robots.simulated import SimRobot
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
-"Of the pictures: the middle of the sensor, binned; 64° wide."
+"Of the images: the middle of the sensor, binned; 64° wide."
 OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
 OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0

@@ -79,13 +79,13 @@ class TrackConfig:
     """Conditions that a detection must meet before anything moves for it."""
 
     confirm: int = 3
-    "Pictures in a row that must show the same thing in the same place."
+    "Images in a row that must show the same thing in the same place."
     jump: float = 0.08
-    "Metres from one picture to the next beyond which it is another thing."
+    "Metres from one image to the next beyond which it is another thing."
     jump_angle: float = 20.0
     "Degrees likewise."
     smoothing: float = 0.04
-    "Weight of the newest picture in the target's pose while it rests; one that moves is followed at once."
+    "Weight of the newest image in the target's pose while it rests; one that moves is followed at once."
     grace: float = 0.3
     "Seconds without a usable detection, nothing moving, before the target is lost."
 
@@ -134,7 +134,7 @@ class HeadConfig:
     search: float = 20.0
     "Degrees per second while searching."
     below: float = 0.4
-    "Metres below a person's face that are looked at, so that what the hands hold is in the picture too."
+    "Metres below a person's face that are looked at, so that what the hands hold is in the image too."
 
     def __post_init__(self) -> None:
         if self.mode not in ("velocity", "direct", "steps"):
@@ -205,7 +205,7 @@ class SafetyConfig:
     """When everything stands still."""
 
     picture_timeout: float = 0.15
-    "Seconds since the newest picture was exposed."
+    "Seconds since the newest image was exposed."
     robot_timeout: float = 0.15
     "Seconds since the robot's encoders were read."
     freeze: float = 0.3

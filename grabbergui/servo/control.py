@@ -29,7 +29,7 @@ RATE_S = 0.01
 
 
 class HeadController:
-    """Keeps a point in the middle of the picture: pan, tilt (radians, positive to the left and down)."""
+    """Keeps a point in the middle of the image: pan, tilt (radians, positive to the left and down)."""
 
     def __init__(self, config: HeadConfig, low: Vector, high: Vector) -> None:
         self.offset = np.zeros(2)

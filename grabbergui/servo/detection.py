@@ -39,7 +39,7 @@ log = logging.getLogger(__name__)
 
 # -- what is seen --------------------------------------------------------------------------------
 Box = tuple[int, int, int, int]
-"x, y, width, height in pixels of the full picture."
+"x, y, width, height in pixels of the full image."
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,10 @@ class FaceDetection:
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """Markers and faces found in one picture."""
+    """Markers and faces found in one image."""
 
     captured: float
-    "Seconds on the loop's clock at which the picture was exposed."
+    "Seconds on the loop's clock at which the image was exposed."
     markers: tuple[MarkerDetection, ...] = ()
     faces: tuple[FaceDetection, ...] = ()
     frame_id: int = 0
@@ -78,7 +78,7 @@ class Sighting:
 
 # -- detectors -----------------------------------------------------------------------------------
 class MarkerDetector(Protocol):
-    """Finds markers in a grey picture."""
+    """Finds markers in a grey image."""
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
         """All markers of the dictionary."""
@@ -113,7 +113,7 @@ class Detector:
     "Whether faces are looked for also while a marker is seen, which costs time and changes nothing."
 
     def detect(self, grey: Grey, captured: float, frame_id: int = 0) -> Sighting:
-        """Everything in a picture (rows, columns) uint8."""
+        """Everything in an image (rows, columns) uint8."""
         markers = tuple(self.markers.detect(grey))
         faces: tuple[FaceDetection, ...] = ()
         if self.faces is not None and (self.faces_with_markers or not markers):

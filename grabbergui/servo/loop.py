@@ -65,7 +65,7 @@ class ServoLoop:
         self.head = HeadController(config.head, robot.model.head.low, robot.model.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
-        "The newest picture's."
+        "The newest image's."
         self.motion = TargetMotion()
         "The marker's, in the robot's base."
         self._camera_pose = robot.camera_pose
@@ -86,7 +86,7 @@ class ServoLoop:
         self.arm.tune(config.arm)
 
     def see(self, sighting: Sighting) -> None:
-        """Take in what a picture showed; it counts in the next cycle. Older pictures than before do not."""
+        """Take in what an image showed; it counts in the next cycle. Older images than before do not."""
         if self.sighting is None or sighting.captured > self.sighting.captured:
             self.sighting = self._pending = sighting
 

@@ -1,7 +1,7 @@
 """Overlays of the image: markers with their axes, heads, the deadband in the middle, the target.
 
-`drawing` says it in lines and words, in the picture's pixels; a window paints them in its own way, `draw`
-paints them into the picture itself, for videos.
+`drawing` says it in lines and words, in the image's pixels; a window paints them in its own way, `draw`
+paints them into the image itself, for videos.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Stroke:
     """A line through points."""
 
     points: Points
-    "(n, 2) pixels of the full picture, whose first pixel's centre is (0, 0)."
+    "(n, 2) pixels of the full image, whose first pixel's centre is (0, 0)."
     colour: Colour
     closed: bool = False
     weight: int = 1
@@ -69,7 +69,7 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """Everything that lies over one picture."""
+    """Everything that lies over one image."""
 
     strokes: list[Stroke] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
@@ -108,7 +108,7 @@ def draw(
     calibration: Calibration,
     head: HeadConfig | None = None,
 ) -> Picture:
-    """A copy of an RGB picture (rows, columns, 3) with everything drawn on it, and the state above."""
+    """A copy of an RGB image (rows, columns, 3) with everything drawn on it, and the state above."""
     out: Picture = np.array(picture)
     thick = max(1, round(picture.shape[1] / 600))
     made = drawing(cycle, sighting, calibration, head)

@@ -1,6 +1,6 @@
 """Publish the loop's detections and state on YARP and ROS 2, and accept a stop from anybody on the network.
 
-YARP ports below a prefix: `/heads:o` x y z in metres per picture that shows a head (the camera's frame),
+YARP ports below a prefix: `/heads:o` x y z in metres per image that shows a head (the camera's frame),
 `/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every cycle, and `/rpc:s`,
 which understands `stop`, `resume` and `state`.
 

@@ -54,7 +54,7 @@ class Recorder:
         self._pictures = 0
 
     def add(self, cycle: ControlCycle, frame: Frame | None, sighting: Sighting | None) -> None:
-        """Note a cycle, and now and then its picture."""
+        """Note a cycle, and now and then its image."""
         if len(self.cycles) < _LONGEST:
             self.cycles.append(cycle)
         if frame is not None and cycle.time >= self._next_picture:

@@ -1,6 +1,6 @@
-"""A run in real time: pictures from any source, detection, the loop, commands to a robot.
+"""A run in real time: images from any source, detection, the loop, commands to a robot.
 
-Threads: one takes pictures, detects and runs the control cycle; a watchdog stops a robot that hears nothing
+Threads: one takes images, detects and runs the control cycle; a watchdog stops a robot that hears nothing
 any more, for instance because a detection takes too long. `emergency_stop` may come from any thread.
 """
 
@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 _WATCH_S = 0.02
 ENDED = "the loop ended"
 TIMES_KEPT = 100_000
-"Pictures whose times are kept: about an hour's."
+"Images whose times are kept: about an hour's."
 FEW_FROZEN = 1000
 "Python 3.12 itself starts with some hundred objects that its collector passes over; a program has many more."
 
@@ -41,7 +41,7 @@ class Runner:
     """Runs the loop on a source and a robot that others opened, and will close."""
 
     cycle_done = Signal(object, object)
-    """A `ControlCycle`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
+    """A `ControlCycle`, and the `Frame` if a new image counted in it, else None; on the loop's thread."""
     failed = Signal(str)
     """The loop ended by an error; the reason as display text. On the loop's thread."""
     calibrates_hand_eye = False
@@ -57,7 +57,7 @@ class Runner:
         *,
         dry_run: bool = False,
     ) -> None:
-        """`detector` is called with the first picture, whose size a calibration must fit.
+        """`detector` is called with the first image, whose size a calibration must fit.
 
         `guard` is the guardian of a robot that would go on moving without this program.
         In a `dry_run` everything is computed, and neither motion nor stop reaches the robot.
@@ -69,9 +69,9 @@ class Runner:
         self.pictures = 0
         "How many were looked at."
         self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
-        "Time that each picture's detection took, of the newest ones."
+        "Time that each image's detection took, of the newest ones."
         self.latency_ms: deque[float] = deque(maxlen=TIMES_KEPT)
-        "From the middle of a picture's exposure to the command that followed from it, of the newest ones."
+        "From the middle of an image's exposure to the command that followed from it, of the newest ones."
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
@@ -86,7 +86,7 @@ class Runner:
         """Begin; the source streams from here on. With `held`, a reason, nothing moves until `resume`."""
         if held:
             self.gate.halt(held)
-        # Looking for garbage among all that the program is made of takes as long as a picture: 14 to 33 ms.
+        # Looking for garbage among all that the program is made of takes as long as an image: 14 to 33 ms.
         self._froze = gc.get_freeze_count() < FEW_FROZEN  # `unfreeze` would release what others have frozen
         if self._froze:
             gc.collect()
@@ -140,7 +140,7 @@ class Runner:
 
     @property
     def grabber(self) -> FrameGrabber:
-        """Whose pictures are looked at."""
+        """Whose images are looked at."""
         return self._grabber
 
     def renew_detector(self) -> None:
@@ -192,13 +192,13 @@ class Runner:
             detector.close()
 
     def _see(self, frame: Frame) -> float | None:
-        """Detect; when the picture was exposed, on the monotonic clock. None for one that is not whole."""
+        """Detect; when the image was exposed, on the monotonic clock. None for one that is not whole."""
         if not frame.complete:
             return None
         began = time.monotonic()
         captured = min(frame.captured, began)
         if self._detector is None or self._renew:
-            self._renew = False  # first: a wish that comes meanwhile is for the next picture
+            self._renew = False  # first: a wish that comes meanwhile is for the next image
             self._close_detector()
             self._detector = self._make_detector(frame)
         grey = frame.mono()

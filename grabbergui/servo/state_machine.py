@@ -2,7 +2,7 @@
 
 No clock: time is an argument.
 
-                ┌─────────── target lost, pictures or robot silent ──────────┐
+                ┌─────────── target lost, images or robot silent ────────────┐
 SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker) ──► APPROACHING ──► REACHED
     ▲             ▲                                                    │   ▲ marker moved │
     └── LOST ─────┘ seen again                        comes no nearer  ▼   ├──────────────┘
@@ -57,7 +57,7 @@ class Situation:
     """The inputs of a transition."""
 
     pictures: bool = True
-    "Whether the newest picture is fresh."
+    "Whether the newest image is fresh."
     robot: bool = True
     "Whether the robot's encoders are fresh."
     target: bool = False
@@ -121,7 +121,7 @@ class StateMachine:
             elif self.state.arm_moves:
                 self._interrupted = now
             self._enter(now, State.LOST, situation.problem or silent)
-            self._since = now  # a search begins a while after pictures come again
+            self._since = now  # a search begins a while after images come again
             return self.state
         self._choose(now, situation)
         return self.state

@@ -33,7 +33,7 @@ from grabbergui.servo.detection import Sighting
 
 # -- targets -------------------------------------------------------------------------------------
 class JointHistory:
-    """Joint angles of the last moments, to know where the head looked when a picture was exposed."""
+    """Joint angles of the last moments, to know where the head looked when an image was exposed."""
 
     SLACK = 0.06
     "Seconds beyond the newest or oldest reading for which it still stands."
@@ -79,7 +79,7 @@ class MarkerTrack:
 
     @property
     def usable(self) -> bool:
-        """Whether it may be moved for, as long as its picture is fresh."""
+        """Whether it may be moved for, as long as its image is fresh."""
         return self._streak >= self._config.confirm
 
     @property
@@ -94,16 +94,16 @@ class MarkerTrack:
 
     @property
     def captured(self) -> float:
-        """When the newest picture that showed it was exposed."""
+        """When the newest image that showed it was exposed."""
         return self._captured
 
     @property
     def seen(self) -> Pose | None:
-        """Its pose in the newest picture alone, unfiltered, so without lag; None unless usable."""
+        """Its pose in the newest image alone, unfiltered, so without lag; None unless usable."""
         return self._newest if self.usable else None
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
-        """Take in what a picture showed; `camera` is where the camera was then, None if unknown."""
+        """Take in what an image showed; `camera` is where the camera was then, None if unknown."""
         self.problem = ""
         marker = sighting.only(self._id)
         if marker is None:
@@ -171,7 +171,7 @@ class FaceTrack:
         return self._point if self._streak >= self._config.confirm else None
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
-        """Take in what a picture showed."""
+        """Take in what an image showed."""
         face = sighting.nearest_face
         if face is None or camera is None or not np.isfinite(face.position).all() or face.position[2] <= 0:
             self._streak = 0

@@ -222,7 +222,7 @@ def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, c
     finally:
         camera.close()
     assert f"--calibration {file} is not used" in caplog.text
-    assert "100×48 pictures" in caplog.text
+    assert "100×48 images" in caplog.text
 
 
 @pytest.mark.parametrize(

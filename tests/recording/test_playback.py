@@ -252,7 +252,7 @@ def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
     with pytest.raises(UsageError):
         open_recording(tmp_path / "notes.txt")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(UsageError, match="no pictures"):
+    with pytest.raises(UsageError, match="no images"):
         open_recording(tmp_path / "empty")
     with pytest.raises(MissingFileError):
         open_recording(tmp_path / "nothing")
@@ -293,5 +293,5 @@ def test_a_note_may_give_a_format_by_its_code(tmp_path):
 @pytest.mark.parametrize("values", [np.int16, np.float32])
 def test_images_of_no_sensors_values_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
-    with pytest.raises(RecordingError, match=f"pictures of {values.__name__} with 1 components"):
+    with pytest.raises(RecordingError, match=f"images of {values.__name__} with 1 components"):
         playback.create(SourceUri("file", str(tmp_path))).open()
