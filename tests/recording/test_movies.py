@@ -1,7 +1,6 @@
 """Movies: exact times and seeking, other readers, crashes, full disks, bad files."""
 
 import contextlib
-import errno
 import os
 import resource
 import signal
@@ -13,6 +12,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from full_disk import FullDisk
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
@@ -217,24 +217,6 @@ def test_a_movie_on_a_full_disk_ends_and_is_played(tmp_path, kind):
     last = len(recording) - 1
     assert last > 20 and recording.frame(last, 0).frame_id == last
     recording.close()
-
-
-class FullDisk:
-    """A file that takes so many bytes and no more, as a disk does."""
-
-    def __init__(self, raw, room):
-        self.raw, self.room = raw, room
-
-    def __getattr__(self, name):
-        return getattr(self.raw, name)
-
-    def write(self, data):
-        fits = min(len(data), self.room)
-        self.raw.write(data[:fits])
-        self.room -= fits
-        if fits < len(data):
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return fits
 
 
 def noisy(index):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import FullDisk
 
 from grabbergui import sources
 from grabbergui.core import pfnc
@@ -396,24 +397,6 @@ def test_a_camera_that_counts_from_one_again_keeps_the_device_times_of_its_first
     path = written(RecordingKind.MCAP, tmp_path / "x.mcap", frames)
     with contextlib.closing(open_recording(path)) as recording:
         assert [recording.frame(index, 0).timestamp_ns for index in range(6)] == list(range(1000, 1006))
-
-
-class FullDisk:
-    """A file that takes so many bytes and no more, as a disk does."""
-
-    def __init__(self, raw, room):
-        self.raw, self.room = raw, room
-
-    def __getattr__(self, name):
-        return getattr(self.raw, name)
-
-    def write(self, data):
-        fits = min(len(data), self.room)
-        self.raw.write(data[:fits])
-        self.room -= fits
-        if fits < len(data):
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return fits
 
 
 def test_a_write_that_does_not_fit_leaves_whole_frames(tmp_path):
