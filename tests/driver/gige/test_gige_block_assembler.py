@@ -199,6 +199,9 @@ def test_a_dead_link_is_not_flooded() -> None:
     assert [(request.first, request.last) for request in bench.requests] == [(3, 3), (8, 8)] * 3
     assert (bench.statistics.incomplete, bench.statistics.packets_missing) == (1, 2)
     assert bench.assembler.timer() == float("inf")
+    bench.feed(datagram for index, datagram in enumerate(block(2)) if index != 3)
+    bench.wait(5.0)
+    assert (bench.statistics.incomplete, bench.statistics.packets_missing) == (2, 3)
 
 
 def test_a_block_that_lost_too_much_is_not_asked_for() -> None:
@@ -369,8 +372,9 @@ def test_packets_of_finished_blocks_are_late_not_new() -> None:
     assert bench.statistics.packets_duplicate == 2 and bench.statistics.packets_ignored == 0
 
 
-def test_a_camera_that_lies_about_its_size_is_refused() -> None:
-    bench = Bench(payload_size=SIZE // 2)
+@pytest.mark.parametrize("deliver_incomplete", [False, True])
+def test_a_camera_that_lies_about_its_size_is_refused(deliver_incomplete: bool) -> None:
+    bench = Bench(payload_size=SIZE // 2, deliver_incomplete=deliver_incomplete)
     assert bench.feed(block(1)) == bench.wait(1.0) == []
     assert bench.statistics.incomplete == 1 and bench.pool.in_use == 0
 
@@ -383,7 +387,8 @@ def test_padding_beyond_the_end_of_the_payload_is_clipped_counted_and_the_frame_
     padded = picture(1) + bytes(-SIZE % STRIDE)
     (done,) = bench.feed(block(1, data=padded))
     assert is_picture(done) and done.complete
-    assert bench.statistics.packets_clipped == 1
+    bench.feed(block(2, data=padded))
+    assert bench.statistics.packets_clipped == 2
     assert bench.statistics.packets_ignored == bench.statistics.incomplete == 0
 
 

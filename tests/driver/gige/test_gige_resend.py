@@ -8,11 +8,18 @@ import random
 
 import numpy as np
 import pytest
-from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
+from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.resend import AnswerWindow, LearnedWait, ResendPolicy
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.resend import (
+    NEVER,
+    AnswerWindow,
+    LearnedWait,
+    RequestLog,
+    ResendPolicy,
+)
 
 KEPT = 16
 "Blocks that the device can send again."
@@ -247,6 +254,52 @@ def test_the_wait_follows_the_answers_within_its_bounds() -> None:
     for _ in range(200):
         time.learn(3.0)
     assert time.wait == policy.longest_answer_wait
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_a_request_names_channel_and_block(extended: bool) -> None:
+    memory = np.zeros(SIZE, np.uint8)
+    assembler = BlockAssembler(STRIDE, SIZE, lambda: memory, channel=2)
+    for index, datagram in enumerate(block(7, extended=extended)):
+        if index != 3:
+            assembler.receive(datagram, 0.0)
+    assembler.handle_timer(0.01)
+    assert list(assembler.resend_requests()) == [PacketResend(7, 3, 3, 2, extended)]
+
+
+@pytest.mark.parametrize(
+    "limits", [{"max_ratio": 0.5, "always_worth": 0}, {"max_ratio": 0.0, "always_worth": 9}]
+)
+@pytest.mark.parametrize("lost", [9, 10])
+def test_a_block_of_which_half_is_lost_is_just_worth_its_requests(
+    lost: int, limits: dict[str, float]
+) -> None:
+    bench = Bench(**limits)
+    sent = block(1)
+    assert len(sent) == 18
+    bench.feed([sent[0], *sent[1 + lost :]])
+    bench.wait(0.01)
+    assert bool(bench.requests) is (lost == 9)
+
+
+def test_a_log_that_grows_keeps_what_it_knows() -> None:
+    log = RequestLog()
+    log.make_room(4)
+    log.note_requested(np.array([1]), 5.0, 0.5)
+    log.missed_at[1] = 4.0
+    log.make_room(40)
+    assert (log.tries[1], log.first_at[1], log.again_at[1], log.missed_at[1]) == (1, 5.0, 5.5, 4.0)
+    assert not log.tries[2:].any() and (log.missed_at[4:] == -NEVER).all()
+    log.note_requested(np.array([1]), 6.0, 0.5)
+    assert (log.tries[1], log.first_at[1], log.again_at[1]) == (2, 5.0, 7.0)
+
+
+def test_a_wait_covers_twice_the_deviation() -> None:
+    learned = LearnedWait(1.0, 0.0, 100.0)
+    learned.learn(4.0)
+    assert learned.wait == 4.0 + 2 * 2.0
+    learned.learn(12.0)
+    assert learned.wait == 5.0 + 2 * (2.0 + (8.0 - 2.0) / 4)
 
 
 def requested_too_early(status: int) -> tuple[Bench, bytes]:
