@@ -204,7 +204,7 @@ class ArmController:
         size = float(np.linalg.norm(error))
         # A resting hand starts again only when it is clearly off, so that noise does not make it tremble.
         self._resting[which] = size <= (2 * deadband if self._resting[which] else deadband)
-        if self._resting[which] or size == 0:
+        if self._resting[which]:
             return np.zeros(3)
         speed = min(self._config.gain * size, fastest, math.sqrt(acceleration * size))
         return error / size * speed

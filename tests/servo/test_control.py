@@ -196,6 +196,54 @@ def test_it_starts_gradually_and_slows_down_on_its_way():
     assert all(a > b > 0 for a, b in itertools.pairwise(speeds))
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_it_starts_gradually_in_every_direction(side):
+    config = ArmConfig()
+    controller, marker = arm(), marker_at()
+    goal = controller.goal(marker)
+    turn = geometry.rotation_from_vector(side * 0.5 * np.ones(3))
+    hand = geometry.pose(turn @ goal[:3, :3], goal[:3, 3] + side * 0.2 * np.ones(3))
+    step = np.repeat((config.acceleration, math.radians(config.turn_acceleration)), 3) * DT
+    assert controller.approach(hand, marker, DT) == pytest.approx(-side * step)
+    assert controller.approach(hand, marker, DT) == pytest.approx(-side * 2 * step)
+
+
+def test_a_hand_that_follows_speeds_up_eight_times_as_fast():
+    controller, marker = arm(follow=0.5), marker_at()
+    twist = controller.approach(controller.goal(marker), marker, DT, np.array([0.0, 0.4, 0.0]))
+    assert twist[:3] == pytest.approx([0, 8 * ArmConfig().acceleration * DT, 0])
+
+
+def test_a_hand_goes_no_faster_than_it_can_brake():
+    controller, marker = arm(gain=100, fastest=1.0, fastest_turn=500), marker_at()
+    hand = away(controller, marker, 0.05, 0.1)
+    twist = settled(controller, hand, marker)
+    assert np.linalg.norm(twist[:3]) == pytest.approx(math.sqrt(ArmConfig().acceleration * 0.05))
+    braking = math.sqrt(math.radians(ArmConfig().turn_acceleration) * 0.1)
+    assert np.linalg.norm(twist[3:]) == pytest.approx(braking)
+
+
+def test_the_error_is_of_all_axes():
+    controller, marker = arm(), marker_at()
+    goal = controller.goal(marker)
+    turn = geometry.rotation_from_vector((0.1, 0.2, 0.2))
+    hand = geometry.pose(turn @ goal[:3, :3], goal[:3, 3] + (0.01, 0.02, 0.02))
+    controller.measure(hand, marker)
+    assert controller.error == pytest.approx((0.03, 0.3))
+    controller.rest()
+    controller.error = (math.inf, math.inf)
+    controller.approach(hand, marker, DT)
+    assert controller.error == pytest.approx((0.03, 0.3))
+
+
+def test_a_resting_hand_starts_again_only_when_it_is_clearly_off():
+    controller, marker = arm(), marker_at()
+    deadband = ArmConfig().deadband
+    for metres, moves in ((0.9, False), (1.9, False), (2.1, True), (1.1, True), (0.9, False)):
+        twist = controller.approach(away(controller, marker, metres * deadband), marker, DT)
+        assert bool(twist.any()) is moves, metres
+
+
 def test_noise_at_the_goal_does_not_move_the_hand():
     controller, marker, random = arm(), marker_at(), np.random.default_rng(2)
     hand = away(controller, marker, 0.001)
@@ -228,7 +276,7 @@ def test_a_hand_slows_down_before_each_edge_of_the_workspace(axis, side):
     marker[:3, 3] += shift
     velocity = side * 0.5 * np.eye(3)[axis]
     twist = [controller.approach(hand, marker, DT, velocity) for _ in range(50)][-1]
-    assert 0 < side * twist[axis] <= 0.01 / AHEAD_S + 1e-9
+    assert side * twist[axis] == pytest.approx(0.01 / AHEAD_S)
     assert controller.confined
 
 

@@ -10,7 +10,8 @@ from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, LoopConfig
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.loop import FOLLOWED_M, ServoLoop
+from grabbergui.servo.state_machine import State
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 FACE = (1.35, -0.1, 0.8)
@@ -18,17 +19,22 @@ DT = 0.02
 
 
 class Bench:
-    """A loop and a robot that stays where it is, under one clock."""
+    """A loop and a robot under one clock. The robot stays where it is, or obeys each command at once."""
 
-    def __init__(self, **sections):
+    def __init__(self, *, obeys=False, **sections):
         self.robot = RecordingRobot()
         self.loop = ServoLoop(Config(**sections), self.robot)
+        self.obeys = obeys
 
     def run(self, see, cycles=30):
         for _ in range(cycles):
-            self.robot.time += DT
-            self.loop.see(see(self.robot.time))
-            cycle = self.loop.cycle(self.robot.time, self.robot.state())
+            now = self.robot.time + DT
+            self.robot.advance(now, DT)
+            self.loop.see(see(now))
+            cycle = self.loop.cycle(now, self.robot.state())
+            if self.obeys:
+                self.loop.commanded(cycle.command)
+                self.robot.velocity, self.robot.twist = cycle.command.head, cycle.command.hand
         return cycle
 
     def look_at(self, board):
@@ -69,3 +75,52 @@ def test_what_is_tuned_are_head_arm_and_loop():
     bench.look_at(BOARD)
     cycle = bench.run(bench.board, 100)
     assert np.linalg.norm(cycle.command.hand[:3]) == pytest.approx(0.01 / 2)
+
+
+def test_a_hand_that_may_follow_goes_along_with_a_marker_and_the_head_too():
+    bench = Bench(obeys=True, arm=ArmConfig(follow=0.3))
+    bench.look_at(BOARD)
+    bench.run(bench.board, 400)
+    assert bench.loop.machine.state is State.REACHED
+    begun = bench.robot.time
+
+    def moving(now):
+        board = BOARD.copy()
+        board[1, 3] += 0.1 * (now - begun)
+        return seeing(bench.robot, now, board)
+
+    cycle = bench.run(moving, 100)
+    assert cycle.state is State.FOLLOWING
+    assert cycle.command.hand[:3] == pytest.approx([0, 0.1, 0], abs=0.01)
+    assert cycle.error[0] < 0.008
+    assert cycle.command.head[0] == pytest.approx(0.1 / 0.7, rel=0.3)
+
+
+def test_a_hand_that_may_not_follow_waits_until_the_marker_rests():
+    bench = Bench(obeys=True)
+    bench.look_at(BOARD)
+    states = set()
+    for step in range(150):
+        board = BOARD.copy()
+        board[1, 3] += 0.1 * DT * step
+        states.add(bench.run(lambda now, board=board: seeing(bench.robot, now, board), 1).state)
+    assert State.APPROACHING in states and State.FOLLOWING not in states
+
+
+@pytest.mark.parametrize(
+    ("state", "metres", "follows"),
+    [
+        (State.APPROACHING, 0.9 * FOLLOWED_M, True),
+        (State.APPROACHING, 1.1 * FOLLOWED_M, False),
+        (State.FOLLOWING, 1.9 * FOLLOWED_M, True),
+        (State.FOLLOWING, 2.1 * FOLLOWED_M, False),
+    ],
+)
+def test_a_hand_follows_once_it_is_near_until_it_is_left_behind(state, metres, follows):
+    loop = Bench(arm=ArmConfig(follow=0.3)).loop
+    loop.machine.state, loop.arm.error = state, (metres, 1.0)
+    assert not loop._follows(), "the marker rests"
+    for step in range(60):
+        loop.motion.add(DT * step, np.array([0.0, 0.1 * DT * step, 0.0]))
+    assert loop.motion.moving
+    assert loop._follows() is follows

@@ -215,3 +215,49 @@ def test_every_change_is_noted_with_its_reason():
     ]
     assert all(step.reason for step in machine.transitions)
     assert all(a.time <= b.time for a, b in itertools.pairwise(machine.transitions))
+
+
+@pytest.mark.parametrize(
+    ("start", "situation", "seconds", "reason"),
+    [
+        (State.LOST, NOTHING, SEARCH + 0.1, "nothing to be seen"),
+        (State.SEARCHING, PERSON_ASIDE, STEP, "a target is seen"),
+        (State.LOST, PERSON_ASIDE, STEP, "a target is seen"),
+        (State.CENTRING, PERSON, STEP, "centred; no marker yet"),
+        (State.CENTRING, MARKER, STEP, "the marker is centred"),
+        (State.CENTRING, STUCK, STEP, "a joint is at its limit"),
+        (State.CENTRING, NOTHING, GRACE + 0.1, "the target is not seen"),
+        (State.WAITING, PERSON_ASIDE, STEP, "the target is off centre"),
+        (State.APPROACHING, PERSON, GRACE + STEP, "the marker is not seen"),
+        (State.APPROACHING, STUCK, STEP, "a joint is at its limit"),
+        (State.APPROACHING, ARRIVED, StateMachine.HOLD + 0.1, "the hand is at the marker"),
+        (State.APPROACHING, MOVING, STEP, "the hand goes along with the marker"),
+        (State.FOLLOWING, MARKER, STEP, "the marker rests, or it is too fast to be followed"),
+        (State.REACHED, MARKER, STEP, "the marker moved"),
+        (State.STUCK, MARKER, STEP, "the marker moved"),
+        (State.APPROACHING, BLIND, STEP, "no fresh picture"),
+        (State.APPROACHING, SILENT, STEP, "the robot does not answer"),
+    ],
+)
+def test_each_change_says_when_and_why(start, situation, seconds, reason):
+    run = in_state(start)
+    run.feed(situation, seconds)
+    last = run.machine.transitions[-1]
+    assert (run.machine.reason, last.reason) == (reason, reason)
+    assert run.now - STEP * 5 <= last.time <= run.now + 1e-9
+
+
+def test_a_hand_that_goes_on_says_that_pictures_come_again():
+    run = in_state(State.APPROACHING)
+    run.feed(BLIND)
+    run.feed(MARKER_ASIDE)
+    assert run.machine.reason == "pictures come again"
+    assert run.machine.transitions[-1] == Transition(run.now, State.APPROACHING, "pictures come again")
+
+
+@pytest.mark.parametrize("start", [State.CENTRING, State.APPROACHING])
+def test_a_loss_names_the_problem_if_there_is_one(start):
+    run = in_state(start)
+    run.feed(Situation(problem="it is seen edge-on"), GRACE + 0.1)
+    assert run.machine.state is State.LOST
+    assert run.machine.reason == "it is seen edge-on"

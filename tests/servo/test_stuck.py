@@ -26,6 +26,10 @@ FAR = at(0.93, -0.30, 0.50)
 "The hand's goal is in the workspace, but farther than the arm is long."
 
 
+def off(metres, degrees=0.0):
+    return geometry.pose(geometry.rotation_from_vector((0, 0, math.radians(degrees))), (metres, 0, 0))
+
+
 class Chase:
     """A loop, its gate and a robot with real kinematics, and a perfect camera, under one clock."""
 
@@ -142,10 +146,6 @@ def wall(arm):
 
 
 # -- the watch -----------------------------------------------------------------------------------
-def off(metres, degrees=0.0):
-    return geometry.pose(geometry.rotation_from_vector((0, 0, math.radians(degrees))), (metres, 0, 0))
-
-
 def fed(watch, hands, approaching=True):
     for step, hand in enumerate(hands):
         watch.update(DT * (step + 1), hand, geometry.pose(), approaching)
@@ -163,6 +163,30 @@ def test_one_that_gave_up_may_try_again_after_a_reset():
     assert watch.stuck
     watch.reset()
     assert not watch.stuck
+
+
+@pytest.mark.parametrize(("speed", "patience"), [(1.0, 3.0), (0.5, 6.0)])
+def test_patience_is_counted_in_seconds_at_full_speed(speed, patience):
+    watch, near, nearer = ProgressWatch(3.0), off(0.05), off(0.047)
+    watch.update(0.0, near, geometry.pose(), True, speed)
+    watch.update(patience - 0.1, near, geometry.pose(), True, speed)
+    assert not watch.stuck
+    watch.update(patience - 0.05, nearer, geometry.pose(), True, speed)
+    watch.update(2 * patience - 0.1, nearer, geometry.pose(), True, speed)
+    assert not watch.stuck, "it began again with the progress"
+    watch.update(2 * patience, nearer, geometry.pose(), True, speed)
+    assert watch.stuck
+
+
+@pytest.mark.parametrize(
+    ("goal", "another"), [(off(0.019), False), (off(0.03), True), (off(0, 4), False), (off(0, 6), True)]
+)
+def test_a_goal_that_moved_a_little_is_the_same(goal, another):
+    watch = ProgressWatch(1.0)
+    watch.update(0.0, off(0.5), geometry.pose(), True)
+    watch.give_up()
+    watch.update(0.1, off(0.5), goal, True)
+    assert watch.stuck is not another
 
 
 def test_slow_progress_is_progress():
