@@ -46,6 +46,7 @@ def test_a_lost_camera_is_shown_as_lost_everywhere_until_it_returns(app):
     window, gain = app.window, app.window.favourites.rows
     app.until(lambda: gain.rows("Gain") and gain.rows("Gain")[0].editor is not None)
     row = gain.rows("Gain")[0]
+    app.watch()  # a picture, which then ages
     lose(app)
     app.until(lambda: state(app).startswith("Lost for"))
     assert "connection lost" in window.windowTitle()
