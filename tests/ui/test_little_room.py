@@ -262,6 +262,26 @@ def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(app
     assert not window.messages.moreButton.isVisible(), "all of it is to be seen"
 
 
+@pytest.mark.parametrize("count", [3, 30])
+def test_the_list_of_messages_stays_on_the_screen_and_scrolls_where_it_must(app, count):
+    window, messages = app.window, app.program.messages
+    window.resize(780, 560)
+    app.until(lambda: window.height() == 560)
+    for number in range(count):
+        messages.error(f"failure {number}: the camera refused the value")
+    app.until(lambda: len(window.messages.messages) > 2)
+    window.messages.showAll()
+    popup = window.messages._popup
+    assert window.screen().availableGeometry().contains(popup.geometry())
+    bars, area = popup.findChildren(MessageBar), popup.findChild(QScrollArea)
+    app.until(lambda: bars[0].visibleRegion().boundingRect() == bars[0].rect())
+    area.ensureWidgetVisible(bars[-1])
+    app.until(lambda: bars[-1].visibleRegion().boundingRect() == bars[-1].rect())
+    assert area.verticalScrollBar().isVisible() == (count == 30)
+    assert bars[0].height() < 2 * bars[0].textLabel.fontMetrics().height() + 20
+    popup.close()
+
+
 def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(app):
     window, pressed = app.window, []
     offers = (Offer("Do it", lambda: pressed.append(1)),)

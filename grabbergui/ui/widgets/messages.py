@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PyQt5.QtCore import QPoint, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QPoint, QRect, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.language import localized, translate
@@ -183,7 +192,7 @@ class MessageLine(QFrame):
         self._show_more()
 
     def showAll(self) -> None:
-        """Open the list of all messages above the line."""
+        """Open the list of all messages above the line; it scrolls if there is not enough room."""
         popup = QFrame(self, Qt.WindowType.Popup)
         popup.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         popup.setProperty("messages", True)
@@ -193,11 +202,22 @@ class MessageLine(QFrame):
         listed.setMessages(self._messages)
         listed.dismissed.connect(self.dismissed)
         listed.dismissed.connect(self._on_list_dismissed)
-        layout.addWidget(listed)
-        popup.setFixedWidth(max(LIST_WIDTH, self.width()))
-        height = max(layout.heightForWidth(popup.width()), popup.sizeHint().height())
-        popup.setFixedHeight(height)
-        popup.move(self.mapToGlobal(QPoint(self.width() - popup.width(), -height - 2)))
+        area = QScrollArea(popup)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidgetResizable(True)
+        area.setWidget(listed)
+        layout.addWidget(area)
+        for part in (popup, *listed.findChildren(QWidget)):
+            part.ensurePolished()  # the style sheet may set another font, and a border
+        corner = self.mapToGlobal(QPoint(self.width(), -2))
+        screen = self.screen()
+        room = screen.availableGeometry() if screen is not None else QRect(QPoint(0, 0), corner)
+        width = max(LIST_WIDTH, self.width())
+        border = 2 + 2 * popup.contentsRect().left()
+        height = min(listed.heightForWidth(width - border) + border, corner.y() - room.top())
+        popup.setFixedSize(width, height)
+        popup.move(max(room.left(), corner.x() - width), corner.y() - height)
         popup.show()
         self._popup = popup
 
