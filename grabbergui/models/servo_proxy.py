@@ -127,6 +127,7 @@ class RunnerServer:
         self._taken = True
         self._failures: deque[str] = deque(maxlen=10)
         self._confirmed = 0
+        self._confirming = threading.Lock()
         self._last_heartbeat: float | None = None
         self._not_answering = False
         self._threads = [
@@ -224,7 +225,8 @@ class RunnerServer:
 
     def _stop(self, request: Request) -> None:
         self._runner.emergency_stop(request.reason)
-        self._confirmed = max(self._confirmed, request.number)
+        with self._confirming:  # a later stop may have been carried out first
+            self._confirmed = max(self._confirmed, request.number)
 
     def _start(self) -> None:
         runner = self._runner

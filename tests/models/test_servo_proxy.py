@@ -107,6 +107,24 @@ def test_a_window_shows_the_proxy_as_it_shows_a_run(pair):
     assert with_image.posture.skeleton
 
 
+def test_of_two_stops_at_once_the_newest_stays_confirmed(pair):
+    class Slow(int):
+        """A number that is compared while a later stop is carried out."""
+
+        def __gt__(self, other):
+            greater = super().__gt__(other)
+            later = threading.Thread(target=stop, args=(2,))
+            later.start()
+            later.join(0.05)
+            return greater
+
+    def stop(number):
+        pair.server._stop(servo_proxy.Request(servo_proxy.RequestKind.STOP, "test", number))
+
+    stop(Slow(1))
+    until(lambda: pair.server._confirmed == 2)
+
+
 def test_a_stop_in_the_window_stops_the_robot_and_is_confirmed(pair):
     pair.proxy.emergency_stop("stopped in the window")
     assert pair.runner.gate.halted == "stopped in the window"
