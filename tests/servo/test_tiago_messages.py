@@ -1,6 +1,7 @@
 """Messages of TIAGo's topics, read from any object with their fields; no ROS needed."""
 
 import math
+import time
 from types import SimpleNamespace as Message
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots import tiago_messages as messages
+from grabbergui.servo.robots import tiago_ros2
 from grabbergui.servo.robots.tiago_topics import Follower
 
 HEAD = ("head_1_joint", "head_2_joint")
@@ -99,11 +101,54 @@ def test_a_message_that_is_sent_again_says_nothing_new():
     assert readings.angles("a") == (4.0, [0.2])
 
 
+def test_a_clock_that_was_set_back_is_followed_after_half_a_second():
+    readings = messages.JointReadings("a")
+    for _ in range(2):
+        readings.take(joint_state("a", (0.1,), seconds=1000), 0.0)
+    for tick in range(1, 11):
+        readings.take(joint_state("a", (tick,), seconds=10 + tick), 0.1 * tick)
+    time, angles = readings.angles("a")
+    assert (time, angles) == (1.0, [10])
+    readings.take(joint_state("a", (0.2,), seconds=21), 1.1)
+    assert readings.angles("a") == (1.1, [0.2])
+
+
+def test_of_two_publishers_the_one_whose_clock_is_behind_is_not_believed():
+    readings = messages.JointReadings("a")
+    for tick in range(20):
+        readings.take(joint_state("a", (0.1,), seconds=1000 + tick), 0.1 * tick)
+        readings.take(joint_state("a", (0.7,), seconds=10 + tick), 0.1 * tick)
+        assert readings.angles("a") == (0.1 * tick, [0.1])
+
+
+def test_an_old_message_that_is_repeated_is_not_believed():
+    readings = messages.JointReadings("a")
+    readings.take(joint_state("a", (0.1,), seconds=1000), 0.0)
+    for tick in range(1, 20):
+        readings.take(joint_state("a", (0.7,), seconds=10), 0.1 * tick)
+    assert readings.angles("a") == (0.0, [0.1])
+
+
 def test_without_stamps_every_message_counts():
     readings = messages.JointReadings("a")
     for now in (1.0, 2.0):
         readings.take(joint_state("a", (now,)), now)
     assert readings.angles("a") == (2.0, [2.0])
+
+
+@pytest.mark.parametrize(("age", "sent"), [(0.1, [0.5, 0.5]), (10, None)])
+def test_the_guardian_moves_no_part_to_where_it_was_long_ago(monkeypatch, age, sent):
+    stops = {}
+    channel = tiago_ros2.TiagoChannel("/joint_states", head="/head")
+    clock = Message(now=lambda: Message(to_msg=lambda: "now"))
+    channel._ros = Message(node=Message(get_clock=lambda: clock))
+    channel._parts = {tiago_ros2.HEAD: Message(stop=lambda angles, stamp: stops.update(angles=angles))}
+    channel._readings.take(joint_state(["head_1_joint", "head_2_joint"], (0.5, 0.5)), time.monotonic() - age)
+
+    channel.stop()
+
+    found = stops["angles"]
+    assert (None if found is None else found.tolist()) == sent
 
 
 @pytest.mark.parametrize(

@@ -165,6 +165,10 @@ def read_twist(message: Any) -> Vector:
 
 
 # -- readings ------------------------------------------------------------------------------------
+CLOCK_SET_BACK_S = 0.5
+"Seconds in which stamps older than the newest must advance, and no newer come: the clock was set back."
+
+
 class JointReadings:
     """The newest angles of some joints, out of `sensor_msgs/JointState`. Use from one thread.
 
@@ -175,6 +179,8 @@ class JointReadings:
     def __init__(self, names: Sequence[str]) -> None:
         self._readings: dict[str, tuple[float, float]] = {}
         self._stamps: dict[str, int] = {}
+        self._older: dict[str, tuple[float, int]] = {}
+        "When older stamps began to arrive, and the newest of them; empty while newer ones come."
         self._wanted = frozenset(names)
         self._newest: tuple[float, float] | None = None
 
@@ -192,9 +198,18 @@ class JointReadings:
                 continue
             if not np.isfinite(angle):
                 raise RemoteProtocolError(f"a joint state in which {name} is at {angle}")
-            if stamp == 0 or stamp > self._stamps.get(name, 0):
+            if stamp == 0 or stamp > self._stamps.get(name, 0) or self._set_back(name, stamp, now):
                 self._stamps[name] = stamp
                 self._readings[name] = now, float(angle)
+                self._older.pop(name, None)
+
+    def _set_back(self, name: str, stamp: int, now: float) -> bool:
+        """Return whether an older stamp is one of a clock that was set back."""
+        if stamp == self._stamps.get(name):
+            return False  # sent again
+        begun, newest = self._older.setdefault(name, (now, stamp))
+        self._older[name] = begun, max(stamp, newest)
+        return stamp > newest and now - begun >= CLOCK_SET_BACK_S
 
     def robot_time(self, now: float) -> float | None:
         """The robot's clock, seconds, estimated `now`; None while no message carried a stamp.

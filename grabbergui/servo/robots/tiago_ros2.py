@@ -33,6 +33,8 @@ log = logging.getLogger(__name__)
 
 FRESH_S = 0.15
 "Age of a reading up to which the head is where it says."
+GUARDIAN_FRESH_S = 0.5
+"Age of a reading up to which the guardian, which knows no commands, sends a part there to stop it."
 STEP_SPEED = np.radians(25)
 "Of relative moves of the head."
 SETTLE_S = 3.0
@@ -359,12 +361,15 @@ class TiagoChannel(Channel):
 
     def stop(self) -> None:
         """Send every part where it is. Parts whose place is not known come to rest by themselves."""
-        ros = self._ros or self._join()
-        robot_time = self._readings.robot_time(time.monotonic())
+        ros, now = self._ros or self._join(), time.monotonic()
+        robot_time = self._readings.robot_time(now)
         stamp = messages.stamp_of(robot_time) if robot_time else ros.node.get_clock().now().to_msg()
         for name, part in self._parts.items():
             reading = self._readings.angles(JOINTS[name])
-            part.stop(None if reading is None else reading[1], stamp)
+            # An old reading is not where the part is: it would move there.
+            part.stop(
+                reading[1] if reading is not None and now - reading[0] < GUARDIAN_FRESH_S else None, stamp
+            )
 
     @override
     def close(self) -> None:
