@@ -87,7 +87,10 @@ def has_files(grabber: FrameGrabber) -> bool:
 
 
 def list_files(grabber: FrameGrabber) -> list[CameraFile]:
-    """Return the files of a camera, in the order of FileSelector. Raises CameraFileError, TransportError."""
+    """Return the files of a camera, in the order of FileSelector.
+
+    Raises UsageError for a camera without files, FeatureError, TransportError.
+    """
     _require(grabber)
     entries = [entry for entry in grabber.feature(_SELECTOR).entries if entry.available]
     details = [

@@ -11,7 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.errors import CameraFileError, FeatureError, TransferCancelledError, UsageError
+from grabbergui.core.errors import (
+    CameraFileError,
+    FeatureAccessError,
+    FeatureError,
+    TransferCancelledError,
+    UsageError,
+)
 from grabbergui.core.file_access import TURN, Progress
 from grabbergui.core.grabber import FrameGrabber
 
@@ -78,14 +84,20 @@ def read_table(
         _select(grabber, selector)
         shape = shape_of(grabber)
         if shape.whole:
-            dtype = _layout(grabber, shape)
+            dtype = _layouts(grabber, shape)[0]
             content = grabber.read_register(_ALL, dtype.itemsize * shape.entries)
             progress(shape.entries, shape.entries)
             return np.frombuffer(content, dtype).astype(np.int64)
     table = np.zeros(shape.entries, np.int64)
 
     def read(index: int) -> None:
-        table[index] = _entry(grabber, index)
+        value = _entry(grabber, index)
+        if value is None:
+            problem = grabber.feature(_VALUE).access_problem()
+            raise FeatureAccessError(
+                f"entry {index} of the look-up table cannot be read: it {problem}", _VALUE
+            )
+        table[index] = value
 
     _each(grabber, selector, shape.entries, read, "reading", progress, cancelled)
     return table
@@ -109,12 +121,7 @@ def write_table(
         shape = shape_of(grabber)
         _require_fit(table, shape, "this one")
         if shape.whole:
-            content = table.astype(_layout(grabber, shape)).tobytes()
-            grabber.write_register(_ALL, content)
-            if grabber.read_register(_ALL, len(content)) != content:
-                raise CameraFileError(
-                    "the look-up table reads back differently; write it again", _ALL, "Read"
-                )
+            _write_whole(grabber, table, _layouts(grabber, shape))
             progress(shape.entries, shape.entries)
             return
     values = table.tolist()
@@ -191,10 +198,11 @@ def _select(grabber: FrameGrabber, selector: str) -> None:
         grabber.write_feature(_SELECTOR, selector)
 
 
-def _entry(grabber: FrameGrabber, index: int) -> int:
+def _entry(grabber: FrameGrabber, index: int) -> int | None:
+    """Return an entry; None where it cannot be read."""
     grabber.write_feature(_INDEX, index)
     value = grabber.feature(_VALUE).value
-    return int(value) if isinstance(value, int | float) else 0
+    return int(value) if isinstance(value, int | float) else None
 
 
 def _register_length(grabber: FrameGrabber) -> int:
@@ -205,17 +213,44 @@ def _register_length(grabber: FrameGrabber) -> int:
         return 0
 
 
-def _layout(grabber: FrameGrabber, shape: LutShape) -> np.dtype[np.unsignedinteger]:
-    """Return the type of the register's values, whose byte order SFNC leaves to the maker."""
+_Dtype = np.dtype[np.unsignedinteger]
+
+
+def _layouts(grabber: FrameGrabber, shape: LutShape) -> list[_Dtype]:
+    """Return the types that the register's values may be of, as SFNC leaves their byte order to the maker.
+
+    There are two where every value is the same in either order, such as 257 times its index.
+    """
     size = _register_length(grabber) // shape.entries
     content = grabber.read_register(_ALL, size * shape.entries)
-    places = np.unique(np.linspace(0, shape.entries - 1, _PROBES).astype(int)).tolist()
+    dtypes: list[_Dtype] = [np.dtype(f"{order}u{size}") for order in "><"]
+    tables = [np.frombuffer(content, dtype) for dtype in dtypes]
+    places = _places(np.not_equal(*tables))
     values = [_entry(grabber, place) for place in places]
-    for order in "><":
-        dtype: np.dtype[np.unsignedinteger] = np.dtype(f"{order}u{size}")
-        if np.frombuffer(content, dtype)[places].tolist() == values:
-            return dtype
-    raise UsageError("LUTValueAll has other values than LUTIndex and LUTValue; its layout is not known")
+    fitting = [each for each, table in zip(dtypes, tables, strict=True) if table[places].tolist() == values]
+    if not fitting:
+        raise UsageError("LUTValueAll has other values than LUTIndex and LUTValue; its layout is not known")
+    return fitting
+
+
+def _places(telling: NDArray[np.bool_]) -> list[int]:
+    """Return where to compare entries; one of them is `telling`, if any is."""
+    spread = np.linspace(0, len(telling) - 1, _PROBES).astype(int)
+    places: list[int] = np.unique(np.concatenate((spread, telling.nonzero()[0][:1]))).tolist()
+    return places
+
+
+def _write_whole(grabber: FrameGrabber, table: Table, layouts: list[_Dtype]) -> None:
+    """Write LUTValueAll and read it back. Raises CameraFileError."""
+    for dtype in layouts:
+        content = table.astype(dtype).tobytes()
+        grabber.write_register(_ALL, content)
+        if grabber.read_register(_ALL, len(content)) != content:
+            break
+        places = _places(table != table.astype(dtype).byteswap()) if len(layouts) > 1 else []
+        if [_entry(grabber, place) for place in places] == table[places].tolist():
+            return
+    raise CameraFileError("the look-up table reads back differently; write it again", _ALL, "Read")
 
 
 def _each(

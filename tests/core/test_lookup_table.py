@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,6 +145,68 @@ def test_the_byte_order_is_recognised(
     wanted = gamma_table(shape_of(camera), 2.0)
     write_table(camera, wanted)
     assert np.array_equal(np.frombuffer(bytes(content), f"{order}u2"), wanted)
+
+
+class Table:
+    """A camera whose table of 256 entries lies in LUTValueAll in one of the byte orders."""
+
+    def __init__(self, order: str, values: np.ndarray) -> None:
+        self.dtype = np.dtype(f"{order}u2")
+        self.table = values.astype(self.dtype)
+        self.index = 0
+        self.info = SimpleNamespace(title="a camera")
+        self.readable = True
+
+    def has_feature(self, name: str) -> bool:
+        return name in ("LUTIndex", "LUTValue")
+
+    def exclusive(self, names: object) -> contextlib.AbstractContextManager[None]:
+        return contextlib.nullcontext()
+
+    def feature(self, name: str) -> SimpleNamespace:
+        value = int(self.table[self.index]) if self.readable else None
+        maximum = 255 if name == "LUTIndex" else 65535
+        return SimpleNamespace(value=value, maximum=maximum, access_problem=lambda: "is write-only")
+
+    def write_feature(self, name: str, value: int) -> None:
+        if name == "LUTIndex":
+            self.index = value
+        else:
+            self.table[self.index] = value
+
+    def register_length(self, name: str) -> int:
+        return self.table.nbytes
+
+    def read_register(self, name: str, length: int) -> bytes:
+        return self.table.tobytes()[:length]
+
+    def write_register(self, name: str, content: bytes) -> None:
+        self.table = np.frombuffer(content, self.dtype).copy()
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("before", [257 * np.arange(256), np.zeros(256), np.where(np.arange(256) == 3, 7, 0)])
+def test_the_byte_order_is_right_where_the_table_before_does_not_show_it(
+    order: str, before: np.ndarray
+) -> None:
+    camera: Any = Table(order, before)
+    assert read_table(camera).tolist() == before.tolist()
+    wanted = gamma_table(shape_of(camera), 2.0)
+    write_table(camera, wanted)
+    assert camera.table.tolist() == wanted.tolist() == read_table(camera).tolist()
+
+
+def test_a_table_that_cannot_be_read_is_written_and_not_taken_for_zeros(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    camera: Any = Table("<", np.arange(256))
+    camera.register_length, camera.readable = lambda name: 0, False
+    with pytest.raises(
+        FeatureAccessError, match="entry 0 of the look-up table cannot be read: it is write-only"
+    ):
+        read_table(camera)
+    write_table(camera, np.zeros(256, np.int64))
+    assert not camera.table.any()
 
 
 def test_a_table_of_another_shape_or_an_unknown_layout_is_refused(
