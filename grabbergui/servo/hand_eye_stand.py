@@ -73,7 +73,11 @@ class TargetWatch:
             between=between,
             failed=self._on_failed,
         )
-        grabber.start()
+        try:
+            grabber.start()
+        except BaseException:
+            self._sink.stop()  # its queue would hold frames from then on
+            raise
         self._sink.start()
 
     def close(self, timeout: float | None = None) -> bool:

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import SourceUnavailableError, TransportError, UsageError
+from grabbergui.servo import closed_loop
 from grabbergui.servo.hand_eye_run import arrangement
+from grabbergui.servo.hand_eye_stand import TargetWatch
 from grabbergui.servo.robots import teo
 from hand_eye_bench import QUICK, Bench
 
@@ -80,3 +83,15 @@ def test_an_arm_that_does_not_report_its_angles_is_refused():
 def test_a_place_that_cannot_be_is_refused():
     with pytest.raises(UsageError, match="head, hand, fixed"):
         arrangement("knee", teo.MODEL)
+
+
+def test_a_source_that_cannot_be_started_keeps_no_queue(monkeypatch):
+    grabber = ScriptedGrabber()
+
+    def refuse(**options):
+        raise TransportError("no stream")
+
+    monkeypatch.setattr(grabber, "start", refuse)
+    with pytest.raises(TransportError, match="no stream"):
+        TargetWatch(grabber, QUICK.marker, closed_loop.calibration().scaled_to)
+    assert not grabber._fanout.consumers
