@@ -84,7 +84,13 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
     """
     if len(views) < FEWEST_VIEWS:
         raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
-    problem = Problem(arrangement, calibration)
+    try:
+        return _solved(Problem(arrangement, calibration), views)
+    except (np.linalg.LinAlgError, cv2.error) as error:  # of motion about one axis only, for instance
+        raise UsageError(_TOO_LITTLE) from error
+
+
+def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
     start, pixel, method = _start(problem, views)
     used = list(views)
     fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
@@ -135,7 +141,7 @@ class _Fit:
         """Return the parameters' covariance. Raises UsageError if something was not found at all."""
         jacobian, residuals = self._jacobian(self.guess), self._residuals(self.guess)
         known = jacobian.T @ jacobian
-        if np.linalg.cond(known) > 1e14:
+        if not np.linalg.cond(known) <= 1e14:
             raise UsageError(_TOO_LITTLE)
         freedom = max(len(residuals) - len(known), 1)
         return np.linalg.inv(known).astype(np.float64) * max(1.0, float(residuals @ residuals) / freedom)

@@ -97,6 +97,15 @@ def test_too_few_views_and_too_little_motion_are_refused():
         solve(of.arrangement, [views[0]] * 6, scenes.CAMERA)
 
 
+def test_motion_about_one_axis_only_is_refused():
+    of = scenes.scene("eye in head")
+    views = scenes.views(of, count=6)
+    start, pan = views[0].camera_angles, np.array([0.05, 0.0])
+    turned = [replace(view, camera_angles=start + number * pan) for number, view in enumerate(views)]
+    with pytest.raises(UsageError, match="differ too little"):
+        solve(of.arrangement, turned, scenes.CAMERA)
+
+
 def test_what_cannot_be_calibrated_is_refused():
     with pytest.raises(UsageError, match="nothing moves"):
         Arrangement(None, None)
