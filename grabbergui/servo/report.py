@@ -6,6 +6,7 @@ Curves over time are drawn with OpenCV: no window and no plotting library needed
 from __future__ import annotations
 
 import json
+import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.recording import RecordingKind
 from grabbergui.servo import overlay
@@ -29,6 +30,7 @@ from grabbergui.servo.state_machine import State
 if TYPE_CHECKING:
     from grabbergui.recording.movie_writer import MovieFile
 
+log = logging.getLogger(__name__)
 
 VIDEO_FPS = 15.0
 VIDEO_NAME = "video.mp4"
@@ -59,13 +61,17 @@ class Recorder:
             self.cycles.append(cycle)
         if frame is not None and cycle.time >= self._next_picture:
             self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, cycle.time - 1 / VIDEO_FPS)
-            calibration = self._calibration(frame.width, frame.height)
-            self._write(overlay.draw(frame.rgb(), cycle, sighting, calibration), cycle.time)
+            try:
+                calibration = self._calibration(frame.width, frame.height)
+                self._write(overlay.draw(frame.rgb(), cycle, sighting, calibration), cycle.time)
+            except (GrabberError, OSError) as error:
+                # A full disk, for instance, must not end the run that is reported.
+                log.warning("the report's video ends here: %s", error)
+                self._next_picture = math.inf
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
         """Write everything; `facts` is merged into the report, which is returned."""
-        if self._video is not None:
-            self._video.finish()
+        self._finish_video()
         report = summary(self.cycles) | facts
         report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
         (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
@@ -73,6 +79,17 @@ class Recorder:
             plots = plot(self.cycles)
             cv2.imwrite(str(self._folder / "plots.png"), cv2.cvtColor(plots, cv2.COLOR_RGB2BGR))
         return report
+
+    def _finish_video(self) -> None:
+        video, self._video = self._video, None
+        if video is None:
+            return
+        try:
+            video.finish()
+        except (GrabberError, OSError) as error:
+            log.warning("the report's video is not complete: %s", error)
+        finally:
+            video.abandon()
 
     def _write(self, picture: np.ndarray, time: float) -> None:
         if self._video is None:

@@ -1,6 +1,7 @@
 """The loop through real pixels: in simulated time to the bit, in real time, and on the command line."""
 
 import argparse
+import errno
 import json
 import math
 import time
@@ -9,11 +10,13 @@ import cv2
 import numpy as np
 import pytest
 
+from frames import frame_of
 from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
+from grabbergui.recording.movie_writer import MovieFile
 from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
@@ -211,6 +214,24 @@ def test_the_report_of_a_run(tmp_path):
     assert written["seconds_to_reach"] > written["seconds_to_approach"]
     picture = cv2.imread(str(tmp_path / "out/plots.png"))
     assert picture.shape == (4 * report.HEIGHT + report.LEGEND, report.WIDTH, 3)
+
+
+def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path, monkeypatch, caplog):
+    run = run_to_the_marker()
+    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    frame = frame_of(np.zeros((closed_loop.HEIGHT, closed_loop.WIDTH), np.uint8))
+
+    def full(self, pixels, time):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(MovieFile, "add", full)
+    for cycle in run.cycles:
+        recorder.add(cycle, frame, None)
+    assert recorder.finish({})["reached"]
+    assert json.loads((tmp_path / "report.json").read_text())["reached"]
+    assert [record.message for record in caplog.records] == [
+        "the report's video ends here: [Errno 28] No space left on device"
+    ]
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):
