@@ -48,9 +48,9 @@ def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> I
         grabber.open(Access.MONITOR)
     else:
         _take_control(grabber, reading=reading, hint="" if monitor is None else ", or look on with --monitor")
-    if somebody_types():
-        Seen().keep_features(uri, sorted(_feature_names(grabber.feature_tree())))
     try:
+        if somebody_types():
+            Seen().keep_features(uri, sorted(_feature_names(grabber.feature_tree())))
         yield grabber
     finally:
         grabber.close()

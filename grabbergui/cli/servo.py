@@ -165,24 +165,26 @@ def _follow(
     window = None if options.headless else _window(options, stop, scene, runner)
     runner.cycle_done.connect(turned)
     runner.failed.connect(outcome.fail)
-    # Without a window, the command itself lets the robot move.
-    runner.start(held=WAITS if window is not None and scene.real else "")
-    began = time.monotonic()
+    try:
+        # Without a window, the command itself lets the robot move.
+        runner.start(held=WAITS if window is not None and scene.real else "")
+        began = time.monotonic()
 
-    def over() -> bool:
-        timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
-        return not runner.running or timed_out or (options.until_reached and outcome.reached)
+        def over() -> bool:
+            timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
+            return not runner.running or timed_out or (options.until_reached and outcome.reached)
 
-    if window is not None:
-        outcome.failure = window(runner, scene.calibration) or outcome.failure
-    while options.headless and not over():
-        if stop.is_set():
-            runner.emergency_stop("interrupted")
-            break
-        if _typed(KEYBOARD_PERIOD, runner, stop) == "q":
-            break
-    facts = {**_timing(runner), **(scene.truth() if scene.truth else {})}
-    runner.stop()
+        if window is not None:
+            outcome.failure = window(runner, scene.calibration) or outcome.failure
+        while options.headless and not over():
+            if stop.is_set():
+                runner.emergency_stop("interrupted")
+                break
+            if _typed(KEYBOARD_PERIOD, runner, stop) == "q":
+                break
+        facts = {**_timing(runner), **(scene.truth() if scene.truth else {})}
+    finally:
+        runner.stop()  # whatever happens, before the robot and its guardian are closed
     if recorder is not None:
         report = recorder.finish(facts)
         print(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")

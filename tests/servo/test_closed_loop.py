@@ -4,6 +4,7 @@ import argparse
 import errno
 import json
 import math
+import threading
 import time
 
 import cv2
@@ -298,6 +299,23 @@ def test_the_command_records_what_happens(tmp_path, capsys):
     assert video.get(cv2.CAP_PROP_FRAME_COUNT) > 0
     video.release()
     assert "centring" in capsys.readouterr().out
+
+
+def test_a_command_that_ends_by_an_error_has_stopped_the_loop_before_it_closes_the_robot(monkeypatch):
+    running = []
+
+    def broken(runner):
+        raise RuntimeError("no statistics")
+
+    def closed(robot):
+        running.extend(thread.name for thread in threading.enumerate() if thread.name.startswith("servo"))
+
+    monkeypatch.setattr(command, "_timing", broken)
+    monkeypatch.setattr(SimRobot, "close", closed)
+    chosen = options("servo", "--headless", "--seconds", "0.1")
+    with pytest.raises(RuntimeError, match="no statistics"):
+        chosen.run(chosen)
+    assert not running
 
 
 @pytest.mark.parametrize(
