@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from fakes import ScriptedGrabber
+from grabbergui.cli import opening
 from grabbergui.cli.opening import Outage
 from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import ConnectionState
@@ -60,3 +61,20 @@ def test_whoever_waits_for_something_else_is_called(grabber):
 
     assert exceeded.wait(PATIENCE)
     outage.close()
+
+
+def test_a_source_is_closed_also_where_the_command_ends_before_it_began(monkeypatch):
+    """Ctrl-C, for instance, while the names of its features are kept for the shell's completion."""
+    grabber = ScriptedGrabber([])
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(opening.sources, "create", lambda uri: grabber)
+    monkeypatch.setattr(opening, "somebody_types", lambda: True)
+    monkeypatch.setattr(opening.Seen, "keep_features", interrupted)
+    closed = []
+    monkeypatch.setattr(grabber, "close", lambda: closed.append(True))
+    with pytest.raises(KeyboardInterrupt), opening.opened("sim:"):
+        pass
+    assert closed
