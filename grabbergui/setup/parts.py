@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,9 +78,10 @@ class DesktopEntry:
             tool = shutil.which(command)
             place = self.data / folder
             if tool is not None and place.is_dir():
-                subprocess.run(
-                    [tool, *options, str(place)], check=False, capture_output=True, timeout=_REFRESH_TIME
-                )
+                with suppress(subprocess.TimeoutExpired):  # the files are in place all the same
+                    subprocess.run(
+                        [tool, *options, str(place)], check=False, capture_output=True, timeout=_REFRESH_TIME
+                    )
 
 
 def exec_value(program: Sequence[str]) -> str:
@@ -105,6 +107,8 @@ def _quoted(argument: str) -> str:
 UDEV_RULE_NAME = "70-grabbergui-u3v.rules"
 UDEV_RULE = RESOURCES / "udev" / UDEV_RULE_NAME
 UDEV_RULES = Path("/etc/udev/rules.d")
+_UDEV_TIME = 10.0
+"""Seconds that udev may take to read its rules."""
 
 
 def installed_udev_rule(
@@ -153,8 +157,9 @@ def _reload_udev() -> None:
     udevadm = shutil.which("udevadm")
     if udevadm is not None:
         for arguments in (["control", "--reload"], ["trigger", "--subsystem-match=usb"]):
-            # A container has no udev to notify; the rule is in place all the same.
-            subprocess.run([udevadm, *arguments], check=False, capture_output=True, timeout=10)
+            # A container has no udev to notify, or one that hangs; the rule is in place all the same.
+            with suppress(subprocess.TimeoutExpired):
+                subprocess.run([udevadm, *arguments], check=False, capture_output=True, timeout=_UDEV_TIME)
 
 
 # -- ROS 2 ---------------------------------------------------------------------------------------
@@ -248,9 +253,11 @@ def _check_sourced_rclpy(distribution: str, environment: dict[str, str]) -> None
         [sys.executable, "-c", "import rclpy"], env=environment, capture_output=True, text=True
     )
     if done.returncode:
+        # Libraries built for another Python may crash, which says nothing.
+        said = done.stderr.strip().splitlines() or [f"it ended with {done.returncode}"]
         raise SourceUnavailableError(
             f"ROS 2 {distribution} is sourced, but Python {sys.version.split()[0]} in {sys.prefix} cannot "
-            f"import its rclpy ({done.stderr.strip().splitlines()[-1]}); install grabbergui with the Python "
+            f"import its rclpy ({said[-1]}); install grabbergui with the Python "
             "of that ROS (/usr/bin/python3), or run this where no ROS is sourced, to have ROS's wheels"
         )
 

@@ -1,6 +1,7 @@
 """`grabbergui setup` and `grabbergui paths`."""
 
 import json
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -43,6 +44,25 @@ def test_ros2_is_not_installed_outside_an_environment(monkeypatch):
     monkeypatch.setattr(sys, "prefix", sys.base_prefix)
     with pytest.raises(SourceUnavailableError, match="no virtual environment"):
         parts.install_ros2(print)
+
+
+def test_a_sourced_ros_whose_python_crashes_is_reported(tmp_path):
+    """Its libraries are of another Python: there is no message, only a signal."""
+    (tmp_path / "rclpy.py").write_text("import os\nos.abort()\n", "utf-8")
+    with pytest.raises(SourceUnavailableError, match=r"cannot import its rclpy \(it ended with -6\)"):
+        parts._check_sourced_rclpy("jazzy", {**os.environ, "PYTHONPATH": str(tmp_path)})
+
+
+def test_what_rebuilds_the_system_s_caches_may_hang(tmp_path, monkeypatch):
+    for command in ("update-desktop-database", "udevadm"):
+        tool = tmp_path / command
+        tool.write_text("#!/bin/sh\nexec sleep 60\n", "utf-8")
+        tool.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    for limit in ("_REFRESH_TIME", "_UDEV_TIME"):
+        monkeypatch.setattr(parts, limit, 0.05)
+    assert main(["setup", "desktop"]) == 0
+    assert parts.install_udev_rule(tmp_path / "rules.d").is_file()
 
 
 def test_a_step_that_fails_shows_the_end_of_its_output():
