@@ -160,10 +160,15 @@ def _write_new(folder: Path, stem: str, suffix: str, content: bytes) -> Path:
     for attempt in count():
         path = folder / (f"{stem}_{attempt}{suffix}" if attempt else f"{stem}{suffix}")
         try:
-            with path.open("xb") as file:
-                file.write(content)
+            file = path.open("xb")
         except FileExistsError:
             continue
+        try:
+            with file:
+                file.write(content)
+        except OSError:
+            path.unlink(missing_ok=True)  # half an image is none
+            raise
         return path
     raise AssertionError("unreachable")
 

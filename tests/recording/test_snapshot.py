@@ -2,6 +2,7 @@
 
 import json
 import re
+import resource
 
 import cv2
 import numpy as np
@@ -88,6 +89,17 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path):
     blocked.write_text("in the way")
     with pytest.raises(GrabberError, match="choose another folder"):
         save(random_frame("Mono8"), blocked, INFO)
+
+
+def test_a_file_that_does_not_fit_leaves_none(tmp_path):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))  # bytes of a file, as on a disk that is full
+    try:
+        with pytest.raises(GrabberError, match="File too large"):
+            save(random_frame("Mono8"), tmp_path, INFO, MOMENT)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_writer_saves_in_the_background_and_reports(tmp_path):
