@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="326"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="346"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="326"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="346"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="332"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="352"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -649,7 +649,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="34"/>
         <source>Copy as</source>
-        <translation>Copiar como</translation>
+        <translation>Copiar</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="39"/>
@@ -700,7 +700,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="90"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="91"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -3469,7 +3469,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="227"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="247"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -3552,27 +3552,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="279"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="280"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="281"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="282"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="283"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -5098,7 +5098,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="348"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="368"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>

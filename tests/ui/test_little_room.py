@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui import sources
 from grabbergui.models.messages import Message, Offer, Severity
+from grabbergui.ui.application import speak
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.widgets.labels import ElidedComboBox
 from grabbergui.ui.widgets.messages import MessageBar
@@ -74,10 +75,12 @@ def is_whole(control):
     return whole and control.width() >= least.width() and control.height() >= least.height()
 
 
-@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
-def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp, request, theme):
+@pytest.mark.parametrize(("theme", "language"), [(Theme.LIGHT, "en"), (Theme.DARK, "es")])
+def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp, request, theme, language):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    request.addfinalizer(lambda: speak(qapp, "en"))
     dress(qapp, theme)
+    speak(qapp, language)
     app = make_app()
     window = app.window
     app.connect("sim:colour")
