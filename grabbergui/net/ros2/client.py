@@ -63,6 +63,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._link: CameraLink | None = None
         self._refused = ""
         "Why what is published now is not ours: it is another camera's. Empty if it is ours."
+        self._stream_lock = threading.RLock()
+        "Guards the stream, and is never held while the other end is asked. Taken after `_lock`."
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -107,7 +109,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """Subscribe; the remote camera itself is not touched."""
-        with self._lock:
+        with self._stream_lock:
             if self._stream is None:
                 self._fanout.clear()
                 link = self._opened()
@@ -124,6 +126,14 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 )
                 if not self._refused:  # else once ours is back
                     self._stream.open()
+
+    @override
+    def stop(self) -> None:
+        with self._stream_lock:
+            stream, self._stream = self._stream, None
+            if stream is not None:
+                stream.close()
+                self._statistics = stream.statistics()
 
     @override
     def calibration(self) -> Calibration | None:
@@ -196,17 +206,17 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
 
     def _refuse(self, reason: str) -> None:
         """Take neither images nor features of another camera, until ours is back."""
-        with self._lock:
+        with self._stream_lock:
             self._refused = reason
             if self._stream is not None:
                 self._stream.pause()
         self._lose(reason)
 
     def _poll(self, *, check: bool) -> None:
+        if check:
+            self._look_at_stream()
         with self._lock:
-            stream, features = self._stream, self._known()
-            if stream is not None and check:
-                stream.look()
+            features = self._known()
             changed: frozenset[str] = frozenset()
             if isinstance(features, TreeFeatures):
                 if len(self.features_changed):
@@ -226,13 +236,17 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             self._refused = ""
             if not (camera_lost := self._ask_for_loss()):
                 self._compare_with_seen()
-            if self._stream is not None:
-                self._stream.look()
+            self._look_at_stream()
         if camera_lost:
             self._lose(camera_lost)
         else:
             self._be_back()
         self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
+
+    def _look_at_stream(self) -> None:
+        with self._stream_lock:
+            if self._stream is not None:
+                self._stream.look()
 
     def _announce(self, names: frozenset[str]) -> None:
         if names:

@@ -19,6 +19,9 @@ SERVICE_TIMEOUT = 3.0
 """Seconds that a service has to appear once its node has, and then for its first answer."""
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
+POLL_TIMEOUT = 1.0
+"""Seconds for one answer that is asked for again and again, and for any of a node that fell silent."""
+_POLLED = ("hello", "changes")
 _LOOK_PERIOD = 0.2
 """Seconds between checks whether a service that owes us an answer is still there."""
 _ASK_AGAIN = 1.0
@@ -100,6 +103,8 @@ class CameraLink:
         self._clients: dict[str, Any] = {}
         self._answered: set[str] = set()
         "Names of services that have answered."
+        self._unanswered_since: float | None = None
+        "When the first request was sent that has no answer yet, nor any after it (`time.monotonic`)."
         self._events: Any = None
 
     @classmethod
@@ -195,7 +200,10 @@ class CameraLink:
         if "ask" not in self._clients:
             self._clients["ask"] = self.node.create_client(Ask, f"{self.publisher.node}/ask")
             self._clients["ask"].wait_for_service(SERVICE_TIMEOUT)
-        answer = self._wait(self._clients["ask"], Ask.Request(verb=verb, arguments=list(arguments)))
+        client = self._clients["ask"]
+        polled = verb in _POLLED and client.srv_name in self._answered
+        request = Ask.Request(verb=verb, arguments=list(arguments))
+        answer = self._wait(client, request, POLL_TIMEOUT if polled else CALL_TIMEOUT)
         if not answer.success:
             raise error_of(answer.error, answer.result, answer.feature)
         return loads(answer.result)
@@ -227,16 +235,22 @@ class CameraLink:
 
         A service may receive a request before it has discovered the reader of its answers, which are then
         lost. So a service that never answered is asked again: a first request may safely be repeated.
+
+        Of a program that was killed the services seem to be there for another 20 s. Whoever asks meanwhile
+        waits for all of `timeout` only once.
         """
         done = threading.Event()
         futures = [self._send(client, request, done)]
         begun = time.monotonic()
+        if self._unanswered_since is not None and begun - self._unanswered_since > CALL_TIMEOUT:
+            timeout = min(timeout, POLL_TIMEOUT)
         try:
             while not done.wait(_LOOK_PERIOD):
                 passed = time.monotonic() - begun
                 if not client.service_is_ready():
                     raise DeviceLostError(f"{client.srv_name} is gone at the moment")
                 if passed > timeout:
+                    self._unanswered_since = self._unanswered_since or begun
                     raise FrameTimeoutError(f"{client.srv_name} did not answer within {timeout:g} s")
                 if client.srv_name not in self._answered and passed > _ASK_AGAIN * len(futures):
                     futures.append(self._send(client, request, done))
@@ -245,6 +259,7 @@ class CameraLink:
                 if not future.done():
                     client.remove_pending_request(future)
         self._answered.add(client.srv_name)
+        self._unanswered_since = None
         return next(future for future in futures if future.done()).result()
 
     @staticmethod

@@ -1,0 +1,90 @@
+"""A server that was killed seems to be there for 20 s more: who asks it waits once, and nobody else does."""
+
+from __future__ import annotations
+
+import threading
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.net.ros2 import client_link
+from grabbergui.net.ros2.client import Ros2Grabber
+from grabbergui.net.ros2.client_link import CameraLink, Publisher
+from patience import PATIENCE, attempts
+
+
+class Service:
+    """A client of a service that is listed; it answers while `answering`."""
+
+    srv_name = "/cam/ask"
+    answering = True
+
+    def service_is_ready(self) -> bool:
+        return True
+
+    def call_async(self, request: Any) -> Any:
+        answered = self.answering
+        return SimpleNamespace(
+            done=lambda: answered,
+            result=lambda: request,
+            add_done_callback=lambda call: call(None) if answered else None,
+        )
+
+    def remove_pending_request(self, future: Any) -> None:
+        pass
+
+
+@pytest.fixture
+def link(monkeypatch: pytest.MonkeyPatch) -> CameraLink:
+    monkeypatch.setattr(client_link, "CALL_TIMEOUT", 0.5)
+    monkeypatch.setattr(client_link, "POLL_TIMEOUT", 0.02)
+    monkeypatch.setattr(client_link, "_LOOK_PERIOD", 0.005)
+    publisher = Publisher("/cam", client_link.IMAGE_TYPE, reliable=True, durable=False)
+    return CameraLink(None, "/cam/image_raw", publisher)
+
+
+def seconds_of(link: CameraLink, service: Service) -> float:
+    begun = time.monotonic()
+    with pytest.raises(FrameTimeoutError):
+        link._wait(service, "request", client_link.CALL_TIMEOUT)
+    return time.monotonic() - begun
+
+
+def test_a_service_that_fell_silent_is_waited_for_at_length_only_once(link: CameraLink) -> None:
+    service = Service()
+    assert link._wait(service, "request") == "request"
+    service.answering = False
+    assert seconds_of(link, service) >= 0.5
+    assert min(seconds_of(link, service) for _ in range(5)) < 0.4
+    service.answering = True
+    assert link._wait(service, "request") == "request"
+    service.answering = False
+    assert seconds_of(link, service) >= 0.5, "it had answered again"
+
+
+def test_a_stream_is_stopped_while_a_feature_is_waited_for() -> None:
+    grabber = Ros2Grabber("/cam")
+    closed = threading.Event()
+    grabber._stream = SimpleNamespace(close=closed.set, statistics=StreamStatistics)  # type: ignore[assignment]
+    held, over = threading.Event(), threading.Event()
+
+    def wait_for_a_feature() -> None:
+        with grabber._lock:
+            held.set()
+            over.wait(PATIENCE)
+
+    waiting = threading.Thread(target=wait_for_a_feature)
+    waiting.start()
+    assert held.wait(PATIENCE)
+    try:
+        for watch in attempts(0.2):
+            with watch:
+                grabber.stop()
+        assert closed.is_set() and not grabber.streaming
+    finally:
+        over.set()
+        waiting.join()
