@@ -6,6 +6,7 @@ A port for each further component of the frames (NAME/range, NAME/confidence) is
 from __future__ import annotations
 
 import logging
+import shlex
 import time
 from collections.abc import Callable
 from functools import partial
@@ -154,8 +155,10 @@ class YarpGrabberServer:
     def _answer_line(self, request: Request) -> Reply:
         """Run a line from `yarp rpc` on the terminal; the reply's items are the lines of the answer."""
         words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
+        # A single string may be the whole line; of several each stays one word, whatever is in it.
+        line = words[0] if len(words) == 1 else shlex.join(words)
         try:
-            text = self._run_line(" ".join(words))
+            text = self._run_line(line)
         except GrabberError as error:
             return Bottle(["fail", str(error)])
         return Bottle(text.splitlines() or ["ok"])

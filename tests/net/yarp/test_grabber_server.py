@@ -204,6 +204,15 @@ def test_the_terminal_by_requests(scene: Stage, server: YarpGrabberServer) -> No
         assert listed and len(listed) > 1
 
 
+@pytest.mark.parametrize("text", ["Bob's", "two  blanks", "", "#1"])
+def test_a_text_is_one_word_for_the_terminal(scene: Stage, server: YarpGrabberServer, text: str) -> None:
+    with RpcClient("/grabber/terminal", scene.names) as terminal:
+        terminal.call(Bottle(["set", "DeviceUserID", text]), 5)
+        assert scene.grabber.feature("DeviceUserID").value == text
+        terminal.call(Bottle(["set DeviceUserID whole"]), 5)
+        assert scene.grabber.feature("DeviceUserID").value == "whole"
+
+
 def test_a_server_that_was_given_no_terminal_reports_it(scene: Stage) -> None:
     with (
         YarpGrabberServer(scene.grabber, "/mute", names=scene.names),
