@@ -105,6 +105,8 @@ class ImageHeader:
         row = -(-depth * width // quantum) * quantum
         if not (0 <= width <= SIDE_LIMIT and 0 <= height <= SIDE_LIMIT and 0 <= depth <= 64):
             raise RemoteProtocolError(f"image of {width}×{height} pixels of {depth} bytes each")
+        if width and height and not depth:
+            raise RemoteProtocolError(f"image of {width}×{height} pixels of no bytes")
         if known and depth != known.depth:
             raise RemoteProtocolError(f"image [{known.vocab}] with {depth} bytes a pixel, has {known.depth}")
         if size != blob or size < 0:

@@ -9,7 +9,7 @@ from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.bottle import BLOB, INT32, LIST, VOCAB, Bottle
 from grabbergui.net.yarp.os.values import Stamp, Vocab
 
 
@@ -56,6 +56,14 @@ def test_absurd_sizes_are_refused(field, value):
         return  # a quantum of 65535 with the flag of 3.x; the sizes then decide what a row is
     with pytest.raises(RemoteProtocolError):
         image.decode(broken)
+
+
+def test_pixels_of_no_bytes_are_refused_and_not_made_up():
+    side = image.SIDE_LIMIT
+    numbers = (*(0, 0, 8), *(side, side))
+    start = (LIST, 4, VOCAB, Vocab("mat"), VOCAB, 12345, LIST + INT32, 5)
+    with pytest.raises(RemoteProtocolError, match="pixels of no bytes"):
+        image.decode(image.HEADER.pack(*start, *numbers, BLOB, 0))
 
 
 @given(st.binary(max_size=80))
