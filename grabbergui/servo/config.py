@@ -276,11 +276,12 @@ class Config:
         for name, section in parse_ini(text, where).items():
             if not section.values:
                 continue
-            known = ", ".join(f"[{part.name}]" for part in fields(cls))
+            sections = [part.name for part in fields(cls)]
+            known = ", ".join(f"[{section}]" for section in sections)
             if not name:
                 stray = next(iter(section.values))
                 raise UsageError(f"{where}: '{stray}' stands before any section; there are {known}")
-            if not hasattr(config, name):
+            if name not in sections:
                 raise UsageError(f"{where} has a section [{name}]; there are {known}")
             parts[name] = _changed(getattr(config, name), section.values, f"{where}, [{name}]")
         return replace(config, **parts)

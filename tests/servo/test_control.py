@@ -432,6 +432,12 @@ def test_a_setting_before_any_section_is_named():
         Config.parse("rate 10\n[arm]\ny_low -0.5")
 
 
+@pytest.mark.parametrize("name", ["arms", "parse", "__init__"])
+def test_a_section_that_is_none_is_named(name):
+    with pytest.raises(UsageError, match=rf"has a section \[{name}\]; there are \[marker\], "):
+        Config.parse(f"[{name}]\nrate 10")
+
+
 def test_settings_change_what_they_name():
     config = Config.parse("[arm]\ny_low -0.5\n[marker]\nid 7\ndictionary 5X5_100")
     assert (config.arm.y_low, config.marker.id, config.marker.dictionary) == (-0.5, 7, "5X5_100")
