@@ -20,6 +20,8 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Vocab
@@ -253,6 +255,24 @@ def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
     with pytest.raises(GrabberError):
         client.step_head(np.radians([2.0, 0.0]))
     client.close()
+
+
+def test_readings_that_cannot_be_understood_do_not_fill_the_log(caplog):
+    readings = {}
+    port = teo_yarp._ReadingPort(
+        "/x", None, "head", readings, lambda bottle: teo_messages.read_encoders(bottle, 2)
+    )
+
+    def arrive(*angles):
+        message = Message("D", memoryview(Bottle(angles).encode()))
+        port.deliver(Request(message, ConnectionInfo("/robot", "tcp", ("127.0.0.1", 1))))
+
+    for angle in range(5):  # of a head with three joints
+        arrive(float(angle), 0.0, 0.0)
+    assert len(caplog.records) == 1 and not readings
+    arrive(1.0, 2.0)
+    arrive(1.0, 2.0, 3.0)
+    assert len(caplog.records) == 2
 
 
 def test_a_missing_robot_is_reported(names):

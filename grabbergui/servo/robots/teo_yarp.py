@@ -341,14 +341,19 @@ class _ReadingPort(InputPort):
     ) -> None:
         super().__init__(name, names)
         self._part, self._readings, self._read = part, readings, read
+        self._complained = False
+        "Whether the last message could not be read: a hundred a second would fill the log."
 
     @override
     def deliver(self, request: Request) -> Reply:
         try:
             # The robot's clock may be another; a reading is as old as its arrival.
             self._readings[self._part] = time.monotonic(), self._read(Bottle.decode(request.data))
+            self._complained = False
         except ProtocolError as error:
-            log.warning("%s: %s", self.name, error)
+            if not self._complained:
+                log.warning("%s: %s", self.name, error)
+            self._complained = True
         return None
 
 
