@@ -75,9 +75,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         if self._ros is not None:
             return
         self.connection_changed.emit(ConnectionState.OPENING, "")
-        self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
-        self._ros.start()
         try:
+            self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
+            self._ros.start()
             self._link = self._find(DISCOVERY_TIMEOUT)
         except BaseException:
             self._leave()

@@ -22,8 +22,10 @@ from grabbergui.core.errors import (  # noqa: E402
     FeatureNotFoundError,
     FeatureValueError,
     FrameTimeoutError,
+    SourceUnavailableError,
 )
 from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
+from grabbergui.net.ros2 import client  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
@@ -48,6 +50,20 @@ def test_a_search_without_a_folder_for_ros_logs_finds_the_others(tmp_path):
     assert served.returncode == 1
     assert "ROS 2 cannot start" in served.stderr and "ROS_LOG_DIR" in served.stderr
     assert len(served.stderr.splitlines()) == 1
+
+
+def test_a_source_that_cannot_join_the_network_is_closed_again(monkeypatch):
+    states = []
+
+    def refuse(name):
+        raise SourceUnavailableError("ROS 2 cannot start")
+
+    monkeypatch.setattr(client, "Ros2Node", refuse)
+    remote = sources.create("ros2:/cam")
+    remote.connection_changed.connect(lambda state, reason: states.append(state))
+    with pytest.raises(SourceUnavailableError, match="cannot start"):
+        remote.open()
+    assert states == [ConnectionState.OPENING, ConnectionState.CLOSED]
 
 
 def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
