@@ -181,6 +181,19 @@ def test_while_a_block_comes_its_gaps_are_asked_for_together() -> None:
     assert [request.first for request in bench.requests] == [2, 4, 6]
 
 
+@pytest.mark.parametrize("begins", [0, 3], ids=["it ends", "the next begins"])
+def test_a_block_of_which_nothing_more_comes_waits_no_longer_for_its_gaps(begins: int) -> None:
+    bench = Bench(look_again=0.1)
+    sent = block(1)
+    bench.feed([*sent[:2], *sent[3:4]])
+    bench.now += 0.002
+    bench.feed(sent[5:6])
+    assert [request.first for request in bench.requests] == [2]
+    bench.feed([*sent[6:], *block(2)[:begins]])
+    bench.wait(0.005)
+    assert [request.first for request in bench.requests] == [2, 4]
+
+
 def test_when_a_block_ends_its_gaps_have_a_timer() -> None:
     bench = Bench(look_again=0.005)
     sent = block(1)
@@ -188,6 +201,23 @@ def test_when_a_block_ends_its_gaps_have_a_timer() -> None:
     assert bench.now < bench.assembler.timer() <= bench.now + bench.assembler.policy.initial_wait
     bench.wait(0.002)
     assert [request.first for request in bench.requests] == [13]
+
+
+@pytest.mark.parametrize("lost", [slice(3, 4), slice(1, None)], ids=["a packet", "all but the leader"])
+def test_a_loss_that_cannot_be_mended_holds_up_the_next_image_for_a_moment_only(lost: slice) -> None:
+    bench = Bench(enabled=False)
+    sent = block(1)
+    del sent[lost]
+    assert bench.feed([*sent, *block(2)]) == []
+    assert ids(bench.wait(0.011)) == [2] and bench.statistics.incomplete == 1
+
+
+def test_what_the_device_no_longer_has_holds_up_the_next_image_for_a_moment_only() -> None:
+    bench = Bench()
+    sent = block(1)
+    bench.feed([*sent[:3], *sent[4:], *block(2)])
+    gone = PacketHeader(PacketFormat.PAYLOAD, 1, 3, Status.PACKET_UNAVAILABLE).encode()
+    assert ids(bench.wait(0.03, lambda request: [gone])) == [2]
 
 
 def test_a_long_gap_is_asked_for_in_pieces() -> None:
