@@ -11,10 +11,13 @@ from grabbergui.servo.config import ArmConfig, Config, HeadConfig, LoopConfig
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import FOLLOWED_M, ServoLoop
+from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.state_machine import State
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
+PLACE = BOARD[:3, 3]
 FACE = (1.35, -0.1, 0.8)
+START = HeadConfig().start
 DT = 0.02
 
 
@@ -37,11 +40,11 @@ class Bench:
                 self.robot.velocity, self.robot.twist = cycle.command.head, cycle.command.hand
         return cycle
 
-    def look_at(self, board):
-        """Turn the head at once to where the camera has a board in its middle."""
+    def look_at(self, place, aside=0.0):
+        """Turn the head so that the camera has a place in its middle, or radians to the right of it."""
         for _ in range(20):
-            aside = off_centre(board[:3, 3], self.robot.camera_pose(self.robot.head))
-            self.robot.head = self.robot.head - aside * (1, -1)
+            off = off_centre(np.asarray(place), self.robot.camera_pose(self.robot.head)) - (aside, 0)
+            self.robot.head = self.robot.head - off * (1, -1)
 
     def board(self, now):
         return seeing(self.robot, now, BOARD)
@@ -72,14 +75,14 @@ def test_what_is_tuned_are_head_arm_and_loop():
     assert bench.loop.config == dataclasses.replace(Config(), **sections)
     cycle = bench.run(lambda now: seeing(bench.robot, now, face=(1.0, 1.0, 0.7)))
     assert np.degrees(np.abs(cycle.command.head)).max() == pytest.approx(7.0 / 2)
-    bench.look_at(BOARD)
+    bench.look_at(PLACE)
     cycle = bench.run(bench.board, 100)
     assert np.linalg.norm(cycle.command.hand[:3]) == pytest.approx(0.01 / 2)
 
 
 def test_a_hand_that_may_follow_goes_along_with_a_marker_and_the_head_too():
     bench = Bench(obeys=True, arm=ArmConfig(follow=0.3))
-    bench.look_at(BOARD)
+    bench.look_at(PLACE)
     bench.run(bench.board, 400)
     assert bench.loop.machine.state is State.REACHED
     begun = bench.robot.time
@@ -98,7 +101,7 @@ def test_a_hand_that_may_follow_goes_along_with_a_marker_and_the_head_too():
 
 def test_a_hand_that_may_not_follow_waits_until_the_marker_rests():
     bench = Bench(obeys=True)
-    bench.look_at(BOARD)
+    bench.look_at(PLACE)
     states = set()
     for step in range(150):
         board = BOARD.copy()
@@ -124,3 +127,40 @@ def test_a_hand_follows_once_it_is_near_until_it_is_left_behind(state, metres, f
         loop.motion.add(DT * step, np.array([0.0, 0.1 * DT * step, 0.0]))
     assert loop.motion.moving
     assert loop._follows() is follows
+
+
+def test_the_hand_waits_until_the_marker_is_centred():
+    bench = Bench()
+    bench.look_at(PLACE, 1.5 * START)
+    cycle = bench.run(bench.board, 60)
+    assert cycle.state is State.CENTRING and not cycle.command.hand.any()
+    bench.look_at(PLACE, 0.9 * START)
+    assert bench.run(bench.board).state is State.APPROACHING
+
+
+def test_a_head_that_is_not_driven_centres_nothing_and_the_hand_goes_on():
+    bench = Bench()
+    bench.loop._parts = {ARM}
+    bench.look_at(PLACE, 1.5 * START)
+    cycle = bench.run(bench.board, 60)
+    assert cycle.state is State.APPROACHING
+    assert cycle.command.hand.any() and not cycle.command.head.any()
+
+
+def test_an_arm_that_is_not_driven_stays_and_the_head_goes_on():
+    bench = Bench()
+    bench.loop._parts = {HEAD}
+    bench.look_at(PLACE)
+    cycle = bench.run(bench.board, 60)
+    assert cycle.state is State.WAITING
+    assert "the arm is not driven: only the head follows" in cycle.reason
+    assert not cycle.command.hand.any()
+
+
+def test_a_person_may_move_a_little_while_the_marker_is_waited_for():
+    bench = Bench(head=HeadConfig(below=0.0))
+    for aside, state in ((0.0, State.WAITING), (2.4, State.WAITING), (2.6, State.CENTRING)):
+        bench.look_at(FACE, aside * START)
+        assert bench.run(lambda now: seeing(bench.robot, now, face=FACE), 40).state is state
+    bench.look_at(FACE, 1.5 * START)
+    assert bench.run(lambda now: seeing(bench.robot, now, face=FACE)).state is State.CENTRING
