@@ -127,6 +127,7 @@ def test_blocks_come_out_as_they_were_sent(extended: bool) -> None:
     assert ids(done) == [1, 2, 3] and all(map(is_picture, done))
     assert [each.leader.timestamp for each in done] == [1000, 2000, 3000]
     assert bench.statistics.packets == 3 * (LAST + 1)
+    assert (bench.statistics.frames, bench.statistics.bytes) == (3, 3 * SIZE)
     assert (
         bench.statistics.packets_duplicate == bench.statistics.packets_ignored == bench.statistics.lost == 0
     )

@@ -231,8 +231,8 @@ def test_a_long_gap_is_asked_for_in_pieces() -> None:
         asked.append((request.first, request.last))
         return sent[request.first : request.last + 1]
 
-    (done,) = bench.wait(0.1, answer)
-    assert is_picture(done) and asked == [(2, 4), (5, 7), (8, 8)]
+    (done,) = bench.wait(0.015, answer)
+    assert is_picture(done) and asked == [(2, 4), (5, 7), (8, 8)], "answers make room before time does"
 
 
 def test_the_window_opens_with_answers_and_with_time() -> None:
@@ -360,6 +360,22 @@ def test_of_a_device_that_marks_its_answers_a_double_teaches_nothing_more() -> N
     wait = bench.assembler._resender.initial_wait
     bench.feed([block(1)[3]])
     assert bench.assembler._resender.initial_wait == wait
+
+
+def test_of_a_device_that_marks_its_answers_what_comes_unmarked_was_overtaken() -> None:
+    bench = Bench(look_again=0.0)
+    sent = block(1)
+    resender = bench.assembler._resender
+    bench.feed([*sent[:3], *sent[4:6], *sent[7:10]])
+    bench.wait(0.005)
+    assert [request.first for request in bench.requests] == [3, 6]
+    bench.feed([PacketHeader(PacketFormat.PAYLOAD, 1, 3, Status.PACKET_RESEND).encode() + sent[3][8:]])
+    bench.feed(sent[10:12])
+    assert resender.initial_wait == 0.001, "neither the answer nor what follows was late"
+    bench.wait(0.003)
+    bench.feed([sent[6]])
+    late = 0.008
+    assert resender.initial_wait == pytest.approx(late / 8 + 2 * late / 4, rel=0.05)
 
 
 def test_a_leader_that_comes_twice_is_a_double() -> None:
