@@ -173,7 +173,7 @@ class CalibrationChoice:
 
     @classmethod
     def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
-        """An ideal camera that sees so much from left to right."""
+        """An ideal camera that sees `degrees` from left to right."""
         return cls(partial(Calibration.from_field_of_view, degrees=degrees))
 
     def __call__(self, width: int, height: int) -> Calibration:

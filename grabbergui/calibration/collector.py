@@ -121,7 +121,7 @@ _DIFFERENT = 0.06
 _STILL = 0.003
 "How far corners may move from one image to the next, in parts of the image's longer side."
 _BAD_VIEW = 2.5
-"A view whose error is so many times the median is left out."
+"A view whose error is this many times the median is left out."
 
 
 class Verdict(Enum):

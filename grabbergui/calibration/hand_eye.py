@@ -42,7 +42,7 @@ LEAST_NOISE = 0.01
 READING_SPREADS = tuple(math.radians(degrees) for degrees in (0.0, 0.02, 0.05, 0.1, 0.2, 0.5))
 "Noise of joint readings that is tried, standard deviations."
 OUTLIER = 4.0
-"A view that is so many times further off than the median is left out."
+"A view that is this many times further off than the median is left out."
 _TOO_LITTLE = "the views differ too little: turn camera or target about two axes between them"
 _METHODS = {
     "Park": cv2.CALIB_HAND_EYE_PARK,

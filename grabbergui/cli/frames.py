@@ -87,7 +87,7 @@ class _AwaitedSource:
                     raise self.no_frame(timeout, so_far) from None
 
     def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
-        """Return the error that no frame came after so many: its cause, or the things to check."""
+        """Return the error that no frame came after these: its cause, or the things to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
         if SourceUri.parse(self.grabber.info.uri).scheme == "file":
             return FrameTimeoutError(f"{title} ended after {came}")
@@ -202,9 +202,9 @@ def _add_record(commands: Any) -> None:
         metavar="PATH",
         help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
     )
-    parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after so many")
-    parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after so many seconds")
-    parser.add_argument("--size", type=positive, metavar="MB", help="end once so many megabytes are written")
+    parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
+    parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after this many seconds")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end once this many megabytes are written")
     parser.add_argument(
         "--lossless", action="store_true", help="a movie without losses, larger: H.264 or FFV1"
     )
@@ -286,8 +286,8 @@ def _add_events(commands: Any) -> None:
     )
     add_source(parser)
     parser.add_argument("names", metavar="NAME", nargs="*", help="as ExposureEnd; without any: list them")
-    parser.add_argument("-n", "--count", type=count, help="end after so many events")
-    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
+    parser.add_argument("-n", "--count", type=count, help="end after this many events")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after this many seconds")
     parser.add_argument("--start", action="store_true", help="let the camera take pictures meanwhile")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(run=_events)

@@ -50,7 +50,7 @@ def add_commands(commands: Any) -> None:
         "--hand-eye", type=Path, metavar="FILE", help="where the camera sits, as `hand-eye` found it"
     )
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
-    parser.add_argument("--seconds", type=positive, metavar="S", help="end after so long")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="end after this many seconds")
     parser.add_argument("--until-reached", action="store_true", help="headless: end with success")
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
@@ -74,7 +74,7 @@ def add_commands(commands: Any) -> None:
         "--follow",
         type=positive,
         metavar="M/S",
-        help="follow a marker that moves, at up to so many m/s, instead of waiting until it rests",
+        help="follow a marker that moves, at up to this speed in m/s, instead of waiting until it rests",
     )
     parser.add_argument(
         "--dry-run", action="store_true", help="compute and show everything, and send the robot nothing"

@@ -77,7 +77,7 @@ def samples_per_group(layout: Layout, depth: int) -> int:
 
 
 def bytes_per_group(layout: Layout, depth: int) -> int:
-    """Return the bytes of so many samples."""
+    """Return the bytes of such a group of samples."""
     return samples_per_group(layout, depth) * packed_bits(layout, depth) // 8
 
 

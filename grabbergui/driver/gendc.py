@@ -232,7 +232,7 @@ def check_version(start: Bytes) -> None:
 
 
 def descriptor_size(components: Sequence[int]) -> int:
-    """Return the bytes of a descriptor whose components have so many parts each."""
+    """Return the bytes of a descriptor whose components have these numbers of parts."""
     return Container.FORMAT.size + sum(8 + Component.FORMAT.size + (8 + Part.SIZE) * n for n in components)
 
 

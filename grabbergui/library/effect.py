@@ -168,7 +168,7 @@ MARGIN = 1
 ROUNDS = 8
 "Changes of the exposure time that a measurement makes, each at another moment of the frame period."
 MOST_FRAMES = 12
-"A change that shows in none of so many frames is not measurable."
+"Frames after which a change that shows in none of them is not measurable."
 LEAST_CONTRAST = 4.0
 "Difference of mean brightness (of 255) between the two exposure times that counts as visible."
 

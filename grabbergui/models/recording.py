@@ -342,7 +342,7 @@ class PlaybackModel:
         self._set("position", min(max(position, 0), self._state.frames - 1))
 
     def step(self, steps: int) -> None:
-        """Hold the picture, so many frames further."""
+        """Hold the picture, this many frames further."""
         self.play(False)
         self._source.worker.submit(partial(self._step, steps), failed=self.failed.emit)
 

@@ -92,7 +92,7 @@ def reason_of(error: Exception) -> str:
 
 # -- the producer and its cameras ----------------------------------------------------------------
 SEARCH_MS = 1000
-"""A producer may look for interfaces or cameras so long where nobody said otherwise."""
+"""How long a producer may look for interfaces or cameras by default."""
 
 
 @dataclass(frozen=True)

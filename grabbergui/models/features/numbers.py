@@ -252,7 +252,7 @@ class SliderScale:
         return SLIDER_STEPS
 
     def around(self, number: int | float, pixels: int, share: float = 0.5) -> SliderScale:
-        """Return the part of the range that a track of so many pixels shows, with `number` on it.
+        """Return the part of the range that a track of this many pixels shows, with `number` on it.
 
         `share` is its position on the track, 0 … 1; near an end of the range the part begins or ends there.
         It is all of the range, unless a pixel of a logarithmic track would then change the number by more

@@ -58,7 +58,7 @@ class PictureModel:
         "A frame, and its components as frames by their labels."
         self._channels = StreamChannels()
         self._most: tuple[int, float] = (0, 0.0)
-        "The number of components that frames have, and `time.monotonic` of the last frame with so many."
+        "The number of components that frames have, and `time.monotonic` of the last frame with that many."
         self._settings = DisplaySettings()
         self._again = threading.Event()
         "Set when the frame shown is to be converted once more."

@@ -41,7 +41,7 @@ NAME_TIMEOUT = 2.0
 WATCH_PERIOD = 0.1
 """Seconds between polls of what others changed, while anybody listens, and of whether it is still there."""
 POLLS_PER_CHECK = 10
-"""After so many polls the publishers of the topic are checked again."""
+"""Polls after which the publishers of the topic are checked again."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):

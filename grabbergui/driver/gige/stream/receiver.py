@@ -167,7 +167,7 @@ class Pace:
         self._looked_at = now
 
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
-        """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
+        """Return the seconds to wait while `expected` packets of `packet_bytes` remain until a block's end.
 
         The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
         That of a `prompt` thread ends earlier.
@@ -224,7 +224,7 @@ class PacedSource(DatagramSource):
     """Takes packets in batches. One thread."""
 
     def __init__(self, pace: Pace, wait: Callable[[float], list[int]]) -> None:
-        """`wait` waits up to so many seconds; it returns the descriptors of sockets with packets."""
+        """`wait` waits for at most the given seconds; it returns the descriptors of sockets with packets."""
         self._pace = pace
         self._wait = wait
         self._drained = True

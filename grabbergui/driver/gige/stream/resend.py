@@ -141,7 +141,7 @@ class AnswerWindow:
         return self._limit - self._awaited
 
     def requested(self, packets: int, until: float) -> None:
-        """Note a request for so many packets, which is given up at `until`."""
+        """Note a request for `packets` packets, which is given up at `until`."""
         self._requests.append((until, packets))
         self._awaited += packets
 

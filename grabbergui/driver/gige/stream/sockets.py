@@ -136,7 +136,7 @@ def readable(sockets: Iterable[socket.socket], timeout: float) -> list[socket.so
 
 
 def waiter(sockets: Iterable[socket.socket]) -> Callable[[float], list[int]]:
-    """Return a function that waits up to so many seconds and returns the descriptors that can be read.
+    """Return a function that waits for at most the given seconds and returns the readable descriptors.
 
     For a loop: the sockets are registered once, and nothing must be closed afterwards. Not on Windows.
     """
