@@ -33,7 +33,7 @@ def test_a_feature_of_an_older_name_is_set_and_stays(aravis_camera, capsys):
 def test_an_error_out_of_range_names_the_range(aravis_camera, capsys):
     assert main(["set", "gige:", "GainRaw=11"]) == 1
 
-    assert "GainRaw=11: out of range; allowed is 0 … 10" in capsys.readouterr().err
+    assert "GainRaw=11: out of range; allowed: 0 … 10" in capsys.readouterr().err
 
 
 def test_it_is_listed(aravis_camera, capsys):

@@ -199,9 +199,9 @@ class BoardSettings:
 
 def _check(columns: int, rows: int, square: float) -> None:
     if not (3 <= columns <= 50 and 3 <= rows <= 50):
-        raise UsageError(f"a board of {columns}×{rows} fields cannot be used; allowed is 3 to 50 each way")
+        raise UsageError(f"a board of {columns}×{rows} fields cannot be used; allowed: 3 to 50 each way")
     if not (math.isfinite(square) and 0.001 <= square <= 1):
-        raise UsageError(f"fields of {square:g} m cannot be; allowed is 0.001 to 1")
+        raise UsageError(f"fields of {square:g} m is impossible; allowed: 0.001 to 1")
 
 
 def _dark_fields(columns: int, rows: int, square: float) -> list[Rectangle]:

@@ -158,7 +158,7 @@ class Collector:
     def __init__(self, board: Board, wanted: int = 20, still: bool = False) -> None:
         """`wanted` is how many views are enough; with `still`, only a board at rest counts."""
         if not FEWEST_VIEWS <= wanted <= MOST_VIEWS:
-            raise UsageError(f"{wanted} views: allowed is {FEWEST_VIEWS} to {MOST_VIEWS}")
+            raise UsageError(f"{wanted} views: out of range; allowed: {FEWEST_VIEWS} to {MOST_VIEWS}")
         self.views: list[View] = []
         self.wanted = wanted
         self.coverage = Coverage()

@@ -88,7 +88,9 @@ class ArucoDetector:
     ) -> None:
         """`size` is the edge of the black square in metres; without a calibration there are no poses."""
         if not (math.isfinite(size) and 0.001 <= size <= 10):
-            raise UsageError(f"a marker of {size:g} m cannot be; give the edge of its black square in metres")
+            raise UsageError(
+                f"a marker of {size:g} m is impossible; give the edge of its black square in metres"
+            )
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(
@@ -170,7 +172,7 @@ class MarkerBoard:
         if not (fewest <= self.columns <= 50 and fewest <= self.rows <= 50 and self.columns * self.rows > 1):
             raise UsageError(
                 f"a {self.kind} board of {self.columns}×{self.rows} cannot be used; "
-                f"allowed is {fewest} to 50 each way, and more than one"
+                f"allowed: {fewest} to 50 each way, and more than one"
             )
         if not (math.isfinite(self.step) and self.size < self.step <= 10):
             raise UsageError(

@@ -204,7 +204,9 @@ def _add_record(commands: Any) -> None:
     )
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
     parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after this many seconds")
-    parser.add_argument("--size", type=positive, metavar="MB", help="end once this many megabytes are written")
+    parser.add_argument(
+        "--size", type=positive, metavar="MB", help="end once this many megabytes are written"
+    )
     parser.add_argument(
         "--lossless", action="store_true", help="a movie without losses, larger: H.264 or FFV1"
     )

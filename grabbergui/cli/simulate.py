@@ -184,7 +184,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
 
     check_port_name(options.name)
     if not 1 <= options.fps <= 100:
-        raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+        raise UsageError(f"--fps {options.fps:g}: out of range; allowed: 1 to 100")
     single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
         names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
@@ -233,7 +233,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     if not 1 <= options.fps <= 100:
-        raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+        raise UsageError(f"--fps {options.fps:g}: out of range; allowed: 1 to 100")
     single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
         robot = SimRobot(servo_robots.tiago_model(options))

@@ -60,7 +60,7 @@ class Calibration:
             raise UsageError("the calibration holds numbers that are not finite; calibrate again")
         if self.matrix[0, 0] <= 0 or self.matrix[1, 1] <= 0:
             raise UsageError(
-                f"focal lengths of {self.matrix[0, 0]:g} and {self.matrix[1, 1]:g} pixels cannot be; "
+                f"focal lengths of {self.matrix[0, 0]:g} and {self.matrix[1, 1]:g} pixels are impossible; "
                 "they are positive in every calibration that was finished"
             )
 
@@ -88,7 +88,7 @@ class Calibration:
     ) -> Calibration:
         """A pinhole with square pixels, its centre in the middle, that sees `degrees` from left to right."""
         if not 1 <= degrees <= 170:
-            raise UsageError(f"a field of view of {degrees:g}° makes no pinhole; allowed is 1 to 170")
+            raise UsageError(f"a field of view of {degrees:g}° makes no pinhole; allowed: 1 to 170")
         focal = width / 2 / math.tan(math.radians(degrees) / 2)
         matrix = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
         return cls(width, height, matrix, np.zeros(5), nominal=True)

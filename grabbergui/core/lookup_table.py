@@ -136,7 +136,7 @@ def write_table(
 def gamma_table(shape: LutShape, gamma: float) -> Table:
     """Return the curve output = input ** gamma over the whole range; 1 is linear. Raises UsageError."""
     if not 0.05 <= gamma <= 20:
-        raise UsageError(f"a gamma of {gamma:g} is not possible; allowed is 0.05 to 20")
+        raise UsageError(f"a gamma of {gamma:g} is not possible; allowed: 0.05 to 20")
     places = np.arange(shape.entries) / (shape.entries - 1)
     return np.rint(places**gamma * shape.maximum).astype(np.int64)
 

@@ -86,7 +86,7 @@ def _about_feature(error: FeatureError, feature: Feature | None) -> str:
     if isinstance(error, FeatureAccessError) and feature is not None and not feature.access.writable:
         return f"{name} {access_text(feature)}"
     if isinstance(error, FeatureValueError) and feature is not None:
-        text = translate("Errors", "{0} does not take this value; allowed is {1}")
+        text = translate("Errors", "{0} does not take this value; allowed: {1}")
         return text.format(name, range_text(feature))
     return translate("Errors", "{0} was refused: {1}").format(name, driver_text(error))
 

@@ -272,7 +272,7 @@ class NumberedFeatures:
         if self.normalised and span is not None:
             if not 0 <= value <= 1:
                 raise FeatureValueError(
-                    f"{feature.name}={value:g}: out of range, allowed is 0 … 1", feature.name
+                    f"{feature.name}={value:g}: out of range, allowed: 0 … 1", feature.name
                 )
             value = span[0] + value * (span[1] - span[0])
         self._grabber.write_setting(key or SettingKey(feature.name), _from_yarp(feature, value))

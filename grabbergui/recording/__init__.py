@@ -343,7 +343,7 @@ def _note(line: str, where: str) -> FrameNote:
     if not all(isinstance(text, str) for text in texts) or not all(type(number) is int for number in numbers):
         raise UsageError(f"{where}: a number or a text of the frame's note is of the wrong kind")
     if not (0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE) or min(numbers) < 0:
-        raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels cannot be")
+        raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels is impossible")
     if max(numbers) >= 2**64:
         raise UsageError(f"{where}: a number has more than 64 bits")
     return note

@@ -168,7 +168,7 @@ class McapRecording(Recording):
         if not image.height or not line or line > image.step:
             raise RecordingError(
                 f"{self.path}: an image of {image.width}×{image.height} {image.encoding[:40]} in lines of "
-                f"{image.step} bytes cannot be"
+                f"{image.step} bytes is impossible"
             )
         padded = np.frombuffer(image.data, np.uint8)[: image.step * image.height]
         lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])

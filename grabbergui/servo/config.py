@@ -66,7 +66,7 @@ class MarkerConfig:
     def check(self) -> None:
         """Raise UsageError unless such a marker can be. Not on creation: a dialog has it half filled in."""
         if not 0.001 <= self.size <= 10:
-            raise UsageError(f"a marker of {self.size:g} m cannot be; allowed is 0.001 to 10")
+            raise UsageError(f"a marker of {self.size:g} m is impossible; allowed: 0.001 to 10")
         if self.kind not in ("single", *BOARD_KINDS):
             known = " and ".join(("single", *BOARD_KINDS))
             raise UsageError(f"[marker] kind is '{self.kind}'; there are {known}")
@@ -191,7 +191,7 @@ class ArmConfig:
             if not getattr(self, low) < getattr(self, high):
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
         if self.follow > MOST_FOLLOW:
-            raise UsageError(f"[arm] follow of {self.follow:g} m/s; allowed is 0 (off) to {MOST_FOLLOW:g}")
+            raise UsageError(f"[arm] follow of {self.follow:g} m/s; allowed: 0 (off) to {MOST_FOLLOW:g}")
 
     @property
     def workspace(self) -> tuple[Vector, Vector]:
@@ -238,9 +238,9 @@ class LoopConfig:
 
     def __post_init__(self) -> None:
         if not 1 <= self.rate <= 1000:
-            raise UsageError(f"[loop] rate of {self.rate:g} Hz; allowed is 1 to 1000")
+            raise UsageError(f"[loop] rate of {self.rate:g} Hz; allowed: 1 to 1000")
         if not 0.01 <= self.speed <= 1:
-            raise UsageError(f"[loop] speed of {self.speed:g}; allowed is 0.01 to 1")
+            raise UsageError(f"[loop] speed of {self.speed:g}; allowed: 0.01 to 1")
 
 
 @dataclass(frozen=True)
@@ -266,7 +266,7 @@ class Config:
             raise UsageError("[safety] command_timeout must not be more than 0.2 s")
         if not 0.04 <= self.safety.guardian_timeout <= 0.2:
             raise UsageError(
-                f"[safety] guardian_timeout of {self.safety.guardian_timeout:g} s; allowed is 0.04 to 0.2"
+                f"[safety] guardian_timeout of {self.safety.guardian_timeout:g} s; allowed: 0.04 to 0.2"
             )
 
     @classmethod

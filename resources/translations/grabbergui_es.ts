@@ -1275,7 +1275,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/error_text.py" line="89"/>
-        <source>{0} does not take this value; allowed is {1}</source>
+        <source>{0} does not take this value; allowed: {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>

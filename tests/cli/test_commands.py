@@ -112,14 +112,14 @@ def test_run_executes_a_command(capsys):
     [
         (["get", "sim:", "ExposureTim"], "has no feature ExposureTim; did you mean ExposureTime"),
         (["get", "sim:", "TimestampLatch"], "TimestampLatch is a command and has no value"),
-        (["set", "sim:", "Width=99999"], "Width=99999: out of range; allowed is 16 … 4096 px, step 8"),
-        (["set", "sim:", "Width=much"], "Width=much: not a whole number; allowed is 16"),
+        (["set", "sim:", "Width=99999"], "Width=99999: out of range; allowed: 16 … 4096 px, step 8"),
+        (["set", "sim:", "Width=much"], "Width=much: not a whole number; allowed: 16"),
         (["set", "sim:", "SensorWidth=8"], "SensorWidth is read-only"),
         (["set", "sim:", "TLParamsLocked=0"], "TLParamsLocked is set by the stream alone"),
         (["run", "sim:", "Width"], "Width is no command"),
         (
             ["grab", "sim:", "--set", "PixelFormat=Mono9"],
-            "PixelFormat=Mono9: no such entry; allowed is one of",
+            "PixelFormat=Mono9: no such entry; allowed: one of",
         ),
         (["get", "gige:192.0.2.1/nonsense", "Width"], "192.0.2.1/nonsense"),
     ],

@@ -45,7 +45,7 @@ def test_a_gamma_spans_the_whole_range() -> None:
     assert linear.tolist() == [17 * place for place in range(16)]
     bright = gamma_table(SHAPE, 0.5)
     assert (bright >= linear).all() and (bright[[0, -1]] == [0, 255]).all() and bright[4] > linear[4]
-    with pytest.raises(UsageError, match=r"allowed is 0\.05 to 20"):
+    with pytest.raises(UsageError, match=r"allowed: 0\.05 to 20"):
         gamma_table(SHAPE, 0.0)
 
 

@@ -255,7 +255,7 @@ def test_a_value_beyond_a_limit_that_moved_meanwhile_is_refused_with_the_limit_o
     camera.write_feature("Width", 128)
     now = before - 64
 
-    with pytest.raises(FeatureValueError, match=rf"allowed is 0 … {now}\b"):
+    with pytest.raises(FeatureValueError, match=rf"allowed: 0 … {now}\b"):
         camera.write_feature("OffsetX", before)
     assert camera.feature("OffsetX").value == 0
     assert camera.write_feature("OffsetX", now).value == now

@@ -131,7 +131,7 @@ def test_what_is_misspelled_is_named_with_what_was_meant(camera: grabbergui.Came
 
 
 def test_wrong_values_say_what_is_allowed(camera: grabbergui.Camera) -> None:
-    with pytest.raises(grabbergui.FeatureValueError, match="allowed is 10"):
+    with pytest.raises(grabbergui.FeatureValueError, match="allowed: 10"):
         camera.exposure_time = -1
     with pytest.raises(grabbergui.FeatureValueError, match="one of"):
         camera.pixel_format = "Mono99"

@@ -71,7 +71,7 @@ def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
     ("error", "source", "feature", "reported"),
     [
         (FeatureValueError("Width=7: out of range", "Width"), "", WIDTH,
-         "<Width does not take this value; allowed is <16 … 2448 px, step 16>>"),
+         "<Width does not take this value; allowed: <16 … 2448 px, step 16>>"),
         (FeatureAccessError("Width is locked", "Width"), "", WIDTH,
          "Width <is read-only; streaming or another feature may lock it>"),
         (FeatureNotFoundError("no Gamma", "Gamma"), "", None, "<the camera has no Gamma>"),

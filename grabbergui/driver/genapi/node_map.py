@@ -346,7 +346,7 @@ class CameraNodeMap:
         answer = str(failure) if failure else node_features.reason_of(error)
         message = f"{what}: the camera answered: {answer}"
         if isinstance(error, genapi.OutOfRangeException):
-            return FeatureValueError(f"{message} (allowed is {self._range(name)})", name)
+            return FeatureValueError(f"{message} (allowed: {self._range(name)})", name)
         if isinstance(error, genapi.AccessException) and failure is None:
             return FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name)
         return FeatureError(message, name)

@@ -41,9 +41,7 @@ def clean_xml(data: bytes) -> str:
     Document type declarations are refused: GenICam has none, and entities can read files or explode.
     """
     if len(data) > MAX_XML_BYTES:
-        raise RemoteProtocolError(
-            f"the camera's description has {len(data)} bytes, allowed are {MAX_XML_BYTES}"
-        )
+        raise RemoteProtocolError(f"the camera's description has {len(data)} bytes, at most {MAX_XML_BYTES}")
     start = _START.search(data)
     if start is None:
         raise RemoteProtocolError("the camera's description is no GenICam XML: no RegisterDescription in it")

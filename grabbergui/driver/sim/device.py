@@ -343,7 +343,7 @@ def _allowed(register: Register) -> str:
     if register.minimum is None or register.maximum is None:
         return ""
     step = f" in steps of {register.step}" if register.step > 1 else ""
-    return f"; allowed is {register.minimum:g} to {register.maximum:g}{step}"
+    return f"; allowed: {register.minimum:g} to {register.maximum:g}{step}"
 
 
 def _info(uri: SourceUri, power_on: dict[Register, RegisterValue]) -> DeviceInfo:

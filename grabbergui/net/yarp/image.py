@@ -347,7 +347,7 @@ class JpegStreamReader:
             del self._data[: end.end()]
             length = _LENGTH.search(head)
             if length and int(length[1]) > _JPEG_LIMIT:
-                raise RemoteProtocolError(f"image of {int(length[1])} bytes, allowed are {_JPEG_LIMIT}")
+                raise RemoteProtocolError(f"image of {int(length[1])} bytes, at most {_JPEG_LIMIT}")
             if length and int(length[1]):
                 self._length = int(length[1])
                 return True

@@ -77,7 +77,7 @@ def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
     assert abs(time.time_ns() - frame.received_ns) < 2e9
     assert remote.write_feature("Gain", 3).value == 3 and camera.feature("Gain").value == 3
     assert remote.write_feature("DeviceUserID", "").value == ""
-    with pytest.raises(FeatureValueError, match="allowed is 0 … 24 dB"):
+    with pytest.raises(FeatureValueError, match="allowed: 0 … 24 dB"):
         remote.write_feature("Gain", 100)
     with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):
         remote.feature("Gian")

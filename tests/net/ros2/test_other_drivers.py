@@ -124,7 +124,7 @@ def test_controls_set_parameters(driver, opened):
     assert remote.write_feature("rate", "60").value == "60"
 
     assert driver.node.get_parameter("rate").value == 60
-    with pytest.raises(FeatureValueError, match="allowed is 1 … 9"):
+    with pytest.raises(FeatureValueError, match="allowed: 1 … 9"):
         remote.write_feature("exposure", 10)
     with pytest.raises(FeatureValueError, match="that name is taken"):
         remote.write_feature("name", "taken")

@@ -153,7 +153,7 @@ def test_setting(parameters, camera):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("Gain", 99.5, "allowed is 0 … 24 dB"),
+        ("Gain", 99.5, "allowed: 0 … 24 dB"),
         ("Width", 17, "not on the step"),
         ("GainAuto", "Sometimes", "one of Off, Once, Continuous"),
         ("SensorWidth", 5, "read-only"),

@@ -173,7 +173,7 @@ def head(*lengths, blocks=None, number=wire.INDEX_MAGIC):
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (head(2**31 - 1), "message of 2147483647 bytes, allowed are 8 to 1000"),
+        (head(2**31 - 1), "message of 2147483647 bytes, allowed: 8 to 1000"),
         (head(8, 993), "message of 1001 bytes"),
         (head(1000, -1), "message of 999 bytes"),
         (head(7), "message of 7 bytes"),

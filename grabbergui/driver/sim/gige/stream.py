@@ -50,11 +50,11 @@ class Faults:
     def __post_init__(self) -> None:
         # Written so that NaN is refused as well.
         if not 0 <= self.loss <= 1:
-            raise UsageError(f"a loss of {self.loss:g} makes no sense; allowed is 0 to 1, or 0% to 100%")
+            raise UsageError(f"a loss of {self.loss:g} makes no sense; allowed: 0 to 1, or 0% to 100%")
         if not min(self.delay, self.stall_after, self.reboot_after) >= 0:
             raise UsageError("delays and counts of faults cannot be negative")
         if not self.delay <= _LONGEST_DELAY_S:
-            raise UsageError(f"a delay of {self.delay:g} s is too long; allowed is {_LONGEST_DELAY_S:g} s")
+            raise UsageError(f"a delay of {self.delay:g} s is too long; at most {_LONGEST_DELAY_S:g} s")
 
     @property
     def disturbs_packets(self) -> bool:

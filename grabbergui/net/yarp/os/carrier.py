@@ -212,7 +212,7 @@ def encode_header(carrier: Carrier, sender: str) -> bytes:
         return f"{word} {sender}\r\n".encode("utf-8", "surrogateescape")
     name = sender.encode("utf-8", "surrogateescape") + b"\0"
     if len(name) > NAME_LIMIT:
-        raise LocalProtocolError(f"port name of {len(name)} bytes, allowed are {NAME_LIMIT}")
+        raise LocalProtocolError(f"port name of {len(name)} bytes, at most {NAME_LIMIT}")
     return encode_number(MAGIC_BASE + carrier.code) + _I32.pack(len(name)) + name
 
 
@@ -220,7 +220,7 @@ def decode_name_size(data: Buffer) -> int:
     """Return the size of the sender's name from the four bytes before it. Raises RemoteProtocolError."""
     (size,) = _I32.unpack(data)
     if not 1 <= size <= NAME_LIMIT:
-        raise RemoteProtocolError(f"sender's name of {size} bytes, allowed are 1 to {NAME_LIMIT}")
+        raise RemoteProtocolError(f"sender's name of {size} bytes, allowed: 1 to {NAME_LIMIT}")
     return int(size)
 
 
@@ -279,7 +279,7 @@ def decode_index(data: memoryview, limit: int = MESSAGE_LIMIT) -> Index | None:
     lengths = struct.unpack_from(f"<{blocks}i", data, _INDEX_START)
     size = sum(lengths)
     if min(lengths) < 0 or not _COMMAND.size <= size <= limit:
-        raise RemoteProtocolError(f"message of {size} bytes, allowed are {_COMMAND.size} to {limit}")
+        raise RemoteProtocolError(f"message of {size} bytes, allowed: {_COMMAND.size} to {limit}")
     if len(data) < start + _COMMAND.size:
         return None
     return _decode_command(data, start, size - _COMMAND.size)

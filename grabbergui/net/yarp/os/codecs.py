@@ -129,9 +129,7 @@ class HeaderCodec(Codec):
             return None
         sender = line[_MARK:]
         if len(sender) > wire.NAME_LIMIT:
-            raise RemoteProtocolError(
-                f"sender's name of {len(sender)} characters, allowed are {wire.NAME_LIMIT}"
-            )
+            raise RemoteProtocolError(f"sender's name of {len(sender)} characters, at most {wire.NAME_LIMIT}")
         return Header(carrier, sender.strip())
 
     def _read_request(self, data: ReceiveBuffer) -> Header | None:

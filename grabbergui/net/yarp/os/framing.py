@@ -219,7 +219,7 @@ class BottleScanner:
         """
         needed = self._scan(memoryview(data).cast("B"))
         if needed > self._limit:
-            raise RemoteProtocolError(f"a Bottle of at least {needed} bytes, allowed are {self._limit}")
+            raise RemoteProtocolError(f"a Bottle of at least {needed} bytes, at most {self._limit}")
         return needed
 
     def _scan(self, data: memoryview) -> int:
@@ -296,7 +296,7 @@ class BottleScanner:
         count = _I32.unpack_from(data, self.offset)[0]
         self._items_left -= max(count, 0)
         if count < 0 or self._items_left < 0:
-            raise RemoteProtocolError(f"a Bottle claims {count} items, allowed are {MAX_ITEMS} in all")
+            raise RemoteProtocolError(f"a Bottle claims {count} items, at most {MAX_ITEMS} in all")
         if len(self._open) > MAX_DEPTH:
             raise RemoteProtocolError(f"a Bottle's lists are nested deeper than {MAX_DEPTH}")
         self.offset += 4

@@ -136,7 +136,7 @@ class Port:
     def _welcome(self, sock: socket.socket, address: str) -> None:
         """Serve an accepted connection. Raises ResourceExhaustedError if there is no thread left."""
         if not self._allowed.allows(address, sock.getsockname()[0]):
-            self._strangers.warn(f"connection from {address} refused, allowed are {self._allowed}")
+            self._strangers.warn(f"connection from {address} refused; allowed: {self._allowed}")
             sockets.shut_down(sock)
             return
         try:

@@ -52,7 +52,7 @@ class _AnyVocab(int):
             return super().__new__(cls, word)
         letters = word.encode("latin-1", "replace")
         if len(letters) > cls.LETTERS:
-            raise LocalProtocolError(f"vocab [{word}] is too long, allowed are {cls.LETTERS} letters")
+            raise LocalProtocolError(f"vocab [{word}] is too long, at most {cls.LETTERS} letters")
         return super().__new__(cls, int.from_bytes(letters.ljust(cls.LETTERS, b"\0"), "little", signed=True))
 
     def __str__(self) -> str:
