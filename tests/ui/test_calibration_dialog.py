@@ -234,6 +234,7 @@ def test_views_unticked_while_a_calibration_is_computed_stay_unticked(stand, vie
     dialog, solve, proceed, solutions = stand.dialog, Collector.solve, threading.Event(), []
     stand.model.solved.connect(solutions.append)
     _take(stand, views[:8])
+    stand.until(lambda: solutions)  # the window may have heard of it first
 
     def slowly(*arguments):
         assert proceed.wait(PATIENCE)

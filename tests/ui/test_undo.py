@@ -137,7 +137,7 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(app, tmp_pat
     )
     program.trigger()
     text = QApplication.clipboard().text()
-    assert "write_feature('Gain', 6.0)" in text and "ExposureTime" not in text
+    assert "camera['Gain'] = 6.0" in text and "ExposureTime" not in text
     table.trigger()
     assert QApplication.clipboard().text().splitlines()[1].split("\t")[1:5] == ["Gain", "0", "6", "operator"]
     window.changes.table.clearSelection()

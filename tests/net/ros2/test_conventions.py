@@ -76,8 +76,9 @@ def test_a_frozen_reliable_reader_slows_nobody(camera):
 
         until(lambda: camera.statistics().frames >= frames + 60)  # many times what any queue holds
 
-        assert server.published - published >= 50
-        until(lambda: reader.received() - before >= 50)
+        # Half of them if it waited; a busy machine costs some, too.
+        assert server.published - published >= 40
+        until(lambda: reader.received() - before >= 40)
         frozen.process.send_signal(signal.SIGCONT)
         seen = frozen.received()
         until(lambda: frozen.received() > seen + 10)
