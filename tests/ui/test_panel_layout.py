@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QApplication,
     QDockWidget,
@@ -126,6 +128,19 @@ def test_histogram_and_focus_aid_are_seen_together(app):
     app.qtbot.keyClick(window, Qt.Key_F3)
     app.until(lambda: not window.focusDock.isVisible())
     assert window.focusDock in window.tabifiedDockWidgets(window.histogramDock)
+
+
+def test_a_focus_aid_that_is_closed_leaves_the_panel_in_front_that_was(app):
+    window = app.window
+    QTest.keySequence(window, QKeySequence("Ctrl+H"))
+    for key in (Qt.Key_F2, Qt.Key_F3):
+        app.qtbot.keyClick(window, key)
+    app.until(lambda: not window.focusDock.visibleRegion().isEmpty())
+    assert not window.histogramDock.visibleRegion().isEmpty()
+    app.qtbot.keyClick(window, Qt.Key_F3)
+    app.until(lambda: not window.focusDock.isVisible())
+    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+    assert window.changesDock.visibleRegion().isEmpty()
 
 
 def test_a_line_profile_without_a_line_takes_no_room(app):

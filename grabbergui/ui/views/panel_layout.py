@@ -177,7 +177,12 @@ class PanelLayout(QObject):
             self._settled_width = self._window.width()
 
     def _put_focus_behind(self) -> None:
-        self._window.tabifyDockWidget(self._parts.histogramDock, self._parts.focusDock)
+        histogram, focus = self._parts.histogramDock, self._parts.focusDock
+        group = [histogram, *self._window.tabifiedDockWidgets(histogram)]
+        front = next((dock for dock in group if not dock.visibleRegion().isEmpty()), None)
+        self._window.tabifyDockWidget(histogram, focus)
+        if front is not None and front is not focus:
+            front.raise_()  # Qt brings another one of the group to the front
         self._claim_widths()
 
     def _claim_least_widths(self) -> None:
