@@ -9,6 +9,7 @@ from __future__ import annotations
 import ipaddress
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from grabbergui.core.errors import (
@@ -16,6 +17,7 @@ from grabbergui.core.errors import (
     AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
+    GrabberError,
     OtherCameraError,
     ProtocolError,
     SourceNotFoundError,
@@ -100,7 +102,7 @@ class GigeDevice(Device):
         self.close()
         # An address is taken literally, even if its camera's serial number was found elsewhere.
         found = None if is_ip_address(self.name) else self.search()
-        link = ControlLink(found.ip if found else self.name)
+        link = self._link_to(found)
         memory = DeviceMemory(link)
         try:
             self._identify(link, memory, found)
@@ -178,6 +180,20 @@ class GigeDevice(Device):
             " can be named by its IP address, as in gige:192.168.0.10"
         )
 
+    def _link_to(self, found: FoundDevice | None) -> ControlLink:
+        """Raises TransportError where no network leads there."""
+        try:
+            return ControlLink(found.ip if found else self.name)
+        except TransportError as error:
+            raise TransportError(f"{error}{self._note_of(found)}") from error
+
+    def _note_of(self, found: FoundDevice | None) -> str:
+        """Return what a search knows about a camera that cannot be reached, or nothing, after a colon."""
+        if found is None and self.identity is None:
+            with suppress(GrabberError):
+                found = discovery.find(self.name, self.options.search_timeout)
+        return f": {found.info().note}" if found and found.info().note else ""
+
     def _identify(self, link: ControlLink, memory: DeviceMemory, found: FoundDevice | None) -> None:
         ip = found.ip if found else self.name
         try:
@@ -188,10 +204,8 @@ class GigeDevice(Device):
             memory.capability = Capability(link.read_register(Register.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
-            note = f": {found.info().note}" if found and found.info().note else ""
-            raise SourceNotFoundError(
-                f"no GigE Vision camera answers at {ip}{note or '; check power, cable and address'}"
-            ) from error
+            note = self._note_of(found) or "; check power, cable and address"
+            raise SourceNotFoundError(f"no GigE Vision camera answers at {ip}{note}") from error
         except DeviceStatusError as error:
             if error.status != Status.ACCESS_DENIED:
                 raise

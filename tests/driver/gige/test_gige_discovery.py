@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.core.errors import DeviceStatusError, TransportError, UsageError
 from grabbergui.core.grabber import Access
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige import device, discovery
 from grabbergui.driver.gige.bootstrap import Capability, PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, discover, interface_of, interfaces
@@ -89,6 +89,20 @@ def test_a_device_without_name_is_not_found_by_an_empty_one() -> None:
 def test_a_device_in_another_subnet_is_listed_with_the_remedy() -> None:
     info = FoundDevice(Identity(serial="7"), "10.1.2.3", ETHERNET).info()
     assert "10.1.2.3" in info.note and "force IP" in info.note and "eth0" in info.note
+
+
+@pytest.mark.parametrize("name", ["10.1.2.3", "7"])
+def test_opening_a_device_to_which_no_network_leads_names_the_remedy(
+    monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def unreachable(ip: str) -> None:
+        raise TransportError(f"no way to {ip}: Network is unreachable")
+
+    found = FoundDevice(Identity(serial="7"), "10.1.2.3", ETHERNET)
+    monkeypatch.setattr(discovery, "find", lambda name, timeout: found)
+    monkeypatch.setattr(device, "ControlLink", unreachable)
+    with pytest.raises(TransportError, match=r"no way to 10\.1\.2\.3.*force IP"):
+        GigeDevice(name).open(Access.CONTROL)
 
 
 def test_answers_that_are_none_find_nothing() -> None:
