@@ -147,7 +147,7 @@ def _value_of(
 ) -> Iterator[tuple[SettingKey, FeatureValue]]:
     """Yield a feature's value if it is a setting."""
     try:
-        feature = grabber.read_setting(key)
+        feature = grabber.offered(grabber.read_setting(key))  # also what only the stream locks
     except FeatureError as error:  # an entry that cannot be selected
         left_out.append(f"{key}: {error}")
         return

@@ -436,6 +436,25 @@ def test_loading_that_a_loss_breaks_off_lists_everything_and_the_stream_goes_on(
     assert camera.feature("Gain").value == (3.0 if written else 0.0)
 
 
+def test_what_only_the_stream_locks_is_saved_too(camera):
+    before = capture(camera)
+    camera.start()
+    assert {SettingKey("Width"), SettingKey("PixelFormat")} <= set(before.settings)
+    streaming = capture(camera)
+    assert before.settings.items() <= streaming.settings.items()
+
+
+def test_format_and_region_are_rolled_back_while_it_streams(camera):
+    before = capture(camera)
+    camera.start()
+    report = load_onto(camera, FeatureSet({SettingKey("PixelFormat"): "Mono12", SettingKey("Width"): 128}))
+    assert report.settled, report.lines()
+    assert roll_back(camera, report).settled
+    assert camera.streaming
+    camera.stop()
+    assert compare(before, capture(camera)) == []
+
+
 def test_format_and_region_are_set_while_it_streams(camera):
     wanted = {"PixelFormat": "BayerRG12p", "Width": 128, "Height": 64, "OffsetX": 32, "OffsetY": 16}
     camera.start()
