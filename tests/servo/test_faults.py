@@ -191,7 +191,9 @@ def test_encoders_that_freeze_stop_everything_for_good(part):
     bench.robot.frozen = True
     cycle = bench.run(2)
     assert cycle.state is State.STOPPED
-    assert "encoders stand still" in cycle.reason
+    whose = "arm" if part == "hand" else "head"
+    assert cycle.reason == f"the {whose}'s encoders stand still though it is commanded to move"
+    assert bench.loop.machine.transitions[-1].time <= cycle.time
     bench.robot.moves.clear()
     bench.run(3)
     assert bench.robot.moves == []
@@ -215,9 +217,14 @@ def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
     assert bench.run(2, State.STOPPED).state is State.APPROACHING
 
 
-def test_readings_that_are_no_numbers_move_nothing():
+@pytest.mark.parametrize(
+    ("part", "reading"),
+    [("hand", np.full((4, 4), np.nan)), ("head", np.array([0.0, np.nan])), ("time", np.nan)],
+    ids=["hand", "head", "time"],
+)
+def test_readings_that_are_no_numbers_move_nothing(part, reading):
     bench = Bench().approaching()
-    bench.robot.hand = np.full((4, 4), np.nan)
+    bench.robot.state = lambda: dataclasses.replace(RecordingRobot.state(bench.robot), **{part: reading})
     cycle = bench.run(0.1)
     assert cycle.state is State.LOST
     assert "no numbers" in cycle.reason

@@ -1,17 +1,20 @@
 """What the loop tells a window of each cycle, and what is tuned while it runs."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot, seeing
 
+from grabbergui.calibration import geometry
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, LoopConfig
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
+from grabbergui.servo.gate import Command
 from grabbergui.servo.loop import FOLLOWED_M, ServoLoop
-from grabbergui.servo.robots.robot import ARM, HEAD
+from grabbergui.servo.robots.robot import ARM, HEAD, RobotState
 from grabbergui.servo.state_machine import State
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
@@ -164,3 +167,42 @@ def test_a_person_may_move_a_little_while_the_marker_is_waited_for():
         assert bench.run(lambda now: seeing(bench.robot, now, face=FACE), 40).state is state
     bench.look_at(FACE, 1.5 * START)
     assert bench.run(lambda now: seeing(bench.robot, now, face=FACE)).state is State.CENTRING
+
+
+@pytest.mark.parametrize(
+    ("held_back", "confined", "hindrance", "reason"),
+    [
+        ("the gate says no", True, "stretched", "the gate says no"),
+        ("", True, "stretched", "it would leave the workspace"),
+        ("", False, "stretched", "stretched"),
+        ("", False, "", "the arm does not get there"),
+    ],
+)
+def test_why_a_hand_comes_no_nearer(held_back, confined, hindrance, reason):
+    loop = Bench().loop
+    loop.commanded(Command(), held_back)
+    loop.arm.confined = confined
+    asked = []
+    loop._hindrance = lambda angles, twist: asked.append((angles, twist)) or hindrance
+    hand, goal = geometry.pose(), geometry.pose(translation=(0.1, 0, 0))
+    state = RobotState(1.0, np.zeros(2), hand, np.ones(6))
+    assert loop._reason(state, goal) == reason
+    for angles, twist in asked:
+        assert angles.tolist() == [1.0] * 6 and twist == pytest.approx([0.1, 0, 0, 0, 0, 0])
+    if not held_back and not confined:
+        assert loop._reason(dataclasses.replace(state, arm=None), goal) == "the arm does not get there"
+
+
+@pytest.mark.parametrize("hindrance", ["stretched", ""])
+def test_an_arm_that_cannot_but_stand_still_is_stuck_not_dead(hindrance):
+    loop = Bench().loop
+    angles = np.ones(6)
+    loop._watch = SimpleNamespace(head_frozen=False, arm_frozen=True)
+    loop._twist = np.arange(6.0)
+    asked = []
+    loop._hindrance = lambda *given: asked.append(given) or hindrance
+    loop._judge_encoders(1.0, RobotState(1.0, np.zeros(2), geometry.pose(), angles))
+    ((given, twist),) = asked
+    assert given is angles and twist is loop._twist
+    assert loop._progress.stuck is bool(hindrance)
+    assert (loop.machine.state is State.STOPPED) is (not hindrance)
