@@ -167,7 +167,7 @@ def test_a_robot_that_never_answered_is_never_moved():
     bench.robot.silent = True
     cycle = bench.run(5)
     assert cycle.state is State.LOST
-    assert "not answered" in cycle.reason
+    assert cycle.reason == "the robot has not answered yet"
     assert bench.robot.moves == []
 
 

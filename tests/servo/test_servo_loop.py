@@ -1,4 +1,4 @@
-"""What the loop tells a window of each cycle, and what is tuned while it runs."""
+"""Cycles of the loop alone, without gate and pictures: what it commands, what it reports, what is tuned."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -21,15 +21,16 @@ BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 PLACE = BOARD[:3, 3]
 FACE = (1.35, -0.1, 0.8)
 START = HeadConfig().start
+SAFETY = Config().safety
 DT = 0.02
 
 
 class Bench:
     """A loop and a robot under one clock. The robot stays where it is, or obeys each command at once."""
 
-    def __init__(self, *, obeys=False, **sections):
+    def __init__(self, *, obeys=False, dry_run=False, **sections):
         self.robot = RecordingRobot()
-        self.loop = ServoLoop(Config(**sections), self.robot)
+        self.loop = ServoLoop(Config(**sections), self.robot, dry_run=dry_run)
         self.obeys = obeys
 
     def run(self, see, cycles=30):
@@ -98,7 +99,8 @@ def test_a_hand_that_may_follow_goes_along_with_a_marker_and_the_head_too():
     cycle = bench.run(moving, 100)
     assert cycle.state is State.FOLLOWING
     assert cycle.command.hand[:3] == pytest.approx([0, 0.1, 0], abs=0.01)
-    assert cycle.error[0] < 0.008
+    assert cycle.error[0] < 0.008 and cycle.error[1] < 0.01
+    assert cycle.command.hand[3:] == pytest.approx([0, 0, 0], abs=0.01)
     assert cycle.command.head[0] == pytest.approx(0.1 / 0.7, rel=0.3)
 
 
@@ -206,3 +208,77 @@ def test_an_arm_that_cannot_but_stand_still_is_stuck_not_dead(hindrance):
     assert given is angles and twist is loop._twist
     assert loop._progress.stuck is bool(hindrance)
     assert (loop.machine.state is State.STOPPED) is (not hindrance)
+
+
+def approaching(**options):
+    bench = Bench(**options)
+    bench.look_at(PLACE)
+    cycle = bench.run(bench.board, 40)
+    assert cycle.state is State.APPROACHING and not cycle.command.halt and cycle.command.hand.any()
+    return bench
+
+
+@pytest.mark.parametrize("fault", ["no robot", "old robot", "old picture", "future picture", "stopped"])
+def test_a_command_after_a_fault_is_a_halt(fault):
+    bench = approaching()
+    now = bench.robot.time + DT
+    reading = bench.robot.state()
+    if fault != "old robot":
+        reading = dataclasses.replace(reading, time=now)
+    if fault == "no robot":
+        reading = None
+    elif fault == "stopped":
+        bench.loop.machine.stop(now, "pressed")
+    elif fault == "future picture":
+        bench.loop.see(bench.board(now + 0.02))
+    late = {"old robot": SAFETY.robot_timeout, "old picture": SAFETY.picture_timeout}.get(fault, 0.0)
+    if fault not in ("old picture", "future picture"):
+        bench.loop.see(bench.board(now + late))
+    if fault == "old picture":
+        reading = dataclasses.replace(reading, time=now + late)
+    cycle = bench.loop.cycle(now + late, reading)
+    assert not cycle.state.head_moves
+    assert cycle.command.halt and not cycle.command.hand.any() and not cycle.command.head.any()
+    assert (cycle.time, cycle.robot) == (now + late, reading)
+
+
+def test_the_hand_speeds_up_by_the_time_that_passed_but_not_for_a_pause():
+    bench, step = Bench(arm=ArmConfig(fastest=0.5)), ArmConfig().acceleration * DT
+    bench.look_at(PLACE)
+    speeds = [np.abs(bench.run(bench.board, 1).command.hand[:3]).max() for _ in range(12)]
+    begun = next(index for index, speed in enumerate(speeds) if speed)
+    assert speeds[begun : begun + 3] == pytest.approx([step, 2 * step, 3 * step])
+    bench.robot.time += 1.0
+    after = np.abs(bench.run(bench.board, 1).command.hand[:3]).max()
+    assert speeds[-1] < after < speeds[-1] + 5.01 * step
+
+
+def test_a_person_is_looked_at_below_the_face():
+    bench = Bench(head=HeadConfig(below=0.3))
+    cycle = bench.run(lambda now: seeing(bench.robot, now, face=FACE))
+    place = np.array(FACE) - (0, 0, 0.3)
+    assert cycle.off_centre == pytest.approx(off_centre(place, bench.robot.camera_pose(bench.robot.head)))
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.5])
+def test_a_hand_that_does_not_come_nearer_is_stuck_until_a_stop_is_ended(speed):
+    bench = approaching(loop=dataclasses.replace(LoopConfig(), speed=speed))
+    patience = round(SAFETY.stuck / speed / DT)
+    assert bench.run(bench.board, patience - 45).state is State.APPROACHING
+    cycle = bench.run(bench.board, 50)
+    metres, radians = cycle.error
+    off = f"{1e3 * metres:.0f} mm and {np.degrees(radians):.0f}°"
+    assert cycle.state is State.STUCK
+    assert cycle.reason == f"the hand comes no nearer than {off}: the arm does not get there"
+    bench.loop.machine.stop(bench.robot.time, "pressed")
+    bench.run(bench.board, 2)
+    bench.loop.machine.resume(bench.robot.time)
+    assert bench.run(bench.board, 10).state is State.APPROACHING
+
+
+def test_a_dry_run_says_so_and_nothing_is_stuck_in_it():
+    assert "dry run" not in approaching().run(Sighting, 1).reason
+    bench = approaching(dry_run=True)
+    cycle = bench.run(bench.board, round(1.5 * SAFETY.stuck / DT))
+    assert cycle.state is State.APPROACHING
+    assert cycle.reason == "the marker is centred (dry run: nothing is sent)"

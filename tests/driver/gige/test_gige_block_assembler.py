@@ -322,9 +322,9 @@ def test_a_lone_leader_waits_for_as_long_as_the_exposure_takes() -> None:
 def test_no_free_buffer_costs_the_block_and_is_counted() -> None:
     bench = Bench(buffers=2)
     held = bench.feed([*block(1), *block(2)])
-    assert bench.feed(block(3)) == [] and bench.statistics.underruns == 1
+    assert bench.feed([*block(3), *block(4)]) == [] and bench.statistics.underruns == 2
     held.clear()
-    assert ids(bench.feed(block(4))) == [4]
+    assert ids(bench.feed(block(5))) == [5]
     assert bench.statistics.lost == bench.statistics.incomplete == 0
 
 
@@ -403,11 +403,12 @@ def test_a_payload_type_that_is_unknown_is_named_and_not_asked_for(caplog: pytes
     assert caplog.text.count("the camera sends an unknown kind of data (payload type 0x8001)") == 1
 
 
-def test_test_packets_and_foreign_formats_are_dropped() -> None:
+def test_test_packets_and_foreign_formats_are_dropped(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench()
     (probe,) = [line.data for line in lines("viva-test-packet", "D")]
     assert bench.feed([probe, PacketHeader(9, 1, 0).encode() + bytes(40), b"", bytes(5)]) == []
     assert bench.statistics.packets_ignored == 3
+    assert caplog.messages == ["a malformed stream packet: a packet of format 9, which carries no image"]
 
 
 def test_what_a_source_drops_is_counted() -> None:
@@ -422,6 +423,41 @@ def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
     bench = Bench(stride=STRIDE + 36)
     done = bench.feed([*block(1), *block(2)])
     assert ids(done) == [1, 2] and all(map(is_picture, done))
+
+
+def test_a_double_is_one_though_a_block_has_more_packets_than_were_announced() -> None:
+    bench = Bench(stride=STRIDE + 36)
+    (done,) = bench.feed(datagram for datagram in block(1) for _ in range(2))
+    assert is_picture(done) and bench.statistics.packets_duplicate == LAST + 1
+
+
+def test_blocks_that_begin_in_another_order_come_out_in_theirs() -> None:
+    bench = Bench()
+    sent = {block_id: block(block_id) for block_id in (1, 2, 3)}
+    assert bench.feed(sent[block_id][0] for block_id in (1, 3, 2)) == []
+    assert ids(bench.feed(datagram for each in (3, 2, 1) for datagram in sent[each][1:])) == [1, 2, 3]
+
+
+def test_extended_ids_that_are_far_apart_have_an_order() -> None:
+    bench = Bench()
+    near, far = block(1, extended=True), block(0x9001, extended=True)
+    assert bench.feed([near[0], far[0], *far[1:]]) == []
+    assert ids(bench.feed(near[1:])) == [1, 0x9001]
+
+
+def test_packets_from_long_ago_are_ignored() -> None:
+    bench = Bench()
+    bench.feed(block(40))
+    bench.feed(block(3)[1:3])
+    assert bench.statistics.packets_ignored == 2 and bench.assembler.timer() == float("inf")
+
+
+def test_no_more_blocks_than_allowed_wait_for_their_packets() -> None:
+    bench = Bench(max_blocks=2)
+    bench.feed([*block(1)[:4], *block(2)[:4]])
+    assert bench.statistics.incomplete == 0
+    bench.feed(block(3)[:1])
+    assert bench.statistics.incomplete == 1
 
 
 def test_how_many_packets_are_still_to_come() -> None:
