@@ -89,13 +89,19 @@ class _AwaitedSource:
     def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
         """Return the error that no frame came after these: its cause, or the things to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
-        if SourceUri.parse(self.grabber.info.uri).scheme == "file":
+        scheme = SourceUri.parse(self.grabber.info.uri).scheme
+        if scheme == "file":
             return FrameTimeoutError(f"{title} ended after {came}")
-        if self.grabber.access is Access.MONITOR:
+        counters = self.grabber.statistics()
+        if counters.incomplete and scheme == "gige":
+            look = (
+                "whether smaller packets arrive (?packet_size=1400 behind the source), or longer pauses help"
+            )
+            look += " (?packet_delay=20us)"
+        elif self.grabber.access is Access.MONITOR:
             look = "whether the application that controls it streams"
         else:
             look = "whether it waits for a trigger, and whether a firewall drops its packets"
-        counters = self.grabber.statistics()
         return FrameTimeoutError(
             f"{title}: no frame within {timeout:g} s after {came} "
             f"({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"

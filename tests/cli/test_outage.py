@@ -6,9 +6,12 @@ import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui.cli import opening
+from grabbergui.cli.frames import _AwaitedSource
 from grabbergui.cli.opening import Outage
 from grabbergui.core.errors import TransportError
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.identity import DeviceInfo
 from patience import PATIENCE
 
 
@@ -78,3 +81,18 @@ def test_a_source_is_closed_also_where_the_command_ends_before_it_began(monkeypa
     with pytest.raises(KeyboardInterrupt), opening.opened("sim:"):
         pass
     assert closed
+
+
+@pytest.mark.parametrize(
+    ("uri", "incomplete", "named"),
+    [
+        ("gige:7", 9, "packet_size=1400"),
+        ("gige:7", 0, "firewall"),
+        ("u3v:7", 9, "trigger"),
+    ],
+)
+def test_without_a_frame_what_to_check_depends_on_what_arrived(grabber, uri, incomplete, named):
+    grabber.info = DeviceInfo(uri)
+    grabber.statistics = lambda: StreamStatistics(packets=231, incomplete=incomplete)
+    error = _AwaitedSource(grabber).no_frame(3.0)
+    assert "231 packets" in str(error) and named in str(error)
