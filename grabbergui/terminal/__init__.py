@@ -248,8 +248,8 @@ class Interpreter:
         self.finished = True
         return ""
 
-    @staticmethod
-    def _line(feature: Feature) -> str:
+    def _line(self, feature: Feature) -> str:
+        feature = self._grabber.offered(feature)  # what only the stream locks can be set
         if feature.value is None:
             what = "a command" if feature.kind is FeatureKind.COMMAND else feature.access_problem()
             return f"{feature.name}: {what}"

@@ -47,6 +47,16 @@ def test_values_are_set_as_one_happens_to_type_them(terminal, line):
     assert terminal.execute("get_feature Width").startswith("Width = 128 px (16 … ")
 
 
+def test_what_only_the_stream_locks_is_not_called_read_only(terminal, grabber):
+    grabber.start()
+    try:
+        assert terminal.execute("get PixelFormat").startswith("PixelFormat = Mono8 (one of ")
+        assert terminal.execute("set Width 128").startswith("Width = 128 px (16 … ")
+        assert "(read-only)" in terminal.execute("get SensorWidth")
+    finally:
+        grabber.stop()
+
+
 def test_an_empty_text_is_a_value(terminal, grabber):
     terminal.execute("set DeviceUserID left")
     terminal.execute('set DeviceUserID ""')

@@ -230,7 +230,7 @@ class GrabberServices:
         answer.active = self._modes.active(feature.name)
         if self._modes.automatic(feature.name):
             answer.mode = FeatureMode.AUTO
-        elif feature.auto is not None or feature.access.writable:
+        elif feature.auto is not None or self._grabber.offered(feature).access.writable:
             answer.mode = FeatureMode.MANUAL
 
     def _set(self, request: Any, answer: Any) -> None:
@@ -257,7 +257,7 @@ class GrabberServices:
         answer.increment = float(feature.increment or 0)
         answer.unit = feature.unit
         answer.entries = [entry.name for entry in feature.entries if entry.available]
-        answer.writable = feature.access.writable
+        answer.writable = self._grabber.offered(feature).access.writable
 
     def _set_mode(self, request: Any, answer: Any) -> None:
         manual, auto, once, on, off = range(1, 6)

@@ -63,6 +63,16 @@ def test_a_number_and_a_name_mean_the_same_and_the_name_wins(call, camera, which
     assert (answer.minimum, answer.maximum, answer.unit, answer.writable) == (0.0, 24.0, "dB", True)
 
 
+def test_what_only_the_stream_locks_can_be_written(call, camera):
+    camera.start()
+    try:
+        assert call(srv.GetFeatureRange, name="PixelFormat").writable
+        assert not call(srv.GetFeatureRange, name="SensorWidth").writable
+        assert call(srv.GetFeature, name="PixelFormat").mode == MANUAL
+    finally:
+        camera.stop()
+
+
 @pytest.mark.parametrize("which", [{"feature": GAIN}, {"name": "Gain"}])
 def test_modes(call, camera, which):
     assert call(srv.SetMode, mode=AUTO, **which).success
