@@ -133,6 +133,25 @@ def test_the_tab_key_visits_every_control_once_and_comes_round(app):
     assert len(seen) == 3, "sources, features, and the one of the tools that lies on top"
 
 
+def test_the_tab_key_leaves_every_tool(app):
+    window = full_of_panels(app)
+    window.activateWindow()
+    app.program.connection.source.features.write("Gain", 3.0)
+    app.until(lambda: window.changes.table.model().rowCount() > 0)
+    for dock in (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
+                 window.changesDock, window.logDock):  # fmt: skip
+        dock.show()
+        dock.raise_()
+        app.until(lambda dock=dock: not dock.visibleRegion().isEmpty())
+        reading_order([dock])[0].setFocus()
+        for _ in range(20):
+            if not dock.isAncestorOf(QApplication.focusWidget()):
+                break
+            app.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+        else:
+            pytest.fail(f"Tab stays in {dock.objectName()}, on {QApplication.focusWidget().objectName()}")
+
+
 def places(panel):
     """Return where the controls of a panel are, in the order of the Tab key."""
     return [widget.mapTo(panel, QPoint(0, widget.height() // 2)) for widget in reading_order([panel])]
