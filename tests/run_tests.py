@@ -19,12 +19,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from importlib.util import cache_from_source
 from pathlib import Path
 from xml.etree import ElementTree
 
 import slowest
 
 REPOSITORY = Path(__file__).parents[1]
+PACKAGE = REPOSITORY / "grabbergui"
 OUTCOME = REPOSITORY / "build" / "tests"
 REPEATED = 10
 """So many failures are repeated. More of them are no coincidence."""
@@ -50,8 +52,21 @@ def main(arguments: list[str]) -> int:
 
 
 def compile_package() -> None:
-    """Compile the package once; the tests start it as a program a hundred times."""
+    """Compile the package once, its forms, and its loops over pixels; or each worker and program does it."""
     subprocess.run([sys.executable, "-m", "compileall", "-q", "-j", "0", "grabbergui"], cwd=REPOSITORY)
+    code = []
+    if any(not is_newer(Path(cache_from_source(str(form))), form) for form in PACKAGE.glob("ui/forms/*.ui")):
+        code.append("from grabbergui.ui.windows import compile_forms; compile_forms()")
+    loops = PACKAGE / "core" / "pixel_loops.py"
+    if not any(is_newer(made, loops) for made in loops.parent.glob("__pycache__/pixel_loops.*.nbi")):
+        code.append("from grabbergui.core.pixel_loops import wait; wait()")
+    if code:
+        subprocess.run([sys.executable, "-c", "\n".join(code)], cwd=REPOSITORY, env=environment())
+
+
+def is_newer(made: Path, source: Path) -> bool:
+    """Return whether a file was made from its source as that is now."""
+    return made.exists() and made.stat().st_mtime >= source.stat().st_mtime
 
 
 def compile_tests(folders: Sequence[Path]) -> None:
@@ -80,9 +95,8 @@ def compile_tests(folders: Sequence[Path]) -> None:
 
 def is_compiled(module: Path) -> bool:
     """Return whether pytest has compiled the module as it is now."""
-    written = module.stat().st_mtime
     compiled = (module.parent / "__pycache__").glob(f"{module.stem}.*-pytest-*.pyc")
-    return any(file.stat().st_mtime >= written for file in compiled)
+    return any(is_newer(file, module) for file in compiled)
 
 
 def repeat_failures() -> int:
