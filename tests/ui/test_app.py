@@ -45,7 +45,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
     for seconds in (3, 9, 40):  # on a busy machine the first frame comes late
         begun = time.monotonic()
         done = run(
-            f"sys.exit(window.run('sim:', offscreen=True, duration={seconds},"
+            ALONE + f"sys.exit(window.run('sim:', offscreen=True, duration={seconds},"
             f" screenshot=Path({json.dumps(str(target))})))",
             tmp_path,
         )
@@ -74,7 +74,7 @@ def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path, theme):
 
 def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
     done = run(
-        "sys.exit(window.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))",
+        ALONE + "sys.exit(window.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))",
         tmp_path,
     )
     assert done.returncode == 1
@@ -84,7 +84,7 @@ def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
 
 
 def test_offscreen_without_a_screenshot_it_fails_without_a_frame_too(tmp_path):
-    done = run("sys.exit(window.run('nonsense:', offscreen=True, duration=1))", tmp_path)
+    done = run(ALONE + "sys.exit(window.run('nonsense:', offscreen=True, duration=1))", tmp_path)
 
     assert done.returncode == 1
     assert "no known kind" in done.stderr and done.stderr.count("\n") == 1
@@ -94,6 +94,7 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
     code = (
         CODE
+        + ALONE
         + "from grabbergui.cli import main; "
         + "window.QTimer.singleShot(0, lambda: print('up', flush=True)); "
         + "sys.exit(main(['gui', '--offscreen', 'sim:']))"
