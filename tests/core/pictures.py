@@ -131,9 +131,8 @@ def encoded_run(values: list, name: str, big_endian: bool) -> bytes:
         words = [r | g << 10 | b << 20 for r, g, b in zip(*[iter(values)] * 3, strict=True)]
         return b"".join(word.to_bytes(4, "big" if big_endian else "little") for word in words)
     if re.search(r"\dp(_|$)|_Deprecated$", name):
-        stream = [value >> bit & 1 for value in values for bit in range(bits)]
-        stream += [0] * (-len(stream) % 8)
-        return bytes(sum(stream[at + bit] << bit for bit in range(8)) for at in range(0, len(stream), 8))
+        digits = "".join(f"{value:0{bits}b}" for value in reversed(values))  # the first sample is lowest
+        return int(digits or "0", 2).to_bytes(-(-len(digits) // 8), "little")
     if name.endswith("Packed"):
         low = bits - 8
         data = bytearray()
