@@ -71,6 +71,7 @@ class GuardianLink(Guard):
         self._silence = silence
         self._clock = clock
         self._lock = threading.Lock()
+        self._renewing = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._report = Report()
         self._rest = b""
@@ -122,12 +123,13 @@ class GuardianLink(Guard):
     def renew(self) -> None:
         """Forget what was, as a person wants to go on; start another process where it has ended.
 
-        Raises SourceUnavailableError.
+        Several may want to go on at once, but only one starts a process. Raises SourceUnavailableError.
         """
-        if self._failure or self._process is None:
-            self._end()
-            self.open()
-        self.await_ready()
+        with self._renewing:
+            if self._failure or self._process is None:
+                self._end()
+                self.open()
+            self.await_ready()
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
         """Say that this program lives, and whether the robot is `moving`; whether it may. Never waits."""

@@ -6,6 +6,8 @@ import re
 import signal
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -215,6 +217,29 @@ def test_one_that_was_killed_is_named_and_another_starts(link):
     assert verdict == Verdict(f"the guardian has ended (process {first})", for_good=True)
     link.renew()
     assert link.pid != first
+    assert link.beat(lambda: False) == ALLOWED
+
+
+def test_of_several_who_go_on_at_once_one_starts_another(link, monkeypatch):
+    started, start, end = [], subprocess.Popen, link._end
+
+    def slowly():
+        time.sleep(0.1)  # for the others to come
+        end()
+
+    def counted(*arguments, **options):
+        started.append(start(*arguments, **options))
+        return started[-1]
+
+    link.await_ready()
+    os.kill(link.pid, signal.SIGKILL)
+    until(lambda: link.beat(lambda: False).for_good)
+    monkeypatch.setattr(subprocess, "Popen", counted)
+    monkeypatch.setattr(link, "_end", slowly)
+    with ThreadPoolExecutor(3) as pool:
+        for renewed in [pool.submit(link.renew) for _ in range(3)]:
+            renewed.result(PROGRAM)
+    assert [process.pid for process in started] == [link.pid]
     assert link.beat(lambda: False) == ALLOWED
 
 
