@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.hand_eye import HandEyeResult, solve
+from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints, propose
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
@@ -139,9 +139,11 @@ class HandEyeRun:
     def run(self, wanted: int = 20) -> HandEyeResult:
         """Take `wanted` views and compute the result. The robot rests on return.
 
-        Raises UsageError if the target is not visible or too few poses show it, SourceUnavailableError if
-        the robot is stopped or does not answer.
+        Raises UsageError if so few views cannot be enough, if the target is not visible or too few poses show
+        it, SourceUnavailableError if the robot is stopped or does not answer.
         """
+        if wanted < FEWEST_VIEWS:  # before the robot moves for nothing
+            raise UsageError(f"{wanted} views are too few; hand–eye calibration needs {FEWEST_VIEWS} or more")
         self._wanted = wanted
         start = self._state()
         if self._eye != "head" and start.arm is None:

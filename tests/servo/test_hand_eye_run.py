@@ -72,6 +72,13 @@ def test_a_target_that_is_not_seen_is_asked_for_before_anything_moves():
     assert bench.gate.sent == 0
 
 
+def test_too_few_views_are_refused_before_anything_moves():
+    bench = Bench("head")
+    with pytest.raises(UsageError, match="4 views are too few; hand–eye calibration needs 5 or more"):
+        bench.run.run(4)
+    assert not bench.said and not bench.gate.sent
+
+
 def test_an_arm_that_does_not_report_its_angles_is_refused():
     bench = Bench("fixed")
     state = bench.robot.state
