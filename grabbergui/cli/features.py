@@ -10,6 +10,7 @@ from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import stop_on_signals
+from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, GrabberError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
@@ -217,6 +218,7 @@ def _add_settings(commands: Any) -> None:
 
 
 def _save(options: argparse.Namespace) -> int:
+    check_folder_of(options.file)
     with opened(options.source, reading=True) as grabber:
         features = capture(grabber)
     files.save(features, options.file)

@@ -11,6 +11,7 @@ from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import passing_note, stop_on_signals
+from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import UsageError
 from grabbergui.core.file_access import (
     CameraFile,
@@ -89,6 +90,7 @@ def _get(options: argparse.Namespace) -> None:
     path = options.path or Path(options.name)
     if path.exists():
         raise UsageError(f"{path} exists already; nothing is overwritten. Name another file")
+    check_folder_of(path)
     with (
         opened(options.source) as grabber,
         stop_on_signals() as cancelled,

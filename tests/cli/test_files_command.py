@@ -72,6 +72,7 @@ def test_firmware_needs_its_warning_confirmed(tmp_path, capsys, camera):
         (("list", "LUTLuminance"), "files list takes no further argument"),
         (("get", "LUTRed"), "has no file LUTRed; it has UserSet1"),
         (("put", "LUTLuminance", "/nowhere/table.bin"), "/nowhere/table.bin: No such file"),
+        (("get", "LUTLuminance", "/nowhere/table.bin"), "there is no folder /nowhere for table.bin"),
     ],
 )
 def test_what_makes_no_sense_is_refused(arguments, message, capsys):

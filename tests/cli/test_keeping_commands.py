@@ -112,11 +112,11 @@ def test_what_makes_no_sense_is_refused(tmp_path):
     assert not (tmp_path / "m.mcap").exists()
 
 
-def test_a_missing_folder_is_named_alike_by_all_that_write(tmp_path):
-    missing = tmp_path / "nowhere"
+def test_a_missing_folder_is_named_alike_by_all_that_write_before_they_begin(tmp_path):
+    missing, nothing = tmp_path / "nowhere", f"file:{tmp_path / 'nothing'}"
     for command in (
-        ["save", SMALL, missing / "a.yaml"],
-        ["record", SMALL, "--out", missing / "m.mcap", "-n", 1],
+        ["save", nothing, missing / "a.yaml"],
+        ["record", nothing, "--out", missing / "m.mcap", "-n", 1],
     ):
         with pytest.raises(MissingFileError, match=f"there is no folder {missing} for"):
             run(*command)
