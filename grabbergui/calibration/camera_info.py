@@ -69,7 +69,7 @@ class FittedCalibration:
     def use(self, file: Path) -> None:
         """Load `file` if it exists; `keep` writes it from now on. Raises UsageError, OSError."""
         self._file = file
-        if file.is_file():
+        if file.is_file() or file.is_dir():  # a folder is refused
             self.calibration = load(file)
 
     def close(self) -> None:

@@ -150,6 +150,8 @@ class MetricsServer:
             self._server = _Server((host, port), Handler, allowed)
         except OSError as error:
             raise TransportError(f"--metrics {address}: {error.strerror or error}") from error
+        except UnicodeError as error:  # a..b, or a part of more than 63 letters
+            raise TransportError(f"--metrics {address}: '{host}' is no name of a host") from error
         self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
 
     @property

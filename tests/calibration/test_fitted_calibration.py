@@ -111,6 +111,11 @@ def test_a_file_is_loaded_and_written(tmp_path):
     assert intrinsics(FittedCalibration(grabber, file).now()) == intrinsics(WHOLE)
 
 
+def test_a_folder_is_no_file_that_will_be_written_some_day(tmp_path):
+    with pytest.raises(IsADirectoryError):
+        FittedCalibration(camera(640, 480), tmp_path)
+
+
 def test_a_camera_is_not_polled_for_it_before_a_frame_needs_it():
     grabber = camera(640, 480, Width=640, Height=480)
     calibrations = FittedCalibration(grabber)

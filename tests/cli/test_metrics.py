@@ -124,6 +124,14 @@ def test_counters_at_an_ipv6_address(camera):
         assert "grabbergui_streaming" in fetch(server.url)[1]
 
 
+@pytest.mark.parametrize(
+    ("host", "reason"), [("a..b", "'a..b' is no name of a host"), ("192.0.2.1", "Cannot assign")]
+)
+def test_an_address_that_cannot_be_had_is_named(camera, host, reason):
+    with pytest.raises(TransportError, match=rf"--metrics {host}:0: {reason}"):
+        MetricsServer(camera, f"{host}:0", {})
+
+
 def test_the_names_of_this_machine_are_not_asked_for(camera, monkeypatch):
     """The server waits for no DNS, which may be far or broken."""
     monkeypatch.setattr(socket, "getfqdn", lambda *_: pytest.fail("asked DNS"))
