@@ -111,6 +111,16 @@ class Calibration:
         shift = ((along_x - 1) / 2, (along_y - 1) / 2)
         return self._changed(width, height, (along_x, along_y), shift)
 
+    def binned(self, across: int, down: int) -> Calibration:
+        """The same camera with images of which a pixel joins `across` × `down`. Raises UsageError."""
+        width, height = self.width // across, self.height // down
+        if not width or not height:
+            raise UsageError(
+                f"a binning of {across}×{down} leaves nothing of {self.width}×{self.height} pixels"
+            )
+        scale = (1 / across, 1 / down)
+        return self._changed(width, height, scale, ((scale[0] - 1) / 2, (scale[1] - 1) / 2))
+
     def cut_out(self, x: int, y: int, width: int, height: int) -> Calibration:
         """The same camera with images of a region whose first pixel is at `x`, `y`."""
         return self._changed(width, height, (1.0, 1.0), (-x, -y))

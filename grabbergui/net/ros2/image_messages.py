@@ -187,7 +187,7 @@ def read_camera_info(message: Any, name: str) -> Calibration:
     region, across, down = message.roi, max(message.binning_x, 1), max(message.binning_y, 1)
     if region.width and region.height:
         whole = whole.cut_out(region.x_offset, region.y_offset, region.width, region.height)
-    return whole.scaled_to(whole.width // across, whole.height // down) if across * down > 1 else whole
+    return whole.binned(across, down) if across * down > 1 else whole
 
 
 DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"

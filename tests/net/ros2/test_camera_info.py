@@ -69,6 +69,12 @@ def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_
     assert reported.k[2] == 320 / 2 - 0.5 - 16
 
 
+def test_an_image_binned_in_one_direction_has_its_own_focal_lengths():
+    binned = read_camera_info(message(binning_x=2), "left")
+    assert (binned.width, binned.height) == (320, 480)
+    assert binned.matrix.tolist() == [[250, 0, 319.5 / 2 - 0.25], [0, 500, 239.5], [0, 0, 1]]
+
+
 def test_without_a_rectification_it_is_the_cameras_own():
     reported = SimpleNamespace()
     fill_camera_info(reported, read_camera_info(message(), "left"))
@@ -101,6 +107,7 @@ def test_eight_coefficients():
         ({"p": [float("nan")] * 12}, "not finite"),
         ({"r": [float("inf")] * 9}, "not finite"),
         ({"distortion_model": "equidistant", "d": [0.1] * 4}, "'equidistant'"),
+        ({"binning_x": 2, "binning_y": 1000}, "binning of 2×1000 leaves nothing of 640×480"),
     ],
 )
 def test_what_cannot_be_used_is_refused(changes, words):
