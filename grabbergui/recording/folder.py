@@ -71,7 +71,7 @@ class FolderRecording(Recording):
         except RemoteProtocolError as error:
             raise RecordingError(f"{file}: {error}") from None
         if note is None:
-            note = _foreign(pixels, index)
+            note = _foreign(pixels, index, file)
         elif (pixel_format := format_named(note.pixel_format)).family is Family.RGB and pixels.ndim == 3:
             channels = file_channels(pixel_format)
             if len(channels) > pixels.shape[2]:
@@ -101,13 +101,20 @@ def file_channels(pixel_format: PixelFormat) -> list[int]:
     return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
 
 
-def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
+_FOREIGN = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "BGR8", (3, "u2"): "BGR16",
+            (4, "u1"): "BGRa8", (4, "u2"): "BGRa16"}  # fmt: skip
+"Pixel formats of images without a note, by components and type of their values."
+
+
+def _foreign(pixels: np.ndarray, index: int, file: Path) -> FrameNote:
     """The note of an image without one. Raises RecordingError for values of another kind than a sensor's."""
-    names = {(2, "u1"): "Mono8", (2, "u2"): "Mono16", (3, "u1"): "BGRa8" if pixels.shape[-1] == 4 else "BGR8"}
-    name = names.get((pixels.ndim, pixels.dtype.str[1:]))
+    components = pixels.shape[2] if pixels.ndim == 3 else 1
+    name = _FOREIGN.get((components, pixels.dtype.str[1:]))
     if name is None:
-        components = pixels.shape[2] if pixels.ndim == 3 else 1
-        raise RecordingError(f"images of {pixels.dtype} with {components} components cannot be played")
+        raise RecordingError(
+            f"{file} has {components} components of {pixels.dtype} and cannot be played; "
+            "images of 1, 3 or 4 components of uint8 or uint16 can"
+        )
     height, width = pixels.shape[:2]
     return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
 

@@ -284,6 +284,16 @@ def test_an_image_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
         playback.create(SourceUri("file", str(tmp_path))).open()
 
 
+@pytest.mark.parametrize("components", [3, 4])
+def test_colour_of_16_bits_by_others_is_played(tmp_path, components):
+    cv2.imwrite(
+        str(tmp_path / "0.png"), np.full((8, 16, components), (10, 200, 60000, 65535)[:components], np.uint16)
+    )
+    frame = open_recording(tmp_path).frame(0, 0)
+    assert frame.raw()[0, 0].tolist()[:3] == [10, 200, 60000]
+    assert frame.rgb()[0, 0].tolist() == [60000 >> 8, 0, 0]
+
+
 def test_a_note_may_give_a_format_by_its_code(tmp_path):
     cv2.imwrite(str(tmp_path / "0.png"), np.full((8, 16, 3), (1, 2, 3), np.uint8))
     (tmp_path / "frames.jsonl").write_text(note(0, pixel_format="0x02180014"))
@@ -293,5 +303,5 @@ def test_a_note_may_give_a_format_by_its_code(tmp_path):
 @pytest.mark.parametrize("values", [np.int16, np.float32])
 def test_images_of_no_sensors_values_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
-    with pytest.raises(RecordingError, match=f"images of {values.__name__} with 1 components"):
+    with pytest.raises(RecordingError, match=rf"0\.tiff has 1 components of {values.__name__}"):
         playback.create(SourceUri("file", str(tmp_path))).open()
