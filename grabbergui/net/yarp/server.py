@@ -29,6 +29,7 @@ from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Stamp
 
@@ -112,6 +113,8 @@ class YarpGrabberServer:
 
     def stop(self) -> None:
         """Close the ports, and stop the stream where we started it. May be called twice; never raises."""
+        for port in self._ports():
+            port.give_up_name()
         for publisher in self._publishers:
             publisher.stop()
         self._components.stop()
@@ -134,9 +137,11 @@ class YarpGrabberServer:
 
     def places(self) -> list[str]:
         """Return each port's name and address as display text: ``/grabber at tcp://127.0.0.1:10003/``."""
+        return [f"{port.name} at {port.place()}" for port in self._ports()]
+
+    def _ports(self) -> list[Port]:
         images = [publisher.port for publisher in self._publishers]
-        ports = [*images, *self._components.ports, self._rpc, self._terminal]
-        return [f"{port.name} at {port.place()}" for port in ports]
+        return [*images, *self._components.ports, self._rpc, self._terminal]
 
     @property
     def readers(self) -> int:

@@ -256,6 +256,10 @@ LONGEST_PAUSE: Final = 300.0
 """Between two registrations of a name that somebody else takes again and again."""
 
 
+GIVE_UP_SECONDS: Final = 2.0
+"""Longest wait for a name server when a port closes; one that hangs must not hold up the end of a program."""
+
+
 class Registration:
     """The name of one port, from when it opens until it closes."""
 
@@ -266,14 +270,17 @@ class Registration:
         self._names = names
         self._clock = clock
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._keep, name=f"yarp {contact.name} name", daemon=True)
+        self._given_up = 0.0
+        self._thread = threading.Thread(target=self._run, name=f"yarp {contact.name} name", daemon=True)
 
     def open(self) -> None:
         """Register, and keep it so. Raises SourceUnavailableError; the name is free again then."""
         try:
             self._register()
         except GrabberError:
-            self._quietly(self._names.unregister, self._contact.name)
+            self.give_up()
+            self._thread.start()
+            self.close()
             raise
         self._thread.start()
 
@@ -281,10 +288,22 @@ class Registration:
         """Register the port as listening. Never raises."""
         self._quietly(self._names.announce, self._contact.name)
 
+    def give_up(self) -> None:
+        """Begin to give the name up. Never waits."""
+        if not self._closing.is_set():
+            self._given_up = time.monotonic()
+            self._closing.set()
+
     def close(self) -> None:
-        """Give the name up, unless another port has it by now. Never raises."""
-        self._closing.set()
-        self._thread.join(10)
+        """Give the name up, unless another port has it by now. Never raises.
+
+        Where the name server hangs, the thread goes on alone `GIVE_UP_SECONDS` after `give_up`.
+        """
+        self.give_up()
+        self._thread.join(max(0.0, self._given_up + GIVE_UP_SECONDS - time.monotonic()))
+
+    def _run(self) -> None:
+        self._keep()
         self._quietly(self._unregister)
 
     def _unregister(self) -> None:

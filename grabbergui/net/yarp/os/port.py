@@ -104,6 +104,11 @@ class Port:
         if self._registration:
             self._registration.announce()
 
+    def give_up_name(self) -> None:
+        """Begin to give the name up, so that `close`, which is to follow, need not wait long. Never waits."""
+        if self._registration:
+            self._registration.give_up()
+
     def close(self) -> None:
         """Close all connections, and unregister the name. May be called twice; never raises."""
         if not self._listener.is_open:
