@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import sys
 import sysconfig
@@ -54,6 +55,7 @@ class Guest:
 
     def result(self) -> dict[str, Any]:
         """Wait for what the hosts in the guest saw, by the kind of camera."""
+        faulthandler.cancel_dump_traceback_later()  # this wait may be longer than what counts as a hang
         # A kernel may have to be fetched first.
         until(self._status.exists, "the virtual machine's end", GUEST_SECONDS + 400)
         status = int(self._status.read_text())
