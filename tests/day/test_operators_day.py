@@ -175,14 +175,12 @@ def microseconds(text: str | None) -> float | None:
 
 @pytest.fixture
 def cameras():
-    """Two cameras with power-on values of their own."""
+    """Two cameras with power-on values of their own, still switched off."""
     both = (
         Camera("127.21.0.1", "DAY1", width=640, height=480, fps=8),
         Camera("127.21.0.2", "DAY2", width=320, height=240, fps=8, exposure=4000),
     )
     try:
-        for camera in both:
-            camera.begin()
         yield both
     finally:
         for camera in both:
@@ -379,6 +377,8 @@ def go_home(day, first, second):
 
 def test_an_operators_day(sit_down, cameras, tmp_path):
     first, second = cameras
+    first.begin()
+    second.begin()
     day = sit_down(ENGLISH, 1280, 800)
 
     open_by_address(day, first)
@@ -396,6 +396,7 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
 
 def test_in_spanish_on_a_small_screen_of_twice_as_many_pixels(sit_down, cameras):
     first, _ = cameras
+    first.begin()
     day = sit_down(SPANISH, 1600, 1200, "--language", "es", "--theme", "dark", QT_SCALE_FACTOR="2")
     operator = day.operator
     assert operator.ask("window.devicePixelRatioF()") == 2
