@@ -1,3 +1,6 @@
+import errno
+from pathlib import Path
+
 import pytest
 from yarp_transcripts import read
 
@@ -119,6 +122,17 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
     assert NameClient.find("robot:11000").server.address == ("robot", 11000)
     with pytest.raises(UsageError, match="HOST:PORT"):
         NameClient.find("robot:99999")
+
+
+def test_a_configuration_that_may_not_be_read_is_named_and_not_passed_over(tmp_path, monkeypatch):
+    def refused(path, *arguments, **options):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setenv("YARP_CONF", str(tmp_path))
+    (tmp_path / "auth.conf").touch()
+    monkeypatch.setattr(Path, "read_text", refused)
+    with pytest.raises(SourceUnavailableError, match=r"auth\.conf could not be read: Permission denied"):
+        NameClient.find("127.0.0.1:10000")
 
 
 def test_without_a_configuration_one_on_this_machine_is_used(monkeypatch):

@@ -122,13 +122,19 @@ def require_authentication() -> None:
 
 
 def _read(name: str) -> str:
+    """Return the text of a file of YARP's configuration; empty without one. Raises SourceUnavailableError."""
     override = os.environ.get("YARP_CONF", "")
-    if name == "yarp.conf" and override and Path(override).is_file():
-        return Path(override).read_text(errors="replace")
-    for folder in (*([Path(override)] if override else []), *config_folders()):
-        path = folder / name
-        if path.is_file():
-            return path.read_text(errors="replace")
+    places = [folder / name for folder in (*([Path(override)] if override else []), *config_folders())]
+    if name == "yarp.conf" and override:
+        places.insert(0, Path(override))
+    for path in places:
+        try:
+            if path.is_file():
+                return path.read_text(errors="replace")
+        except (
+            OSError
+        ) as error:  # not passed over: a key that cannot be read must not mean that none is needed
+            raise SourceUnavailableError(f"{path} could not be read: {error.strerror or error}") from error
     return ""
 
 
@@ -167,8 +173,8 @@ class NameClient:
     def find(cls, address: str = "") -> NameClient:
         """Return the server at `HOST:PORT`, or else the one that YARP's configuration names.
 
-        Without a configuration it is looked for where ours listens by default. Raises
-        UsageError for a bad address.
+        Without a configuration it is looked for where ours listens by default. Raises UsageError for a bad
+        address, SourceUnavailableError for a configuration that cannot be read.
         """
         server = parse_address(address) if address else name_server()
         key = authentication_key()
