@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 FILE_NAME = "frame.raw"
 COMPRESSED_RESERVE = 64 << 10
 "Bytes beyond those of the plain image that a compressed one may take."
+_SMALLEST_OF_OPENJPEG = 32
+"Pixels of the shorter side: OpenCV has it halve an image five times."
 _SUFFIX = {PayloadType.JPEG: ".jpg", PayloadType.JPEG2000: ".jp2"}
 _FORMATS = {ComponentKind.RANGE: by_name("Coord3D_C16"), ComponentKind.CONFIDENCE: by_name("Confidence8")}
 NEAREST_MM, STEP_MM = 600.0, 0.1
@@ -212,6 +214,8 @@ def _compressed(values: NDArray[Any], depth: int, kind: PayloadType, most: int) 
     eight = _eight_bits(values, depth)
     image = eight[:, :, ::-1] if eight.ndim == 3 else eight
     jpeg = kind is PayloadType.JPEG
+    if not jpeg and min(image.shape[:2]) < _SMALLEST_OF_OPENJPEG:
+        return _small_jpeg2000(eight)
     for quality in (90, 60, 20):
         options = (
             [cv2.IMWRITE_JPEG_QUALITY, quality]
@@ -223,6 +227,18 @@ def _compressed(values: NDArray[Any], depth: int, kind: PayloadType, most: int) 
         if encoded and len(found) <= most:
             return found
     raise ValueError(f"no {kind.value} image of {image.shape} fits {most} bytes")
+
+
+def _small_jpeg2000(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    import av
+
+    encoder: Any = av.CodecContext.create("jpeg2000", "w")
+    encoder.height, encoder.width = image.shape[:2]
+    encoder.pix_fmt = "rgb24" if image.ndim == 3 else "gray"
+    encoder.time_base = Fraction(1, 30)
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=encoder.pix_fmt)
+    packets = [*encoder.encode(frame), *encoder.encode(None)]
+    return np.frombuffer(b"".join(bytes(packet) for packet in packets), np.uint8)
 
 
 def _eight_bits(values: NDArray[Any], depth: int) -> NDArray[np.uint8]:

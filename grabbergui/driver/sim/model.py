@@ -294,6 +294,8 @@ class CameraModel:
                 raise RegisterRefusedError(
                     Refusal.ACCESS_DENIED, f"{register.name} is locked while streaming"
                 )
+            if register is reg.COMPONENT_ENABLE[reg.Component.INTENSITY] and not value:
+                raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the intensity is always sent")
             limit = {reg.WIDTH: reg.WIDTH_MAX, reg.HEIGHT: reg.HEIGHT_MAX}.get(register)
             if limit is not None and int(value) > self.memory.integer(limit):
                 raise RegisterRefusedError(

@@ -112,7 +112,12 @@ _COMPONENTS = {
 
 
 def _components(memory: RegisterMemory) -> tuple[ComponentKind, ...]:
-    return tuple(kind for which, kind in _COMPONENTS.items() if memory.integer(reg.COMPONENT_ENABLE[which]))
+    return tuple(
+        kind
+        for which, kind in _COMPONENTS.items()
+        # A user set from outside may say otherwise, but the intensity is always sent.
+        if which is reg.Component.INTENSITY or memory.integer(reg.COMPONENT_ENABLE[which])
+    )
 
 
 def _payload_type(memory: RegisterMemory) -> PayloadType:

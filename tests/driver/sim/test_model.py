@@ -3,13 +3,16 @@
 import threading
 from itertools import pairwise
 
+import cv2
 import numpy as np
 import pytest
 
+from grabbergui.core.component import ComponentKind
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
-from grabbergui.driver.sim.registers import Auto, Event
+from grabbergui.driver.sim.registers import Auto, Event, File
+from grabbergui.driver.sim.sensor import draw_pattern
 from patience import PATIENCE, until
 
 SMALL = {reg.WIDTH: 128, reg.HEIGHT: 128, reg.OFFSET_X: 900, reg.OFFSET_Y: 900}
@@ -54,6 +57,39 @@ def test_several_registers_in_one_write(bench):
 def test_a_string_may_be_written_in_part(bench):
     bench.model.write(reg.DEVICE_USER_ID.address, b"left")
     assert bench.get(reg.DEVICE_USER_ID) == "left"
+
+
+def test_the_intensity_is_always_sent(bench):
+    intensity = reg.COMPONENT_ENABLE[reg.Component.INTENSITY]
+    assert refused(bench, intensity, 0) is Refusal.ACCESS_DENIED
+    bench.model.files.replace(File.USER_SET1, f"{intensity.name} = 0\n".encode())
+    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.USER_SET1)
+    bench.set(reg.USER_SET_LOAD, 1)
+    bench.set(reg.GENDC_STREAMING_MODE, 1)
+    bench.start()
+    plan, payload = bench.payload()
+    assert plan.settings.components == (ComponentKind.INTENSITY,)
+    assert len(payload) == plan.payload_bytes > plan.settings.image_bytes
+
+
+# Its implementation in OpenCV takes 32 lines and columns at least.
+@pytest.mark.parametrize(("width", "height"), [(16, 2), (4096, 30), (16, 2160), (32, 32)])
+@pytest.mark.parametrize("name", ["Mono8", "RGB8", "BayerRG12"])
+def test_small_images_are_compressed_too(bench, width, height, name):
+    bench.set(reg.OFFSET_X, 0)
+    bench.set(reg.OFFSET_Y, 0)
+    bench.set(reg.WIDTH, width)
+    bench.set(reg.HEIGHT, height)
+    bench.set(reg.PIXEL_FORMAT, by_name(name).code)
+    bench.set(reg.TEST_PATTERN, reg.TestPattern.GREY_VERTICAL_RAMP)
+    bench.set(reg.IMAGE_COMPRESSION_MODE, reg.Compression.JPEG2000)
+    bench.start()
+    decoded = cv2.imdecode(bench.payload()[1], cv2.IMREAD_UNCHANGED)
+    expected = draw_pattern(reg.TestPattern.GREY_VERTICAL_RAMP, width, height, 1, by_name(name))
+    if name == "RGB8":
+        decoded = decoded[:, :, ::-1]
+    difference = decoded.astype(int) - (expected >> (4 if name == "BayerRG12" else 0))
+    assert decoded.dtype == np.uint8 and np.abs(difference).mean() < 8
 
 
 # -- geometry ------------------------------------------------------------------------------------
