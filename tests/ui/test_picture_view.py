@@ -119,6 +119,16 @@ def test_zoom_has_bounds(view):
     assert view.canvas.zoom > 0.05
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0, 3.0])
+def test_pixels_become_large_enough_for_their_values_on_every_screen(app, monkeypatch, ratio):
+    canvas = app.window.picture.canvas
+    monkeypatch.setattr(canvas, "devicePixelRatioF", lambda: ratio)
+    app.connect("sim:?width=320&height=240")
+    app.watch()
+    canvas.zoomBy(1000)
+    app.until(lambda: canvas.values.texts)
+
+
 def test_painted_is_emitted_once_for_each_image(view, qtbot):
     reported = []
     view.painted.connect(lambda: reported.append(1))

@@ -15,7 +15,7 @@ from grabbergui.models.measuring import Line
 from grabbergui.ui.widgets.picture_items import DIMMED, Mark, PictureItem, PictureMarks, PixelValues
 
 MAXIMUM_ZOOM = 64.0
-"Screen pixels for one pixel of the frame."
+"Screen pixels for one pixel of the frame, on a screen at 100 %."
 MINIMUM_FRACTION = 0.25
 "Smallest zoom, as a share of the size that fits."
 
@@ -238,7 +238,8 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         if self._empty:
             return
         self._fitted = False
-        scale = self.devicePixelRatioF() / min(max(zoom, self._least()), MAXIMUM_ZOOM)
+        ratio = self.devicePixelRatioF()
+        scale = ratio / min(max(zoom, self._least()), MAXIMUM_ZOOM * ratio)
         width, height = self._box.width() * scale, self._box.height() * scale
         centre = self._box.viewRect().center()
         # A whole pixel at the corner, so that pixels of frame and screen coincide at 1:1.
@@ -256,7 +257,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def _limit(self) -> None:
         least, ratio = self._least(), self.devicePixelRatioF()
         self._box.setLimits(
-            minXRange=self._box.width() * ratio / MAXIMUM_ZOOM,
+            minXRange=self._box.width() / MAXIMUM_ZOOM,
             maxXRange=self._box.width() * ratio / least,
         )
 
