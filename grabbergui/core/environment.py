@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from grabbergui.core.errors import MissingFileError
+from grabbergui.core.errors import MissingFileError, UsageError
 
 NAME = "grabbergui"
 
@@ -64,14 +64,23 @@ def cache_home(environment: Mapping[str, str] = os.environ) -> Path:
 def _folder(environment: Mapping[str, str], variable: str, default: str) -> Path:
     # The specification ignores a relative path.
     named = environment.get(variable, "")
-    return Path(named) if Path(named).is_absolute() else _home() / default
+    return Path(named) if Path(named).is_absolute() else home() / default
 
 
-def _home() -> Path:
+def home() -> Path:
+    """Return the user's home directory, the root directory where the system knows of none."""
     try:
         return Path.home()
     except RuntimeError:  # a user that the system does not know, as in containers
         return Path("/")
+
+
+def expanded(path: str | Path) -> Path:
+    """Return a path with `~` or `~user` at its beginning filled in. Raises UsageError for nobody's."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError as error:
+        raise UsageError(f"{path}: there is no such home directory; write the whole path") from error
 
 
 _PACKAGE = Path(__file__).parents[1]

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
+from grabbergui.core.environment import expanded
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
 from grabbergui.core.features import (
     AccessMode,
@@ -366,10 +367,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     if not uri.name:
         raise UsageError("file: needs a recording, as in file:folder, file:movie.mp4 or file:recording.mcap")
     options = read_options(PlaybackOptions, uri)
-    try:
-        path = Path(uri.name).expanduser()
-    except RuntimeError as error:
-        raise UsageError(f"{uri}: there is no such home directory; write the whole path") from error
+    path = expanded(uri.name)
     info = DeviceInfo(
         str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
     )

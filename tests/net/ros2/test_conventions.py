@@ -5,6 +5,7 @@ import queue
 import signal
 import sys
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
@@ -205,6 +206,17 @@ def test_a_file_below_ros_home_that_holds_none_is_no_reason_to_stop(serve, ros_h
 def test_urls(url, path, monkeypatch):
     monkeypatch.setenv("ROS_HOME", "/ros")
     assert str(path_of(url, "/front/cam")) == path
+
+
+def test_the_default_place_of_a_user_that_the_system_does_not_know(monkeypatch):
+    """As in a container that runs under any number."""
+
+    def unknown():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("ROS_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", unknown)
+    assert path_of("", "/cam") == Path("/.ros/camera_info/cam.yaml")
 
 
 def test_a_url_in_a_package(monkeypatch):
