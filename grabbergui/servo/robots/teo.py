@@ -69,7 +69,7 @@ class DhChain(Chain):
         cosine, sine, fixed = self._links
         poses = [self.base]
         for link in (*(np.cos(theta) * cosine + np.sin(theta) * sine + fixed), self.tool):
-            poses.append(poses[-1] @ link)
+            poses.append(poses[-1].dot(link))  # for matrices this small, half of the time of @
         return poses
 
     @override
