@@ -95,7 +95,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             if self._link is not None:
                 return
             self._names = NameClient.find(self._nameserver)
-            self._connect(self._names)
+            self._link, self._features = self._connect(self._names)
             self._access, self._lost = access, ""
             self._stopping.clear()
             self._watcher = threading.Thread(target=self._watch, name=f"yarp watch {self._name}", daemon=True)
@@ -138,7 +138,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         return features
 
     def _connected(self) -> Features:
-        if self._link is None:
+        if self._link is None or self._link.failed:
             raise DeviceLostError(f"{self._name} is gone at the moment; it is used again when it comes back")
         return self._known()
 
@@ -179,16 +179,15 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         super().stop()
 
     # -- coming and going ------------------------------------------------------------------------
-    def _connect(self, names: NameClient) -> None:
+    def _connect(self, names: NameClient) -> tuple[GrabberLink, Features]:
         names.query(self._name)
         link = GrabberLink(self._name, names)
         try:
             self._recognise(link.info(self.info))
-            self._features = link.features()
+            return link, link.features()
         except BaseException:
             link.close()
             raise
-        self._link = link
 
     def _disconnect(self) -> None:
         if self._link is not None:
@@ -223,6 +222,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             link, features, stream = self._link, self._features, self._stream
             if link is None or features is None:
                 return
+            if link.failed:
+                raise TransportError(link.failed)
             changed: frozenset[str] = frozenset()
             late = not any(features.tree.descriptions()) and not link.silent
             if late:
@@ -252,8 +253,13 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
     def _return(self) -> None:
         """Try to connect again. Raises while the server is still away."""
         assert self._names
+        # Without the lock: a server that hangs takes long.
+        link, features = self._connect(self._names)
         with self._lock:
-            self._connect(self._names)
+            if self._stopping.is_set():
+                link.close()
+                return
+            self._link, self._features = link, features
             try:
                 if not (camera_lost := self._ask_for_loss()):
                     self._compare_with_seen()

@@ -22,6 +22,7 @@ from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,
     SourceNotFoundError,
+    SourceUnavailableError,
     TransportError,
     UsageError,
 )
@@ -261,6 +262,8 @@ class GrabberLink:
         self._camera = DeviceInfo("")
         self.silent = False
         "True if the port answers no requests and only sends images."
+        self.failed = ""
+        "Why a server of ours is gone, once a request for a feature got no answer."
         self._deaf = False
         "Whether it does not even acknowledge one, so that none is sent."
         self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
@@ -307,7 +310,11 @@ class GrabberLink:
         return self.ours or self.ask(Operation.WIDTH).ok
 
     def _ask_tree(self, verb: str, *arguments: str) -> Any:
-        reply = self._rpc.call(grabber_values.tree_request(verb, *arguments), TREE_TIMEOUT)
+        try:
+            reply = self._rpc.call(grabber_values.tree_request(verb, *arguments), TREE_TIMEOUT)
+        except (TransportError, SourceNotFoundError, SourceUnavailableError) as error:
+            self.failed = str(error)
+            raise
         return grabber_values.read_tree_reply(reply or Bottle())
 
     def check(self) -> None:

@@ -53,6 +53,39 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     ]
 
 
+def test_a_server_that_hangs_is_waited_for_once(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one whose machine lost its power, or that was stopped in a debugger."""
+    answering = threading.Event()
+    answering.set()
+    answer = grabber_ends.GrabberService.answer
+
+    def hang(self: grabber_ends.GrabberService, request: Bottle) -> Bottle:
+        answering.wait(PATIENCE)
+        return answer(self, request)
+
+    monkeypatch.setattr(grabber_ends.GrabberService, "answer", hang)
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        monkeypatch.setattr(grabber_ends, "TREE_TIMEOUT", 0.2)
+        monkeypatch.setattr(grabber_ends, "TIMEOUT", PATIENCE)
+        answering.clear()
+        try:
+            with pytest.raises(TransportError):
+                remote.feature("Gain")
+            with pytest.raises(DeviceLostError, match="gone"):
+                remote.feature("Gain")
+            until(lambda: bool(remote.lost), "the loss")
+            with pytest.raises(DeviceLostError, match="gone"):  # while the watcher tries to connect
+                remote.feature("Gain")
+            remote.stop()
+        finally:
+            answering.set()
+        until(lambda: not remote.lost, "the return")
+        assert remote.feature("Gain").value is not None
+        remote.close()
+
+
 def test_a_camera_that_was_closed_while_it_was_lost_is_not_lost_when_it_is_opened_again(scene: Stage) -> None:
     remote = connect(scene)
     with scene.share():
