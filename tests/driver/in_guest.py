@@ -274,6 +274,18 @@ def unplugged_while_streaming(via: str) -> dict[str, Any]:
     return {"reported": reported, "refused": refused}
 
 
+def replaced_after_a_kill(via: str) -> bool:
+    """What a killed camera leaves in configfs, which Linux takes from the bus, makes room for the next."""
+    camera = CAMERAS.pop()
+    camera.plug_in(via, {})
+    assert camera.ready.wait(SOON), "the camera does not start"
+    wait_until(lambda: len(u3v.discover(1.0)) == 1, "the camera does not appear on the bus")
+    camera.process.kill()
+    wait_until(lambda: not u3v.discover(1.0), "the killed camera does not go")
+    with plugged_in(via):
+        return True
+
+
 def prove(via: str) -> dict[str, Any]:
     """One way of being a USB device, before all hosts."""
     result: dict[str, Any] = {}
@@ -286,6 +298,8 @@ def prove(via: str) -> dict[str, Any]:
                 result["aravis_reads"] = aravis("arv-tool-0.8", "control", "ExposureTime")
         if via == "vhci":
             result["unplugged"] = unplugged_while_streaming(via)
+        if via == "gadget":
+            result["replaced"] = replaced_after_a_kill(via)
     except Exception as error:
         result["failure"] = f"{type(error).__name__}: {error}"
     return result
@@ -368,6 +382,6 @@ if __name__ == "__main__":
     FORGETFUL = [SpareProgram(stream_and_close_nothing) for _ in range(ATTEMPTS * 2)]
     if viva is not None:
         VIVA = [SpareProgram(list_and_read_by_viva) for _ in range(2)]
-    CAMERAS = [SpareCamera() for _ in range(3)]
+    CAMERAS = [SpareCamera() for _ in range(5)]
     results = {via: prove_webcam() if via == "webcam" else prove(via) for via in sys.argv[1:]}
     print("RESULT " + json.dumps(results), flush=True)

@@ -83,3 +83,7 @@ def test_unplugging_is_reported_once(seen: dict[str, Any]) -> None:
     assert len(unplugged["reported"]) == 1
     assert "unplugged" in unplugged["reported"][0]
     assert unplugged["refused"] == "DeviceLostError"
+
+
+def test_a_killed_camera_makes_room_for_the_next_on_its_controller(seen: dict[str, Any]) -> None:
+    assert seen["gadget"].get("replaced"), seen["gadget"]

@@ -163,6 +163,7 @@ class Gadget:
             raise SourceUnavailableError("a USB gadget needs Linux: use --via tcp")
         # Interrupts a blocked read or write; the handler itself has nothing to do.
         signal.signal(signal.SIGUSR1, lambda *_: None)
+        self._clear_away()
         try:
             self._make()
             self._open_endpoints()
@@ -182,6 +183,19 @@ class Gadget:
         self._remove()
 
     # -- configfs --------------------------------------------------------------------------------
+    def _clear_away(self) -> None:
+        """Remove what a killed program left. Raises SourceUnavailableError if another has the gadget."""
+        if not self._folder.exists():
+            return
+        try:
+            controller = (self._folder / "UDC").read_text().strip()
+        except OSError:
+            controller = ""
+        # Linux unbinds the gadget of a program that ends.
+        if controller:
+            raise SourceUnavailableError(f"another simulated camera is on the device controller {controller}")
+        self._dismantle()
+
     def _make(self) -> None:
         identity = self._camera.identity
         self._folder.mkdir()
@@ -251,6 +265,9 @@ class Gadget:
         for descriptor in self._endpoints:
             os.close(descriptor)
         self._endpoints.clear()
+        self._dismantle()
+
+    def _dismantle(self) -> None:
         with contextlib.suppress(OSError):
             self._files.unmount(self._mount)
             self._mount.rmdir()
