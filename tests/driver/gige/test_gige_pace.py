@@ -45,10 +45,38 @@ def test_nothing_is_waited_for_before_the_rate_is_known_or_a_length() -> None:
 
 def test_a_block_is_waited_for_in_equal_pauses_until_shortly_before_its_end() -> None:
     rate = GIGABIT / PACKET
-    pace = learned(ROOMY, rate)
-    for expected, pauses in ((3000, 2), (1000, 1)):
+    pace = learned(4 * ROOMY, rate, 1 << 16)
+    for expected, pauses in ((5000, 2), (3000, 2), (1000, 1)):
         pause = pace.pause(expected, PACKET, NOW)
         assert pause * pauses == pytest.approx(expected / rate - LAST_PAUSE, rel=0.02)
+
+
+def test_what_may_have_arrived_since_the_last_look_shortens_a_pause() -> None:
+    rate = GIGABIT / PACKET
+    for pace in (learned(ROOMY // 4, rate), learned(16 * ROOMY, rate, 512)):
+        pause = pace.pause(3000, PACKET, NOW)
+        assert 0.001 < pause < 0.01, "limited by a buffer"
+        assert pace.pause(3000, PACKET, NOW + 0.0005) == pytest.approx(pause - 0.0005)
+
+
+def test_a_rate_is_measured_over_several_batches() -> None:
+    rate = 90_000
+    pace = Pace(ROOMY, 4096)
+    for step in range(-20, 1):
+        pace.took(round(rate * 0.001), NOW + 0.001 * step, more=True)
+    assert pace.pause(90, PACKET, NOW) == pytest.approx(0.001, rel=0.02)
+
+
+@pytest.mark.parametrize("share, waits", [(0.8, True), (1.2, False)])
+def test_the_mean_rate_counts_each_batch_of_a_block(share: float, waits: bool) -> None:
+    period = 0.01
+    packets = round(share * FASTEST / kernel_bytes(PACKET) * period / 2)
+    pace = Pace(64 * ROOMY, 1 << 20)
+    for block in range(-9, 1):
+        pace.took(packets, NOW + block * period - 0.006, more=True)
+        pace.took(packets, NOW + block * period, more=False)
+    pace.took(packets, NOW + 0.004, more=True)
+    assert bool(pace.pause(4 * packets, PACKET, NOW + 0.004)) is waits
 
 
 def test_the_last_pause_ends_with_the_block() -> None:
