@@ -59,7 +59,7 @@ def in_state(state):
 
 def test_nothing_moves_before_anything_is_known():
     run = Run()
-    assert run.machine.state is State.LOST
+    assert (run.machine.state, run.machine.reason) == (State.LOST, "no picture yet")
     assert run.feed(NOTHING) is State.LOST
 
 
@@ -261,3 +261,12 @@ def test_a_loss_names_the_problem_if_there_is_one(start):
     run.feed(Situation(problem="it is seen edge-on"), GRACE + 0.1)
     assert run.machine.state is State.LOST
     assert run.machine.reason == "it is seen edge-on"
+
+
+@pytest.mark.parametrize(("start", "named"), [(State.WAITING, True), (State.CENTRING, False)])
+def test_a_problem_is_named_while_the_marker_is_waited_for(start, named):
+    run = in_state(start)
+    before = run.machine.reason
+    run.feed(dataclasses.replace(PERSON_ASIDE, centred=named, problem="several markers 20"))
+    assert run.machine.state is start
+    assert run.machine.reason == ("several markers 20" if named else before)
