@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.packet_sorting import packet_runs
 
 
@@ -127,15 +128,22 @@ Outcome = list[tuple[int, bool, int, bytes]]
 "Of each block its id, whether it is complete, how many bytes are missing, and the payload."
 
 
-def taken_both_ways(datagrams: list[bytes], **options: object) -> tuple[Bench, Outcome]:
+def taken_both_ways(*batches: list[bytes], **options: object) -> tuple[Bench, Outcome]:
     """Feed packets singly to one assembler, as rows to another; the results are equal. Return the other."""
     one, other = (Bench(deliver_incomplete=True, buffers=100, **options) for _ in range(2))  # type: ignore[arg-type]
+    done: dict[Bench, list[Block]] = {one: [], other: []}
+    for batch in batches:
+        done[one] += one.feed(batch, 0.0)
+        done[other] += feed_rows(other, batch)
     outcomes: list[Outcome] = []
-    for bench, done in ((one, one.feed(datagrams, 0.0)), (other, feed_rows(other, datagrams))):
+    for bench in (one, other):
         bench.assembler.flush()
-        done += bench.tick()
+        done[bench] += bench.tick()
         outcomes.append(
-            [(each.block_id, each.complete, each.missing_bytes, each.payload.tobytes()) for each in done]
+            [
+                (each.block_id, each.complete, each.missing_bytes, each.payload.tobytes())
+                for each in done[bench]
+            ]
         )
     assert outcomes[0] == outcomes[1]
     assert one.statistics == other.statistics
@@ -174,13 +182,15 @@ def test_unusual_rows_are_as_good_as_single_packets(extended: bool, order: int) 
         full(range(3, 7), kind=9, extended=extended),
     ):
         for before in ([leader], [leader, rest[0]], rest[:1], []):
-            taken_both_ways([*before, *odd[::order], *rest, trailer])
+            taken_both_ways(before, odd[::order], [*rest, trailer])
 
 
+@pytest.mark.parametrize("order", [1, -1], ids=["in order", "backwards"])
 @pytest.mark.parametrize("extended", [False, True])
-def test_rows_of_another_length_than_announced_are_followed(extended: bool) -> None:
-    sent = [datagram for block_id in (1, 2) for datagram in block(block_id, extended=extended)]
-    bench, outcome = taken_both_ways(sent, stride=STRIDE + 36)
+def test_rows_of_another_length_than_announced_are_followed(extended: bool, order: int) -> None:
+    first, second = (block(block_id, extended=extended) for block_id in (1, 2))
+    batches = (first[:2], first[2:LAST][::order], first[LAST:], second)
+    bench, outcome = taken_both_ways(*batches, stride=STRIDE + 36)
     assert outcome == [(1, True, 0, picture(1)), (2, True, 0, picture(2))]
     assert bench.assembler.stride == STRIDE
 
