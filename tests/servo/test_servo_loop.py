@@ -158,7 +158,7 @@ def test_an_arm_that_is_not_driven_stays_and_the_head_goes_on():
     bench.look_at(PLACE)
     cycle = bench.run(bench.board, 60)
     assert cycle.state is State.WAITING
-    assert "the arm is not driven: only the head follows" in cycle.reason
+    assert cycle.reason == "the arm is not driven: only the head follows"
     assert not cycle.command.hand.any()
 
 
@@ -240,6 +240,11 @@ def test_a_command_after_a_fault_is_a_halt(fault):
     assert not cycle.state.head_moves
     assert cycle.command.halt and not cycle.command.hand.any() and not cycle.command.head.any()
     assert (cycle.time, cycle.robot) == (now + late, reading)
+    assert cycle.reason == {
+        "no robot": "the robot has not answered yet",
+        "old robot": "the robot's readings are old",
+        "stopped": "pressed",
+    }.get(fault, "no fresh picture")
 
 
 def test_the_hand_speeds_up_by_the_time_that_passed_but_not_for_a_pause():
