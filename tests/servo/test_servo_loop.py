@@ -287,3 +287,12 @@ def test_a_dry_run_says_so_and_nothing_is_stuck_in_it():
     cycle = bench.run(bench.board, round(1.5 * SAFETY.stuck / DT))
     assert cycle.state is State.APPROACHING
     assert cycle.reason == "the marker is centred (dry run: nothing is sent)"
+
+
+@pytest.mark.parametrize(("held_back", "dead"), [("", True), ("the gate says no", False)])
+def test_a_hand_that_is_held_back_may_stand_still(held_back, dead):
+    loop = Bench().loop
+    loop.commanded(Command(hand=np.full(6, 0.1)), held_back)
+    for step in range(round(2 * SAFETY.freeze / DT)):
+        loop._watch.look(RobotState(DT * step, np.zeros(2), geometry.pose()))
+    assert loop._watch.arm_frozen is dead

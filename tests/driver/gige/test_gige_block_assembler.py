@@ -458,6 +458,7 @@ def test_no_more_blocks_than_allowed_wait_for_their_packets() -> None:
     assert bench.statistics.incomplete == 0
     bench.feed(block(3)[:1])
     assert bench.statistics.incomplete == 1
+    assert [waiting.block_id for waiting in bench.assembler._open] == [2, 3]
 
 
 def test_how_many_packets_are_still_to_come() -> None:
