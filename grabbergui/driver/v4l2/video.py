@@ -250,10 +250,11 @@ class VideoDevice:
             v4l2.free_buffers(self._fd, CAPTURE, v4l2.Memory.MMAP)
 
     def queue(self, index: int) -> None:
-        """Give a buffer to the driver."""
+        """Give a buffer to the driver. Raises DeviceLostError."""
         buffer = raw.v4l2_buffer()
         buffer.type, buffer.memory, buffer.index = CAPTURE, v4l2.Memory.MMAP, index
-        v4l2.ioctl(self._fd, v4l2.IOC.QBUF, buffer)
+        with self._asking("a buffer"):
+            v4l2.ioctl(self._fd, v4l2.IOC.QBUF, buffer)
 
     def take(self) -> Filled | None:
         """The next filled buffer; None if there is none. Raises DeviceLostError."""

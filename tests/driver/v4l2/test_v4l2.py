@@ -18,7 +18,13 @@ pytest.importorskip("linuxpy.video.device", reason="linuxpy has Linux's video in
 
 from fake_video import EXPOSURE, EXPOSURE_AUTO, RESET, FakeVideo
 
-from grabbergui.core.errors import FeatureAccessError, FeatureValueError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import (
+    DeviceLostError,
+    FeatureAccessError,
+    FeatureValueError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.identity import DeviceInfo
@@ -211,6 +217,19 @@ def test_a_stream_that_the_bus_has_no_room_for_leaves_no_buffers_behind(
     with closing(VideoDevice(str(path))) as device, pytest.raises(TransportError, match="choose a smaller"):
         device.begin(2)
     assert len(freed) == 1 and all(each.closed for each in maps)
+
+
+def test_a_device_that_is_unplugged_between_two_calls_of_its_stream_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+
+    (path := tmp_path / "video7").touch()
+    with closing(VideoDevice(str(path))) as device:
+        monkeypatch.setattr(video_module.v4l2, "ioctl", refuse)
+        with pytest.raises(DeviceLostError, match="video7 was unplugged"):
+            device.queue(0)
 
 
 def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
