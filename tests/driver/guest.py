@@ -17,8 +17,8 @@ from patience import until
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[1]
 
-GUEST_SECONDS = 1000
-"""A minute or two where nothing else runs, many times that on a busy machine."""
+GUEST_SECONDS = 500
+"""A minute where nothing else runs, some times that on a busy machine."""
 NO_GUEST = 77
 """The exit status of `usbvm` where no guest can be made."""
 
@@ -57,7 +57,7 @@ class Guest:
         """Wait for what the hosts in the guest saw, by the kind of camera."""
         faulthandler.cancel_dump_traceback_later()  # this wait may be longer than what counts as a hang
         # A kernel may have to be fetched first.
-        until(self._status.exists, "the virtual machine's end", GUEST_SECONDS + 400)
+        until(self._status.exists, "the virtual machine's end", GUEST_SECONDS + 150)
         status = int(self._status.read_text())
         said = self._said.read_text(errors="replace")
         if status == NO_GUEST:

@@ -11,7 +11,7 @@ import pytest
 from guest import GUEST_SECONDS, Guest
 from in_guest import FRAMES, HEIGHT, WIDTH
 
-pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 500)]
+pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 200)]
 
 
 @pytest.fixture(scope="module")

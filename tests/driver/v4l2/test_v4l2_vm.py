@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from guest import GUEST_SECONDS, Guest
 
-pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 500)]
+pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 200)]
 
 
 @pytest.fixture(scope="module")
