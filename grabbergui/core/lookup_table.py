@@ -151,7 +151,7 @@ def load_table(path: Path, shape: LutShape) -> Table:
             table = _from_text(path.read_text(encoding="utf-8"))
         else:
             table = np.frombuffer(path.read_bytes(), "<u2").astype(np.int64)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, OverflowError) as error:
         raise UsageError(f"{path} cannot be read as a look-up table: {error}") from error
     _require_fit(table, shape, str(path))
     return table

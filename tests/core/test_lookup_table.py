@@ -62,6 +62,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path, name: str) -> None:
         ("1\n2\n3\n", "has 3 values from 1 to 3"),
         ("", "has 0 values"),
         ("one\ntwo\nthree\n", "cannot be read"),
+        ("1\n99999999999999999999\n", "cannot be read"),
         ("\n".join(f"{15 - place},{place}" for place in range(16)), "indices do not count"),
         ("\n".join(str(20 * place) for place in range(16)), "from 0 to 255"),
     ],
