@@ -5,17 +5,21 @@ import errno
 import os
 import re
 import shutil
+import struct
 import time
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
+import lz4.frame
 import numpy as np
 import pytest
+import zstandard
 from full_disk import FullDisk
 
 from grabbergui import sources
 from grabbergui.core import pfnc
-from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
@@ -25,6 +29,7 @@ from grabbergui.recording import (
     RecordingKind,
     in_order_of_receipt,
     kind_of,
+    mcap_file,
     open_recording,
     playback,
 )
@@ -488,6 +493,23 @@ def test_compressed_files_of_others_are_played(tmp_path):
         assert len(recording) == 4
         assert np.array_equal(recording.frame(3, 0).raw(), lines[:, :18])
         recording.close()
+
+
+@pytest.mark.parametrize(("name", "compress"), [("zstd", zstandard.compress), ("lz4", lz4.frame.compress)])
+def test_a_chunk_that_holds_much_more_than_it_announces_takes_no_memory(tmp_path, name, compress):
+    data = compress(bytes(1 << 26))
+    body = (
+        struct.pack("<QQQII", 0, 0, 1000, 0, len(name)) + name.encode() + struct.pack("<Q", len(data)) + data
+    )
+    path = tmp_path / "x.mcap"
+    path.write_bytes(mcap_file.MAGIC + struct.pack("<BQ", 6, len(body)) + body)
+    tracemalloc.start()
+    try:
+        with pytest.raises(UsageError, match="holds no images"):
+            open_recording(path)
+        assert tracemalloc.get_traced_memory()[1] < 1 << 22
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_path):
