@@ -46,6 +46,8 @@ TIME_BASE = Fraction(1, 1_000_000)
 "Seconds in a unit of a movie's times."
 NOMINAL_RATE = 25.0
 "Frames per second in a movie's header if the camera's rate is unknown. Players go by the frames' times."
+HIGHEST_RATE = 1e6
+"Hz; a camera that reports more reports no rate."
 LONGEST_GAP = 600_000_000
 "Units between two frames; a longer pause is shortened to this, since MP4 counts durations in 32 bits."
 FRAGMENT = 500_000
@@ -255,7 +257,7 @@ class MovieWriter(RecordingWriter):
         """Begin a movie of one of `writer.MOVIE_KINDS`; `rate` is the camera's in Hz, 0 if unknown."""
         self.path = path
         self._kind = kind
-        self._rate = rate if rate > 0 else NOMINAL_RATE
+        self._rate = rate if 0 < rate <= HIGHEST_RATE else NOMINAL_RATE
         self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
         self._movie: MovieFile | None = None
         self._made = False

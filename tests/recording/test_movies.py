@@ -1,6 +1,7 @@
 """Movies: exact times and seeking, other readers, crashes, full disks, bad files."""
 
 import contextlib
+import math
 import os
 import resource
 import signal
@@ -50,6 +51,14 @@ def written(path, kind, frames):
         writer.write(frame)
     writer.close()
     return path
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-4, 1e12, math.inf])
+def test_a_movie_is_written_whatever_rate_the_camera_reports(tmp_path, rate):
+    writer = create_writer(RecordingKind.H264, tmp_path / "x.mp4", INFO, rate)
+    writer.write(flat(0))
+    writer.close()
+    assert len(open_recording(tmp_path / "x.mp4")) == 1
 
 
 @pytest.mark.parametrize("kind", MOVIE_KINDS)
