@@ -155,7 +155,9 @@ class PlaybackGrabber(FrameGrabber):
         self._player: threading.Thread | None = None
         self._running = False
         self._shown = -1
-        "Index of the frame delivered last; a position elsewhere is delivered at once."
+        "Index of the frame delivered last; -1 if the one at the position is to be delivered at once."
+        self._due = 0.0
+        "When the next frame is to be delivered, by `time.monotonic`."
         self._statistics = StreamStatistics()
         self._rates = RateMeter()
 
@@ -229,6 +231,9 @@ class PlaybackGrabber(FrameGrabber):
                 state.time = self._time_of(state.position)
                 changed.add(TIME)
             elif name == SPEED:
+                now = time.monotonic()
+                # The wait for the next frame goes on at the new speed.
+                self._due = now + (self._due - now) * state.speed / float(accepted)
                 state.speed = float(accepted)
             elif name == LOOP:
                 state.loop = bool(accepted)
@@ -287,11 +292,10 @@ class PlaybackGrabber(FrameGrabber):
 
     # -- the player's thread ---------------------------------------------------------------------
     def _play(self, recording: Recording) -> None:
-        due = time.monotonic()
         noticed = 0.0
         while True:
             with self._changed:
-                due, at_position = self._wait_for_turn(due)
+                at_position = self._wait_for_turn()
                 if not self._running:
                     return
                 index = self._state.position
@@ -299,29 +303,31 @@ class PlaybackGrabber(FrameGrabber):
             self._deliver(recording, index)
             with self._changed:
                 if self._state.playing and self._state.position == index:
-                    due = self._advance(recording, index, due if not at_position else time.monotonic())
+                    if at_position:
+                        self._due = time.monotonic()
+                    self._advance(recording, index)
                 at_rest = not self._state.playing
             if time.monotonic() - noticed > NOTICE_PERIOD or at_position or at_rest:
                 noticed = time.monotonic()
                 self.features_changed.emit(frozenset({POSITION, TIME, PLAYING, WIDTH}))
 
-    def _wait_for_turn(self, due: float) -> tuple[float, bool]:
-        """Wait until the frame at the position is to be delivered; whether a user put the position there."""
+    def _wait_for_turn(self) -> bool:
+        """Wait until the frame at the position is due; return whether it was sought rather than reached."""
         while self._running:
             if self._shown == -1:
-                return time.monotonic(), True
+                return True
             if not self._state.playing or self._shown == self._state.position:
                 self._changed.wait()
-                due = time.monotonic()
+                self._due = time.monotonic()
                 continue
-            wait = due - time.monotonic()
+            wait = self._due - time.monotonic()
             if wait <= 0:
-                return due, False
+                return False
             self._changed.wait(wait)
-        return due, False
+        return False
 
-    def _advance(self, recording: Recording, index: int, due: float) -> float:
-        """Move on to the next frame; when it is due."""
+    def _advance(self, recording: Recording, index: int) -> None:
+        """Move on to the next frame, and set when it is due."""
         state = self._state
         if index + 1 < state.frames:
             gap = (recording.times_ns[index + 1] - recording.times_ns[index]) / 1e9
@@ -333,10 +339,10 @@ class PlaybackGrabber(FrameGrabber):
             self._shown = state.frames  # the first follows, also where it is the only one
         else:
             state.playing = False
-            return due
+            return
         state.time = self._time_of(state.position)
-        # Behind by more than a moment (the machine was busy): carry on from here, hurry through nothing.
-        return max(due + min(gap, LONGEST_GAP) / state.speed, time.monotonic() - LOOP_PAUSE)
+        # After a delay of more than a moment (a busy computer), go on from here instead of catching up.
+        self._due = max(self._due + min(gap, LONGEST_GAP) / state.speed, time.monotonic() - LOOP_PAUSE)
 
     def _deliver(self, recording: Recording, index: int) -> None:
         try:

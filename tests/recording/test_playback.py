@@ -73,6 +73,18 @@ def test_speed_changes_while_it_plays(player):
                 queue.get(PATIENCE)
 
 
+def test_a_higher_speed_shortens_the_wait_for_the_next_frame(folder):
+    (folder / "frames.jsonl").write_text("".join(note(index, received_ns=index * 10**10) for index in (1, 2)))
+    player = playback.create(SourceUri.parse(f"file:{folder}?speed=0.05"))
+    player.open()
+    queue = player.open_queue(16)
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 1
+    player.write_feature("PlaybackSpeed", 20)
+    assert queue.get(PATIENCE).frame_id == 2  # after 0.5 s; at the old speed, after 200 s
+    player.close()
+
+
 def test_loop_goes_round_and_can_be_ended(player):
     player.write_feature("PlaybackSpeed", 20)
     queue = player.open_queue(64)
