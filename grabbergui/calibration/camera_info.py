@@ -55,8 +55,10 @@ class FittedCalibration:
         "As it was made; None without one."
         self._grabber = grabber
         self._file: Path | None = None
-        self._key: object = None
-        self._fitted: Calibration | None = None
+        self._fitted: tuple[object, Calibration | None] = (None, None)
+        "What the last calibration was fitted to, and that calibration; exchanged as one."
+        self._changes = 0
+        "Counts changes of the full size."
         self._listening = False
         if file is not None:
             self.use(file)
@@ -94,16 +96,18 @@ class FittedCalibration:
             return self._own(size)
         if not self._listening:  # not before, since a camera that is listened to is polled
             self._listening = True
-            self._grabber.features_changed.connect(self._on_features_changed)
-        key = (calibration, size, offset)
-        if key != self._key:
-            try:
-                self._fitted = fitted(calibration, size, offset, self._full_size())
-            except GrabberError as error:
-                log.warning("images go out without a calibration: %s", error)
-                self._fitted = None
-            self._key = key
-        return self._fitted
+            self._grabber.features_changed.connect(self._on_features_changed, unique=True)
+        key = (calibration, size, offset, self._changes)
+        last_key, last = self._fitted
+        if key == last_key:
+            return last
+        try:
+            result = fitted(calibration, size, offset, self._full_size())
+        except GrabberError as error:
+            log.warning("images are sent without a calibration: %s", error)
+            result = None
+        self._fitted = key, result
+        return result
 
     def now(self) -> Calibration:
         """Return the calibration of images as the camera is set at the moment.
@@ -141,7 +145,7 @@ class FittedCalibration:
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if not names.isdisjoint(_FULL_SIZE):
-            self._key = None
+            self._changes += 1
 
 
 def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair | None) -> Calibration:

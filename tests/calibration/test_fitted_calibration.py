@@ -82,6 +82,37 @@ def test_binning_at_the_same_frame_size_is_noticed():
     calibrations.close()
 
 
+def test_binning_that_changes_while_a_calibration_is_fitted_takes_effect_at_the_next_frame():
+    grabber = camera(640, 480)
+    calibrations = FittedCalibration(grabber)
+    calibrations.calibration = WHOLE
+    calibrations.of(frame(32, 24))  # listens to the camera from now on
+    read = grabber.feature
+
+    def read_before_a_change(name):
+        feature = read(name)
+        if name == "HeightMax":
+            grabber.feature = read
+            grabber.set("WidthMax", 320)
+            grabber.set("HeightMax", 240)
+        return feature
+
+    grabber.feature = read_before_a_change
+    calibrations.of(frame(64, 48))
+
+    assert intrinsics(calibrations.of(frame(64, 48)))[0] == 250
+    calibrations.close()
+
+
+@pytest.mark.parametrize("full_size", [(640, 480), (0, 0)])
+def test_frames_without_an_image_have_no_calibration(full_size):
+    calibrations = FittedCalibration(camera(*full_size))
+    calibrations.calibration = WHOLE
+
+    assert calibrations.of(frame(0, 0)) is None
+    calibrations.close()
+
+
 def test_another_calibration_takes_effect_and_none_is_none():
     calibrations = FittedCalibration(camera(640, 480))
     assert calibrations.of(frame(640, 480)) is None

@@ -107,7 +107,10 @@ def test_eight_coefficients():
         ({"p": [float("nan")] * 12}, "not finite"),
         ({"r": [float("inf")] * 9}, "not finite"),
         ({"distortion_model": "equidistant", "d": [0.1] * 4}, "'equidistant'"),
-        ({"binning_x": 2, "binning_y": 1000}, "binning of 2×1000 leaves nothing of 640×480"),
+        (
+            {"binning_x": 2, "binning_y": 1000},
+            "images of 640×480 pixels are too small for a binning of 2×1000",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_refused(changes, words):
