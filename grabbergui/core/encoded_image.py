@@ -1,12 +1,12 @@
-"""Compressed images: their size from the first bytes, and their pixels when somebody asks for them.
+"""Compressed images: reads their size from the header, and decodes their pixels on demand.
 
-JPEG (ITU-T T.81) and JPEG 2000 (T.800) images of cameras need no other frame; OpenCV decodes them. Image
-files of other origin (JPEG, PNG, BMP, TIFF) are decoded once their size is found reasonable.
+Cameras send JPEG (ITU-T T.81) and JPEG 2000 (T.800) images, each of which can be decoded alone; OpenCV does
+it. Image files from elsewhere (JPEG, PNG, BMP, TIFF) are decoded only if their size is reasonable.
 
-A file may announce any size in a few bytes, and a decoder takes the memory for it before it reads the
-first pixel. So the headers that are easily read (JPEG: T.81, B.2.2; PNG: ISO 15948, 11.2.2; BMP) are read
-first. For other kinds OpenCV limits the size to 2^30 pixels. Its PNG decoder takes up to 4 GiB for a chunk by
-its announced length alone, so chunks are compared with the length of the file, too.
+A file can announce any size in a few bytes, and a decoder allocates the memory before it reads the first
+pixel. Therefore the headers of JPEG (T.81, B.2.2), PNG (ISO 15948, 11.2.2) and BMP are checked first; for
+other kinds OpenCV limits the size to 2^30 pixels. Its PNG decoder allocates up to 4 GiB for the announced
+length of a chunk, so chunks are also compared with the length of the file.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from grabbergui.core.pfnc import PixelFormat
 
 
 class Encoding(Protocol):
-    """A way of compression."""
+    """A kind of compression."""
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class Encoding(Protocol):
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Size and format of a compressed image, as it is once decoded."""
+    """Size and format of a compressed image after decoding."""
 
     width: int
     height: int
@@ -48,13 +48,13 @@ class ImageHeader:
 
 @dataclass(frozen=True)
 class StillImage:
-    """JPEG or JPEG 2000, decoded by OpenCV bit for bit as `cv2.imdecode` does."""
+    """JPEG or JPEG 2000; decodes to exactly the bytes of `cv2.imdecode`."""
 
     name: str
     header: ImageHeader
 
     def decode(self, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Decode a whole image. Raises PixelFormatError where it is damaged."""
+        """Decode the image. Raises PixelFormatError if it is damaged."""
         try:
             image: NDArray[Any] | None = cv2.imdecode(np.ascontiguousarray(data), cv2.IMREAD_UNCHANGED)
         except cv2.error as error:
@@ -70,12 +70,15 @@ class StillImage:
 
 
 _JPEG, _PNG, _BMP = b"\xff\xd8", b"\x89PNG\r\n\x1a\n", b"BM"
-"The beginnings of such files."
+"The first bytes of such files."
 _START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 "Markers SOF0 to SOF15 without DHT, JPG and DAC: the segments that contain the size."
 _WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD9)))
 "Markers that no length follows: TEM, RST0 to RST7, SOI."
 LARGEST_SIDE = 1 << 16
+"Pixels."
+MOST_PIXELS = 1 << 28
+"Pixels of an image that is decoded; the largest sensors have some 250 million."
 
 
 def jpeg_header(data: bytes) -> ImageHeader:
@@ -127,20 +130,18 @@ def _header(name: str, width: int, height: int, depth: int, components: int) -> 
         pixel_format = pfnc.by_name(names[components, depth])
     else:
         raise PixelFormatError(f"a {name} image of {components} components with {depth} bits is unknown")
-    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE):
-        raise PixelFormatError(f"a {name} image of {width}×{height} pixels makes no sense")
+    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE and width * height <= MOST_PIXELS):
+        raise PixelFormatError(
+            f"a {name} image announces {width}×{height} pixels; at most {MOST_PIXELS} are decoded"
+        )
     return ImageHeader(width, height, pixel_format)
 
 
-MOST_PIXELS = 1 << 28
-"Of an image that is decoded; the largest sensors have some 250 million."
-
-
 def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
-    """The image in a file's bytes (1-D), as OpenCV has it: (height, width[, 3 or 4]), colours as B G R A.
+    """Decode the 1-D bytes of a file into OpenCV's layout: (height, width[, 3 or 4]), colours as B G R A.
 
-    uint8 or uint16, or what else a TIFF holds. Raises RemoteProtocolError for what is no image, is cut
-    short, or has more than `MOST_PIXELS`.
+    Values are uint8 or uint16, or of any type that a TIFF can have. Raises RemoteProtocolError for bytes that
+    are no image, for one that is cut short, and for one of more than `MOST_PIXELS`.
     """
     size = announced_size(file.data)
     if size is not None and size[0] * size[1] > MOST_PIXELS:
@@ -150,16 +151,16 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     if not _png_is_whole(file.data):
         raise RemoteProtocolError(f"{file.size} bytes of a PNG image that was cut short")
     try:
-        picture = cv2.imdecode(file, cv2.IMREAD_UNCHANGED) if file.size else None
+        image = cv2.imdecode(file, cv2.IMREAD_UNCHANGED) if file.size else None
     except cv2.error:
-        picture = None
-    if picture is None:
+        image = None
+    if image is None:
         raise RemoteProtocolError(f"{file.size} bytes that are no image, or one that was cut short")
-    return picture
+    return image
 
 
 def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
-    """Width and height by a file's header; None where it is of another kind or cut short before them."""
+    """Return width and height from a file's header; None for another kind, or one that ends before them."""
     if (at := _frame_header_at(file)) is not None:
         height, width = struct.unpack_from(">HH", file, at + 5)
         return width, height
@@ -168,12 +169,12 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
         return width, height
     if file[:2] == _BMP and len(file) >= 26 and struct.unpack_from("<I", file, 14)[0] >= 40:
         width, height = struct.unpack_from("<ii", file, 18)
-        return abs(width), abs(height)  # negative: the first line on top
+        return abs(width), abs(height)  # a negative height: the first line is at the top
     return None
 
 
 def _png_is_whole(file: memoryview) -> bool:
-    """Whether every chunk up to the last lies within the file; true of anything but a PNG."""
+    """Return whether a file contains every chunk of its PNG image; true for other kinds."""
     if file[:8] != _PNG:
         return True
     at = len(_PNG)
@@ -185,11 +186,11 @@ def _png_is_whole(file: memoryview) -> bool:
 
 
 SHOWN_WIDTH = 960
-"Pixels of an image in a notebook; wider ones are scaled down, as each travels to the browser."
+"Largest width of an image in a notebook, in pixels. Wider ones are scaled down for the way to the browser."
 
 
 def jpeg_to_show(image: NDArray[np.uint8]) -> bytes:
-    """Encode an RGB image (height, width, 3) as a JPEG of at most `SHOWN_WIDTH` pixels' width."""
+    """Encode an RGB image (height, width, 3) as a JPEG at most `SHOWN_WIDTH` pixels wide."""
     height, width = image.shape[:2]
     if width > SHOWN_WIDTH:
         size = (SHOWN_WIDTH, max(1, height * SHOWN_WIDTH // width))

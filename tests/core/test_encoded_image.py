@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core import encoded_image
-from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.errors import PixelFormatError, RemoteProtocolError
 
 PICTURE = np.arange(21 * 13 * 3, dtype=np.uint16).astype(np.uint8).reshape(13, 21, 3)
 KINDS = (".png", ".jpg", ".bmp", ".tiff")
@@ -71,6 +71,11 @@ def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:
         tracemalloc.stop()
+
+
+def test_a_cameras_jpeg_image_that_announces_too_much_is_refused_before_memory_is_taken():
+    with pytest.raises(PixelFormatError, match="announces 30000×30000 pixels"):
+        encoded_image.jpeg_header(jpeg_of(30000, 30000))
 
 
 @pytest.mark.parametrize("chunk", [b"IDAT", b"tEXt"])
