@@ -1,4 +1,4 @@
-"""Eight-bit sensor data to grey and RGB, and its reduction before colour is computed.
+"""Converts 8-bit sensor data to grey and RGB, and reduces it before colour is computed.
 
 YUV… and YCbCr… without a number are BT.601 in full range (luma 0…255, chroma 128 ± 127), as cameras compute
 them and JPEG does; YCbCr601, 709 and 2020 have the matrix of that recommendation and its limited range (luma
@@ -19,8 +19,8 @@ from grabbergui.core.pfnc import Family, PixelFormat
 
 Bytes = NDArray[np.uint8]
 
-# OpenCV's older names (COLOR_BayerBG2RGB) give the colours of the second line's second and third pixel;
-# these give those of the first two lines.
+# OpenCV's older names (COLOR_BayerBG2RGB) name the second and third pixel of the second line; these name the
+# first two pixels of the first two lines.
 _BAYER_TO_RGB = {
     "GR": cv2.COLOR_BayerGRBG2RGB,
     "RG": cv2.COLOR_BayerRGGB2RGB,
@@ -48,18 +48,18 @@ _OPENCV_YUYV = {"YUYV": cv2.COLOR_YUV2RGB_YUYV, "UYVY": cv2.COLOR_YUV2RGB_UYVY}
 "OpenCV's own conversion has BT.601's matrix and limited range."
 BAYER_SECOND_LINE = {"GR": "BG", "RG": "GB", "GB": "RG", "BG": "GR"}
 _LUMA_SHARES = {"": (0.299, 0.114), "601": (0.299, 0.114), "709": (0.2126, 0.0722), "2020": (0.2627, 0.0593)}
-"Of red and blue in the luma of each recommendation."
+"Weights of red and blue in the luma of each recommendation."
 _STRIP_PIXELS = 1 << 17
-"Pixels converted at once, so that what lies between two steps stays in the processor's cache."
+"Pixels converted in one go, so that intermediate results stay in the processor's cache."
 
 
 def eight_bits(
     raw: NDArray[Any], pixel_format: PixelFormat, bounds: tuple[float, float] | None = None
 ) -> Bytes:
-    """Reduce samples as `Frame.raw` has them to 8 bits; unsigned ones of 8 bits pass through.
+    """Reduce samples as `Frame.raw` has them to 8 bits; unsigned 8-bit samples pass through.
 
-    Deeper unsigned ones keep their eight highest bits, and values beyond the depth become 255; fewer bits are
-    stretched to 0…255, signed ones shifted so that 0 becomes 128. Formats that need a range
+    Deeper unsigned samples keep their eight highest bits, and values beyond the depth become 255. Samples of
+    fewer bits are stretched to 0…255, signed ones shifted so that 0 becomes 128. Formats that need a range
     (`PixelFormat.needs_range`) are scaled from `bounds` to 1…255; NaN and infinite values become 0.
     """
     depth = pixel_format.depth
@@ -70,7 +70,7 @@ def eight_bits(
         return (shifted >> depth - 8).astype(np.uint8)
     if raw.dtype == np.uint8:
         return raw if depth == 8 and not pixel_format.fields else _stretched(raw, pixel_format)
-    # OpenCV rounds to nearest: the offset of almost one half makes it cut off, in one pass that saturates.
+    # OpenCV rounds to nearest; the offset of almost one half makes it truncate, in one saturating pass.
     divisor = 1 << depth - 8
     return _array(cv2.convertScaleAbs(raw, alpha=1 / divisor, beta=-(divisor - 1) / (2 * divisor)))
 
@@ -85,8 +85,8 @@ def measured_bounds(values: NDArray[Any]) -> tuple[float, float]:
 def to_rgb(data: Bytes, pixel_format: PixelFormat) -> Bytes:
     """Convert 8-bit samples, (height, width[, n]), to (height, width, 3) R G B; RGB8 passes through.
 
-    Bayer is interpolated linearly; its outermost pixels take their neighbours' colour. Of coordinates the
-    last one, the distance, is shown in grey.
+    Bayer is interpolated linearly; its outermost pixels take their neighbours' colour. Coordinates are shown
+    by the last one, the distance, in grey.
     """
     order, family = pixel_format.order, pixel_format.family
     if family is Family.BAYER:
@@ -107,7 +107,7 @@ def to_rgb(data: Bytes, pixel_format: PixelFormat) -> Bytes:
 
 
 def to_grey(data: Bytes, pixel_format: PixelFormat) -> Bytes:
-    """Convert to (height, width) luma of what `to_rgb` shows, BT.601 where the format names no other."""
+    """Convert to (height, width) luma of the `to_rgb` image, by BT.601 unless the format names another."""
     family = pixel_format.family
     if family is Family.BAYER:
         return _demosaiced(data, _BAYER_TO_GREY[pixel_format.order])
@@ -124,14 +124,14 @@ def to_grey(data: Bytes, pixel_format: PixelFormat) -> Bytes:
 
 
 def halved(data: Bytes) -> Bytes:
-    """Half the width and height, rounded down, each pixel the mean of four; never less than one pixel."""
+    """Return an image of half the size (rounded down, at least one pixel), each pixel the mean of four."""
     height, width = data.shape[:2]
     even = data[: height - height % 2 or 1, : width - width % 2 or 1]
     return _array(cv2.resize(even, (max(1, width // 2), max(1, height // 2)), interpolation=cv2.INTER_AREA))
 
 
 def bayer_cells(data: Bytes, order: str) -> Bytes:
-    """(height // 2, width // 2, 3) R G B: a pixel for each whole cell of 2×2, its greens averaged."""
+    """Return (height // 2, width // 2, 3) R G B: a pixel for each whole 2×2 cell, with averaged greens."""
     height, width = data.shape[0] // 2, data.shape[1] // 2
     cells = data[: 2 * height, : 2 * width].reshape(height, 2, width, 2)
     planes = dict(zip(order, cv2.split(cells[:, 0]), strict=True))
@@ -141,9 +141,9 @@ def bayer_cells(data: Bytes, order: str) -> Bytes:
 
 
 def _stretched(raw: Bytes, pixel_format: PixelFormat) -> Bytes:
-    """Samples of fewer than 8 bits, so that the largest becomes 255."""
+    """Scale samples of fewer than 8 bits so that the largest becomes 255."""
     if not pixel_format.fields:
-        # A whole number for 1, 2 and 4 bits, in one pass that saturates; several times faster than a table.
+        # The factor is whole for 1, 2 and 4 bits. One saturating pass is several times faster than a table.
         return _array(cv2.convertScaleAbs(raw, alpha=255 // ((1 << pixel_format.depth) - 1)))
     tables = [_stretch_table(bits) for bits in pixel_format.fields]
     return _array(cv2.LUT(raw, np.stack(tables, axis=-1)[:, None, :]))
@@ -158,14 +158,14 @@ def _stretch_table(bits: int) -> Bytes:
 def _scaled(raw: NDArray[Any], bounds: tuple[float, float]) -> Bytes:
     low, high = bounds
     finite = np.isfinite(raw)
-    # Converting a signalling NaN, which any bytes from a camera may be, is an invalid operation.
+    # The camera's bytes may be signalling NaNs, whose conversion is an invalid operation.
     values = np.where(finite, raw, 0).astype(np.float64)
     values = np.clip((values - low) * (254 / ((high - low) or 1.0)) + 1, 1, 255)
     return np.where(finite, values, 0).astype(np.uint8)
 
 
 def _distance(data: Bytes) -> Bytes:
-    """The last coordinate: C of AC and ABC."""
+    """Return the last coordinate: C of AC and ABC."""
     return np.ascontiguousarray(data[..., -1])
 
 
@@ -173,16 +173,16 @@ def _demosaiced(data: Bytes, code: int) -> Bytes:
     height, width = data.shape
     if height >= 3 and width >= 3:
         return _array(cv2.cvtColor(data, code))
-    # OpenCV leaves so small an image black; mirrored about its edges the pattern goes on.
+    # OpenCV leaves such a small image black. Mirroring it about its edges continues the pattern.
     larger = cv2.copyMakeBorder(data, 2, 2, 2, 2, cv2.BORDER_REFLECT_101)
     return np.ascontiguousarray(cv2.cvtColor(larger, code)[2 : 2 + height, 2 : 2 + width])
 
 
 def _sparse_to_rgb(data: Bytes, order: str) -> Bytes:
-    """Sparse colour filter 1: in each cell of 2×2 one diagonal is white, the other of one colour.
+    """Convert sparse colour filter 1: each 2×2 cell has one white diagonal and one of a single colour.
 
-    The cells' colours form a Bayer pattern of half the size, which gives the colour; the white pixels,
-    interpolated between, give the detail.
+    The cells' colours form a Bayer pattern of half the size, which gives the colour; the interpolated white
+    pixels give the detail.
     """
     height, width = data.shape
     mosaic = cv2.copyMakeBorder(data, 0, -height % 4 + 4, 0, -width % 4 + 4, cv2.BORDER_REFLECT_101)
@@ -190,7 +190,7 @@ def _sparse_to_rgb(data: Bytes, order: str) -> Bytes:
     small = _demosaiced(_array(colours), _BAYER_TO_RGB[order[1] + order[3]])
     white = mosaic.astype(np.float32)
     white[0::2, 1::2] = white[1::2, 0::2] = 0
-    # Half of the pixels are white, so the mean over a cross about each other one takes its four neighbours.
+    # Every neighbour of a coloured pixel is white, so a cross-shaped filter interpolates it from all four.
     cross = np.array([[0, 0.25, 0], [0.25, 1, 0.25], [0, 0.25, 0]], np.float32)
     detail = cv2.filter2D(white, -1, cross, borderType=cv2.BORDER_REFLECT_101)
     size = (mosaic.shape[1], mosaic.shape[0])
@@ -226,7 +226,7 @@ def _even_yuv_to_rgb(data: Bytes, pixel_format: PixelFormat) -> Bytes:
 
 
 def _completed(data: Bytes, order: str) -> Bytes:
-    """Lines of odd width made even: the last pixel has no second chroma, and borrows the one before."""
+    """Extend lines of odd width by a pixel, whose chroma is that of the pair before."""
     pair = data[:, -1:].copy()
     chroma = 1 - order.index("Y")
     pair[..., chroma] = data[:, -2, None, chroma] if data.shape[1] > 1 else 128
@@ -234,7 +234,7 @@ def _completed(data: Bytes, order: str) -> Bytes:
 
 
 def _pairs(data: Bytes, own: int, shared: int) -> list[Bytes]:
-    """Three planes of (height, width): the component each pixel has, and the two that a pair shares."""
+    """Split into three (height, width) planes: the component of each pixel, and the two shared by a pair."""
     if data.shape[1] % 2:
         data = np.concatenate((data, data[:, -2:-1] if data.shape[1] > 1 else data), axis=1)
     height, width = data.shape[:2]
@@ -248,7 +248,7 @@ def _pairs(data: Bytes, own: int, shared: int) -> list[Bytes]:
 
 @cache
 def _yuv_matrix(standard: str, order: str) -> NDArray[np.float32]:
-    """(3, 4): from Y, U and V in an order, and 1, to R, G and B."""
+    """Return the (3, 4) matrix from Y, U and V in the given order, and 1, to R, G and B."""
     red, blue = _LUMA_SHARES[standard]
     green = 1 - red - blue
     gain, chroma_gain, black = (255 / 219, 255 / 224, 16) if standard else (1.0, 1.0, 0)
@@ -263,7 +263,7 @@ def _yuv_matrix(standard: str, order: str) -> NDArray[np.float32]:
 
 @cache
 def _fixed_point(standard: str) -> tuple[int, ...]:
-    """The matrix as `pixel_loops.YuvConverter` takes it, for chroma that 128 was taken from."""
+    """Return the matrix in the form of `pixel_loops.YuvConverter`, for chroma minus 128."""
     matrix = _yuv_matrix(standard, "YUV").astype(np.float64)
     (luma, _, red_v), (_, green_u, green_v), (_, blue_u, _) = matrix[:, :3]
     black = matrix[0, 3] + 128 * red_v + 0.5
@@ -272,12 +272,12 @@ def _fixed_point(standard: str) -> tuple[int, ...]:
 
 @cache
 def _limited_luma() -> Bytes:
-    """The brightness of luma 16…235 as 0…255."""
+    """Return the table that stretches luma 16…235 to 0…255."""
     table: Bytes = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).astype(np.uint8)
     return table
 
 
 def _array(result: Any) -> Bytes:
-    """OpenCV's stubs allow more than uint8 arrays."""
+    """Narrow the type, as OpenCV's stubs allow more than uint8 arrays."""
     array: Bytes = result
     return array

@@ -1,4 +1,4 @@
-"""The parts of a payload: what each shows, where its bytes are, and its pixels (SFNC, Component Control)."""
+"""The parts of a payload: their kinds, bytes and pixels (SFNC, Component Control)."""
 
 from __future__ import annotations
 
@@ -50,23 +50,23 @@ class ComponentKind(IntEnum):
 
     @classmethod
     def of(cls, value: int) -> ComponentKind:
-        """Return the kind of an id; UNDEFINED for one that the standard does not know, or a vendor's own."""
+        """Return the kind of an id; UNDEFINED for a vendor's own and any other that the standard lacks."""
         return cls(value) if value in cls._value2member_map_ else cls.UNDEFINED
 
 
 class Conversions:
-    """Arrays made from an image once, whoever asks first. Any thread."""
+    """Caches the arrays computed from an image. Any thread."""
 
     def __init__(self) -> None:
         self._arrays: dict[str, NDArray[Any]] = {}
-        self._lock = threading.RLock()  # pixels of an encoded image are made from its payload
+        self._lock = threading.RLock()  # computing the pixels of an encoded image computes its payload
 
     def __reduce__(self) -> tuple[type[Conversions], tuple[()]]:
-        """In another process they are made again."""
+        """Pickle without the arrays; another process computes them again."""
         return Conversions, ()
 
     def get(self, key: str, convert: Callable[[], NDArray[Any]]) -> NDArray[Any]:
-        """Return what `convert` gave the first time, read-only."""
+        """Return the array of `key`, read-only; `convert` computes it the first time."""
         with self._lock:
             array = self._arrays.get(key)
             if array is None:
@@ -81,25 +81,25 @@ class Component:
     """One image of a frame, in the bytes that the stream received. Immutable; any thread."""
 
     data: NDArray[np.uint8]
-    "1-D, the bytes on the wire: a view, never a copy; compressed where there is an `encoding`."
+    "1-D, the bytes on the wire: a view, never a copy; compressed if there is an `encoding`."
     width: int
     height: int
     pixel_format: PixelFormat
-    "Of `payload`, so after decoding."
+    "Format of `payload`, which is decoded."
     kind: ComponentKind = ComponentKind.INTENSITY
     region: int = 0
     "Region id; 0 where the device has only one."
     source: int = 0
-    "Source id: which sensor or which of several devices in one."
+    "Id of the sensor, or of one of several devices in one camera."
     purpose: int = 0
-    "Purpose id (multi-part) or group id (GenDC): components with one id belong together."
+    "Purpose id (multi-part) or group id (GenDC); components with the same id belong together."
     offset_x: int = 0
     offset_y: int = 0
     padding_x: int = 0
     "Bytes at the end of each line that are not pixels."
     big_endian: bool = False
     encoding: Encoding | None = None
-    "How `data` is compressed; None where it is not."
+    "How `data` is compressed; None if it is not."
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
 
     @override
@@ -115,27 +115,27 @@ class Component:
 
     @property
     def name(self) -> str:
-        """The kind in lower case, as names of files and topics have it."""
+        """The kind in lower case, for names of files and topics."""
         return self.kind.name.lower()
 
     @property
     def payload(self) -> NDArray[np.uint8]:
-        """1-D, the image's bytes: `data`, or what it decodes to. Raises PixelFormatError."""
+        """1-D, the image's bytes: `data`, decoded if it is compressed. Raises PixelFormatError."""
         if self.encoding is None:
             return self.data
         encoding = self.encoding
         return self._conversions.get("payload", lambda: encoding.decode(self.data))
 
     def raw(self) -> NDArray[Any]:
-        """Return the component's data, read-only, laid out as `Frame.raw` says. Raises PixelFormatError."""
+        """Return the component's data, read-only, as `Frame.raw` does. Raises PixelFormatError."""
         return self._conversions.get("raw", lambda: pixels.to_raw(self._decoded()))
 
     def rgb(self) -> NDArray[np.uint8]:
-        """Return the component for display, as `Frame.rgb`. Raises PixelFormatError."""
+        """Return the component for display, as `Frame.rgb` does. Raises PixelFormatError."""
         return self._conversions.get("rgb", lambda: pixels.to_rgb(self._decoded()))
 
     def detached(self) -> Component:
-        """Return a copy with bytes of its own, which keeps no buffer of the stream in use."""
+        """Return a copy of the component that does not occupy a buffer of the stream."""
         return replace(self, data=self.data.copy(), _conversions=Conversions())
 
     def _decoded(self) -> _Picture:
@@ -145,13 +145,13 @@ class Component:
 
 
 def own_component(parts: Sequence[Component]) -> Component | None:
-    """Return the component that consumers of one image get: the first intensity, or else the first."""
+    """Return the component for consumers of a single image: the first intensity, or else the first."""
     intensities = (part for part in parts if part.kind is ComponentKind.INTENSITY)
     return next(intensities, parts[0] if parts else None)
 
 
 def further_components(parts: Sequence[Component]) -> Iterator[tuple[str, Component]]:
-    """Give the components beside the own one with names for files and topics: `range`, `range_2`."""
+    """Yield the other components with their names for files and topics: `range`, `range_2`."""
     own = own_component(parts)
     seen: Counter[ComponentKind] = Counter()
     for part in parts:
@@ -162,7 +162,7 @@ def further_components(parts: Sequence[Component]) -> Iterator[tuple[str, Compon
 
 @dataclass(eq=False)
 class _Picture:
-    """A component's pixels without compression: what `core.pixels` takes."""
+    """A component's uncompressed pixels, in the form that `core.pixels` takes."""
 
     payload: NDArray[np.uint8]
     width: int
