@@ -354,6 +354,48 @@ def test_a_stop_that_hangs_in_the_network_does_not_hold_up_the_window(window, li
     qtbot.waitUntil(lambda: bool(runner.gate.halted))
 
 
+@pytest.fixture
+def slow_start(live, monkeypatch):
+    """Returns the starts of the loop so far, and the event that lets them proceed."""
+    runner, _ = live
+    starts, proceed, start = [], threading.Event(), runner.start
+
+    def start_slowly(held=""):
+        starts.append(held)
+        assert proceed.wait(PATIENCE)
+        start(held)
+
+    monkeypatch.setattr(runner, "start", start_slowly)
+    return starts, proceed
+
+
+def starting():
+    return any(thread.name == "start" for thread in threading.enumerate())
+
+
+def test_start_pressed_twice_starts_one_loop(window, live, slow_start, qtbot):
+    starts, proceed = slow_start
+    window.startPressed.emit()
+    window.startPressed.emit()
+    qtbot.waitUntil(lambda: bool(starts))
+    proceed.set()
+    qtbot.waitUntil(lambda: not starting())
+    assert len(starts) == 1
+
+
+def test_a_stop_pressed_while_the_loop_starts_keeps_the_robot_still(window, live, slow_start, qtbot):
+    runner, robot = live
+    starts, proceed = slow_start
+    window.startPressed.emit()
+    qtbot.waitUntil(lambda: bool(starts))
+    window.stopButton.click()
+    qtbot.waitUntil(lambda: runner.gate.halted == "stopped in the window")
+    proceed.set()
+    qtbot.waitUntil(lambda: not starting())
+    assert runner.gate.halted == "stopped in the window"
+    assert robot.speed == 0
+
+
 def test_a_run_that_failed_says_why_and_can_be_started_again(window, live, qtbot):
     runner, _ = live
     make = runner._make_detector
@@ -432,6 +474,19 @@ def test_hand_and_eye_are_calibrated_while_the_loop_rests(window, live, qtbot):
     assert robot.speed == 0
     window.startButton.click()
     qtbot.waitUntil(lambda: robot.speed > 0.01)
+
+
+def test_nothing_starts_while_the_calibration_of_hand_and_eye_opens(window, live, qtbot):
+    runner, robot = live
+    runner.start()
+    qtbot.waitUntil(lambda: robot.speed > 0.01)
+    window.handEyeButton.click()
+    window.startPressed.emit()
+    assert "Close the calibration" in window.messages.messages[0]
+    qtbot.waitUntil(lambda: window.findChild(HandEyeDialog) is not None)
+    assert not runner.running
+    window.findChild(HandEyeDialog).reject()
+    qtbot.waitUntil(lambda: runner.running)
 
 
 class Elsewhere(RunnerProxy):

@@ -15,7 +15,7 @@ from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import Placement
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
-from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
+from grabbergui.models.hand_eye import STOPPED, HandEyeModel, Happened, Setup, Solution
 from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.language import driver_text
 from grabbergui.models.messages import Message
@@ -217,6 +217,12 @@ class ServoController(QObject):
         self.hand_eye: HandEyeController | None = None
         """Of the wizard that is open on top of the window; the loop does not run meanwhile."""
         self._stand = stand
+        self._starting = threading.Lock()
+        "Held while the loop is being started: two loops must not command one robot."
+        self._may_start = True
+        "Whether it may be: not while hand and eye are calibrated, nor after `close`."
+        self._stops = 0
+        "Number of stops that the user requested."
         self._restart: threading.Thread | None = None
         window.setHandEyeAvailable(stand is not None or runner.calibrates_hand_eye)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
@@ -241,32 +247,48 @@ class ServoController(QObject):
     def close(self) -> None:
         """Release the runner. May be called twice."""
         self._timer.stop()
+        self._may_start = False
         if self.calibrating is not None:
             self.calibrating.reject()
         if self.hand_eye is not None:
             self.hand_eye.close()
             self.hand_eye.model.close(ENDING_S)
         if self._restart is not None:
-            self._restart.join()  # or it would start the runner after its owner stopped it
+            self._restart.join()
+        with self._starting:
+            pass  # a loop that is being started runs before its owner stops it
         self._bridge.close()
         self.model.close()
 
     # -- from the window -------------------------------------------------------------------------
     def _on_window_stop_pressed(self) -> None:
+        self._stop(STOPPED)
+
+    def _stop(self, reason: str) -> None:
+        self._stops += 1
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
-        _start_thread(lambda: self._runner.emergency_stop("stopped in the window"), "emergency stop")
+        _start_thread(lambda: self._runner.emergency_stop(reason), "emergency stop")
 
     def _on_window_start_pressed(self) -> None:
-        runner = self._runner
-        if self.hand_eye is not None:
+        if not self._may_start:
             self._window.messages.showError(self.tr("Close the calibration of hand and eye first"))
             return
+        runner, restart, stops = self._runner, self._restart, self._stops
 
         def start() -> None:
-            if not runner.running:
-                runner.stop()  # its threads have ended; this releases them
-                runner.start()
-            if why_not := runner.resume():
+            if restart is not None:
+                restart.join()
+            with self._starting:
+                if not self._may_start:
+                    return
+                if not runner.running:
+                    runner.stop()  # its threads have ended; this releases them
+                    runner.start()
+                # Starting a loop takes a while, in which the user may have pressed the stop.
+                why_not = runner.resume() if self._stops == stops else ""
+            if self._stops != stops:
+                runner.emergency_stop(STOPPED)
+            elif why_not:
                 self.refused.emit(why_not)
 
         _start_thread(start, "start")
@@ -311,9 +333,10 @@ class ServoController(QObject):
             runner.calibrate_hand_eye()
             self._window.close()  # the robot is another process's, which opens the wizard
             return
-        if stand is None or self.hand_eye is not None:
+        if stand is None or not self._may_start:
             return
         stand.config = runner.config
+        self._may_start = False
         self._window.setHandEyeAvailable(False)
 
         def make() -> None:
@@ -323,7 +346,8 @@ class ServoController(QObject):
             dialog.show()
 
         def stop() -> None:
-            runner.stop()  # two loops must not command one robot
+            with self._starting:
+                runner.stop()
             self._bridge.call(make)
 
         _start_thread(stop, "servo end")
@@ -337,8 +361,11 @@ class ServoController(QObject):
 
         def start() -> None:
             model.close(ENDING_S)
-            runner.start(held=held)
+            with self._starting:
+                if self._may_start:
+                    runner.start(held=held)
 
+        self._may_start = True
         self._window.setHandEyeAvailable(True)
         self._restart = _start_thread(start, "servo start")
 
@@ -361,7 +388,7 @@ class ServoController(QObject):
         if self.calibrating is not None:
             self.calibrating.raise_()
             return
-        _start_thread(lambda: runner.emergency_stop("stopped to calibrate"), "emergency stop")
+        self._stop("stopped to calibrate")
         self.calibrating = CalibrationDialog(self._window)
         self.calibrating.closing.connect(self._on_calibrating_closing)
         CalibratingController(self.calibrating, runner.grabber, self._on_calibration_saved)
