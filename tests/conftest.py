@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -20,8 +21,9 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # As in the program (`grabbergui.__main__`), before numpy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Who starts programs in the background lets them ignore Ctrl+C, and all that they start.
+# A shell's background job ignores Ctrl+C and `nohup` the hang-up, and so would all programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # How long an example takes says how busy the machine is; pytest's own limit finds what hangs.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -65,14 +67,24 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_teardown() -> Iterator[None]:
-    """Delete the windows that the test has closed: outside an event loop Qt keeps them.
+    """Delete the windows that the test has closed, and collect garbage, as no event loop does it now.
 
     Each new style sheet would be applied to the windows of all tests before.
     """
     yield
     qt = sys.modules.get("PyQt5.QtCore")
-    if qt is not None and qt.QCoreApplication.instance() is not None:
+    if qt is not None and (app := qt.QCoreApplication.instance()) is not None:
         qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.DeferredDelete)
+        garbage = sys.modules["grabbergui.ui.garbage"]
+        app.findChild(garbage.GuiThreadCollector).collect()
+
+
+@pytest.fixture(scope="session")
+def qapp() -> Any:
+    """Return the application as the program makes it; it collects garbage in the GUI thread only."""
+    from grabbergui.ui.application import application
+
+    return application()
 
 
 @pytest.hookimpl(wrapper=True)
