@@ -59,8 +59,9 @@ def _tidied(xml: str) -> str:
 
 
 def port_name(xml: str) -> str:
-    """The name of the port that leads to the camera's registers: `Device`, or the only one there is."""
-    names = re.findall(r"<Port\s[^>]*?Name\s*=\s*[\"'](\w+)[\"']", xml)
+    """Return the name of the port that leads to the camera's registers: `Device`, or the first one."""
+    # A tag contains no `<`. Without that limit a comment full of `<Port ` takes quadratic time.
+    names = re.findall(r"<Port\s[^<>]*?Name\s*=\s*[\"'](\w+)[\"']", xml)
     if "Device" in names or not names:
         return "Device"
     return str(names[0])
