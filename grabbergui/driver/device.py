@@ -171,7 +171,7 @@ FOLDER_VARIABLE = "GRABBERGUI_DESCRIPTIONS"
 "The environment variable that names the folder whose files `File:` may mean."
 
 _LOCAL = re.compile(
-    r"local:/*\s*(?P<name>[^;]*?)\s*;\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
+    r"local:/*(?P<name>[^;]*);\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
     re.IGNORECASE,
 )
 
@@ -194,9 +194,15 @@ def parse_url(url: str) -> LocalFile | Path:
             raise RemoteProtocolError(
                 f"'{url}' announces {length} bytes, at most {MAX_STORED_BYTES} are read"
             )
-        return LocalFile(match["name"], int(match["address"], 16), length)
+        return LocalFile(match["name"].strip(), int(match["address"], 16), length)
     if url.strip().lower().startswith("file:"):
-        return Path(unquote(urlsplit(url.strip()).path))
+        try:
+            path = unquote(urlsplit(url.strip()).path)
+        except ValueError as error:  # "File://[" begins an IPv6 address that never ends
+            raise RemoteProtocolError(f"'{url}' is no URL: {error}") from error
+        if "\0" in path:
+            raise RemoteProtocolError(f"'{url}' has a zero byte in its path")
+        return Path(path)
     raise RemoteProtocolError(f"the camera names its description '{url}'; only Local: and File: can be read")
 
 

@@ -49,7 +49,16 @@ def test_urls_as_devices_write_them(url: str, location: LocalFile | Path) -> Non
 
 
 @pytest.mark.parametrize(
-    "url", ["http://vendor/x.xml", "Local:a.xml;1000", "Local:a.xml;1000;0", "Local:a;0;FFFFFFFF", "x"]
+    "url",
+    [
+        "http://vendor/x.xml",
+        "Local:a.xml;1000",
+        "Local:a.xml;1000;0",
+        "Local:a;0;FFFFFFFF",
+        "File://[::1/a.xml",
+        "File:///opt/a%00.xml",
+        "x",
+    ],
 )
 def test_urls_that_cannot_be_followed(url: str) -> None:
     with pytest.raises(RemoteProtocolError):
