@@ -33,6 +33,8 @@ from grabbergui.driver.gige.stream.sockets import readable
 
 log = logging.getLogger(__name__)
 
+NONE = "0.0.0.0"
+"No address, in an address register or in FORCEIP."
 TRIES = 3
 "How often FORCEIP is sent within its timeout, as a datagram may be lost."
 
@@ -41,9 +43,11 @@ def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
     """Give the camera of a MAC an address until it is switched off; return the address that acknowledged.
 
     The command goes to every network by broadcast, so the camera's present address does not matter. Raises
-    UsageError for malformed addresses, SourceNotFoundError if no camera acknowledges within `timeout`
-    seconds, DeviceStatusError where the camera refuses.
+    UsageError for addresses that a camera cannot have, SourceNotFoundError if no camera acknowledges within
+    `timeout` seconds, DeviceStatusError if the camera refuses.
     """
+    if command.ip != NONE:
+        check_addresses(command.ip, command.subnet_mask, command.gateway)
     try:
         datagram = command.encode(1)
     except LocalProtocolError as error:
@@ -134,10 +138,6 @@ def _ack(sender: socket.socket, command: CommandCode) -> str | None:
 
 
 # -- the address that a camera keeps -------------------------------------------------------------
-NONE = "0.0.0.0"
-"In a register of an address: there is none."
-
-
 @dataclass(frozen=True)
 class IpConfiguration:
     """Content of a camera's address registers."""
@@ -215,12 +215,14 @@ def forget_address(device: Device) -> IpConfiguration:
 
 
 def check_addresses(ip: str, mask: str, gateway: str = NONE) -> None:
-    """Raise UsageError unless a camera could live with these."""
+    """Raise UsageError unless a camera can have this address, mask and gateway."""
     try:
         interface = ipaddress.IPv4Interface(f"{ip}/{mask}")
         router = ipaddress.IPv4Address(gateway)
     except ValueError as error:
         raise UsageError(f"{error}; write e.g. 192.168.0.10 255.255.255.0") from error
+    if mask != str(interface.netmask):  # a prefix length, or a mask with all bits inverted
+        raise UsageError(f"{mask} is no subnet mask; write e.g. 255.255.255.0")
     network = interface.network
     if network.prefixlen < 31 and interface.ip in (network.network_address, network.broadcast_address):
         raise UsageError(f"{ip} with mask {mask} names the network itself, not a camera in it")

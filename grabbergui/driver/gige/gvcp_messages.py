@@ -7,6 +7,7 @@ import socket
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from typing import ClassVar
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
@@ -239,9 +240,10 @@ class ForceIp:
         try:
             payload = self.FORMAT.pack(
                 parse_mac(self.mac),
-                *(socket.inet_aton(address) for address in (self.ip, self.subnet_mask, self.gateway)),
+                # Not inet_aton, which reads "192.168.1" as 192.168.0.1 and ignores words behind an address.
+                *(IPv4Address(address).packed for address in (self.ip, self.subnet_mask, self.gateway)),
             )
-        except (OSError, ValueError) as error:
+        except ValueError as error:
             raise LocalProtocolError(f"{self}: {error}") from error
         return encode_command(CommandCode.FORCEIP, payload, req_id, flags)
 

@@ -14,9 +14,15 @@ from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import Access
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import discovery
-from grabbergui.driver.gige.address_commands import check_addresses, keep_address, read_configuration
+from grabbergui.driver.gige.address_commands import (
+    check_addresses,
+    force_ip,
+    keep_address,
+    read_configuration,
+)
 from grabbergui.driver.gige.bootstrap import IpConfigurationBit
 from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.gvcp_messages import ForceIp
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 
@@ -87,6 +93,8 @@ def test_a_camera_that_cannot_keep_one_reports_it(camera: GigeCamera) -> None:
     [
         ("192.168.0", "255.255.255.0"),
         ("192.168.0.10", "255.0.255.0"),
+        ("192.168.0.10", "24"),
+        ("192.168.0.10", "0.0.0.255"),
         ("192.168.0.0", "255.255.255.0"),
         ("192.168.0.255", "255.255.255.0"),
         ("239.1.1.1", "255.255.255.0"),
@@ -97,6 +105,14 @@ def test_a_camera_that_cannot_keep_one_reports_it(camera: GigeCamera) -> None:
 def test_addresses_that_make_no_sense_are_refused(addresses: tuple[str, ...]) -> None:
     with pytest.raises(UsageError):
         check_addresses(*addresses)
+
+
+@pytest.mark.parametrize(
+    "addresses", [("192.168.1",), ("192.168.0.10", "24"), ("192.168.0.10", "255.255.255.0", "10.0.0.1")]
+)
+def test_no_camera_is_forced_to_an_address_that_makes_no_sense(addresses: tuple[str, ...]) -> None:
+    with pytest.raises(UsageError):
+        force_ip(ForceIp("02:00:00:00:00:01", *addresses))
 
 
 @pytest.mark.parametrize(

@@ -147,8 +147,12 @@ def test_the_bytes_of_forceip() -> None:
     for length in (*range(56), 57):
         with pytest.raises(RemoteProtocolError, match=f"FORCEIP of {length} bytes, need 56"):
             ForceIp.decode(payload[:length].ljust(length, b"\0"))
-    with pytest.raises(LocalProtocolError, match=r"ip='10.0.0.256'.*illegal IP address"):
-        ForceIp("00:11:22:33:44:55", "10.0.0.256").encode(1)
+
+
+@pytest.mark.parametrize("ip", ["10.0.0.256", "192.168.1", "10", "10.0.0.2 10.0.0.3", "0x7f.1", ""])
+def test_forceip_sends_only_whole_addresses(ip: str) -> None:
+    with pytest.raises(LocalProtocolError, match=rf"ip='{ip}'.*"):
+        ForceIp("00:11:22:33:44:55", ip).encode(1)
 
 
 IDENTITY = Identity(
