@@ -129,7 +129,8 @@ class Camera(FrameGrabber):
                 nodes.close()
             finally:
                 self.device.close()
-            reconnecting, self._reconnecting = self._reconnecting, None
+            with self._losses:
+                reconnecting, self._reconnecting = self._reconnecting, None
             events, self._events = self._events, None
             self._away = ""
         if events is not None:
@@ -357,9 +358,8 @@ class Camera(FrameGrabber):
                 self._lost_meanwhile = reason
                 return
             name = f"reconnect {self.info.uri}"
-            thread = threading.Thread(target=self._reconnect, name=name, daemon=True)
-            self._reconnecting = thread
-        thread.start()
+            self._reconnecting = threading.Thread(target=self._reconnect, name=name, daemon=True)
+            self._reconnecting.start()  # within the lock: closing joins it
 
     def _reconnect(self) -> None:
         """Try until it is back or closed. Another camera in its place is refused, and reported once."""

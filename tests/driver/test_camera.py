@@ -417,6 +417,33 @@ def test_a_lost_device_can_be_closed(camera, monkeypatch):
     assert not [thread for thread in set(threading.enumerate()) - before if thread.is_alive()]
 
 
+def test_a_device_closed_while_its_loss_is_reported_is_closed(camera, monkeypatch):
+    errors, loss_seen = queue_module.Queue(), threading.Event()
+
+    class SlowThread(threading.Thread):
+        """Starts late, so that the camera is closed before."""
+
+        def start(self):
+            loss_seen.set()
+            closing.join(0.2)
+            super().start()
+
+    def close():
+        loss_seen.wait(PATIENCE)
+        try:
+            camera.close()
+        except RuntimeError as error:
+            errors.put(error)
+
+    closing = threading.Thread(target=close)
+    closing.start()
+    monkeypatch.setattr(camera_module.threading, "Thread", SlowThread)
+    camera.device.on_lost("the cable is out")
+    closing.join(PATIENCE)
+
+    assert not closing.is_alive() and errors.empty()
+
+
 def test_a_device_closed_at_the_moment_of_its_return_is_closed(camera, monkeypatch):
     states, closing = [], threading.Thread(target=camera.close)
 
