@@ -30,7 +30,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, StreamSlot
@@ -95,15 +95,20 @@ class V4l2Device(Device):
         return access
 
     def _found(self) -> DeviceInfo:
-        candidates = [info for info in find() if _answers_to(info, self._name)]
-        if not candidates:
-            there = ", ".join(info.address for info in find()) or "none"
-            raise SourceNotFoundError(f"there is no video device '{self._name}'; found: {there}")
+        present = find()
+        candidates = [info for info in present if _answers_to(info, self._name)]
+        if self._known is not None:
+            same = [info for info in candidates if unit(info) == unit(self._known)]
+            if candidates and not same:
+                require_same(self._known, candidates[0])
+            candidates = same
         if self._name:
             require_one(self._name, candidates)
-        if self._known is not None:
-            require_same(self._known, candidates[0])
-        return candidates[0]
+        if candidates:
+            return candidates[0]
+        there = ", ".join(info.address for info in present) or "none"
+        wanted = f"video device '{self._name}'" if self._name else "video device"
+        raise SourceNotFoundError(f"there is no {wanted}; found: {there}")
 
     @override
     def close(self) -> None:

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,6 +23,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
     FeatureValueError,
+    OtherCameraError,
     SourceNotFoundError,
     TransportError,
 )
@@ -247,6 +249,20 @@ def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
     until(lambda: states[-2:] == [ConnectionState.LOST, ConnectionState.OPEN], str(states))
     assert fresh.values[EXPOSURE] == 200
     assert queue.get(PATIENCE).complete
+
+
+def test_a_webcam_is_opened_again_although_another_is_the_first_now(
+    camera: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = replace(INFO, uri="v4l2:/dev/video0", serial="8", address="/dev/video0", hardware_id="usb-2")
+    camera.close()
+    monkeypatch.setattr(v4l2_device, "find", lambda: [other])
+    with pytest.raises(OtherCameraError, match="serial 8"):
+        camera.open()
+    monkeypatch.setattr(v4l2_device, "find", lambda: [other, INFO])
+    camera.device._opener = lambda path: FakeVideo()  # type: ignore[attr-defined]
+    camera.open()
+    assert camera.info.serial == "7"
 
 
 def test_no_webcam_is_an_error_that_says_what_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
