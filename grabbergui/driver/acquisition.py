@@ -233,6 +233,8 @@ class EventDelivery:
                 return
             if len(self._waiting) == MOST_WAITING:
                 self._waiting.popleft()
+                if not self.dropped:
+                    log.warning("%s: more arrive than can be read; the oldest are dropped", self._thread.name)
                 self.dropped += 1
             self._waiting.append((event_id, message))
             if self._thread.ident is None:

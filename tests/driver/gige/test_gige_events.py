@@ -131,7 +131,9 @@ def test_only_the_device_is_heard() -> None:
 
 
 # -- delivery ----------------------------------------------------------------------------------------
-def test_events_beyond_the_limit_cost_the_oldest() -> None:
+def test_of_events_beyond_the_limit_the_oldest_are_dropped_with_a_warning(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     gate, reported = threading.Event(), []
 
     def slow(event_id: int, message: bytes) -> None:
@@ -146,6 +148,9 @@ def test_events_beyond_the_limit_cost_the_oldest() -> None:
     gate.set()
     until(lambda: reported and reported[-1] == MOST_WAITING + 10)
     assert delivery.dropped == 10 and reported[1] == 11
+    assert [record.getMessage() for record in caplog.records] == [
+        "slow: more arrive than can be read; the oldest are dropped"
+    ]
     delivery.close()
     delivery.put(1, b"")
     assert "slow" not in {thread.name for thread in threading.enumerate()}
