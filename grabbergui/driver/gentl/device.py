@@ -158,8 +158,9 @@ class GentlDevice(Device):
         if answering_to:
             return answering_to[0]
         known = ", ".join(camera.device.uri for camera in cameras) or "none"
+        wanted = f"camera '{self._name}'" if self._name else describe(self.info) if self._met else "camera"
         raise SourceNotFoundError(
-            f"{self._path.name} lists no camera '{self._name}'; found: {known}. Check cable and power"
+            f"{self._path.name} does not list {wanted}; found: {known}. Check cable and power"
         )
 
     # -- registers -------------------------------------------------------------------------------
@@ -277,8 +278,9 @@ def installed_producers() -> list[Path]:
 
 
 def _producer_file(file: str) -> Path:
-    if file and Path(file).is_file():
-        return Path(file)
+    with suppress(OSError):  # a name that is too long for the file system
+        if file and Path(file).is_file():
+            return Path(file)
     installed = installed_producers()
     for path in installed:
         if not file or path.name == file:

@@ -122,6 +122,8 @@ def test_wrong_names_say_what_there_is(monkeypatch):
     monkeypatch.delenv(device.SEARCH_PATH, raising=False)
     with pytest.raises(MissingFileError, match=r"nix\.cti.*GENICAM_GENTL64_PATH"):
         sources.create("gentl:nix.cti")
+    with pytest.raises(MissingFileError):
+        sources.create(f"gentl:{5000 * 'x'}.cti")
     with pytest.raises(UsageError, match="no options"):
         sources.create(f"gentl:{VIKY}?fps=3")
     with pytest.raises(SourceNotFoundError, match=r"'9'.*VikyTL_DEV_red"):
