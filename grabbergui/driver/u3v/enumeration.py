@@ -17,7 +17,8 @@ import usb.core
 import usb.util
 
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
-from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
+from grabbergui.core.uri import SourceUri
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
 from grabbergui.driver.u3v.usb import BulkInterface, translated
@@ -148,6 +149,8 @@ def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None
     if not cameras:
         raise SourceNotFoundError("no USB3 Vision camera is plugged in")
     known = ", ".join(camera.info.uri for camera in cameras)
+    if wanted is not None and not name:
+        raise SourceNotFoundError(f"{describe(wanted)} is not plugged in; there is {known}")
     raise SourceNotFoundError(f"no USB3 Vision camera answers to '{name}'; there is {known}")
 
 
@@ -227,7 +230,7 @@ def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[Devi
     guid = texts.pop("guid")
     speed = bootstrap.SPEED_NAMES.get(device.speed or 0, "")
     info = DeviceInfo(
-        uri=f"u3v:{texts['serial'] or guid or place}",
+        uri=str(SourceUri("u3v", texts["serial"] or guid or place)),
         bus="USB3 Vision",
         address=place,
         interface=f"USB bus {device.bus}" + (f", {speed}" if speed else ""),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -32,6 +33,21 @@ def test_a_camera_is_found_by_serial_guid_or_place() -> None:
     with pytest.raises(SourceNotFoundError, match="there is u3v:SIM001"):
         find_camera("OTHER", bus)
     assert bus.opened == 0
+
+
+def test_the_uri_of_any_serial_number_leads_to_its_camera() -> None:
+    bus = SimulatedBus(SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_SERIAL_NUMBER: "50%?A"})))
+    (found,) = find_cameras(bus)
+    assert find_camera(SourceUri.parse(found.info.uri).name, bus).info.serial == "50%?A"
+
+
+def test_the_first_camera_is_missed_by_its_own_name() -> None:
+    first, other = camera_of("First"), camera_of("Other")
+    bus = SimulatedBus(first)
+    wanted = replace(find_camera("", bus).info, serial="SIM007")
+    bus.camera = other
+    with pytest.raises(SourceNotFoundError, match=r"serial SIM007.* is not plugged in; there is u3v:SIM001"):
+        find_camera("", bus, wanted)
 
 
 class TwoPorts(SimulatedBus):
