@@ -27,7 +27,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
@@ -137,8 +137,9 @@ class AravisDevice(Device):
         if answering:
             return answering[0]
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
+        wanted = self._name or (describe(self.info) if self._met else "")
         raise SourceNotFoundError(
-            f"Aravis sees no camera {self._name or 'at all'}; found: {known}. Check cable, power and address;"
+            f"Aravis does not see {wanted or 'any camera'}; found: {known}. Check cable, power and address;"
             " a camera in another network can be named by its IP address, as in aravis:192.168.0.10"
         )
 

@@ -174,9 +174,13 @@ class GigeDevice(Device):
         if found is not None:
             return found
         others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
-        wanted = f"no GigE Vision camera answers to '{name}'" if name else "no GigE Vision camera answers"
+        silent = "no GigE Vision camera answers"
+        if name:
+            silent = f"{silent} to '{name}'"
+        elif self.identity is not None:
+            silent = f"{describe(self.info)} does not answer"
         raise SourceNotFoundError(
-            f"{wanted}; found: {others}. Check power, cable and address; a camera in another network"
+            f"{silent}; found: {others}. Check power, cable and address; a camera in another network"
             " can be named by its IP address, as in gige:192.168.0.10"
         )
 
