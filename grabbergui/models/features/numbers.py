@@ -1,4 +1,4 @@
-"""Numbers of features: as text with units, typed, on a slider, in steps of a key. Pure functions."""
+"""Numbers of features: as text with units, as typed, on a slider, by arrow keys. Pure functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.
 
 # -- as text -------------------------------------------------------------------------------------
 DIGITS = 7
-"""Significant digits of a fraction that is shown: what 32-bit floating point has."""
+"""Significant digits shown of a fraction: those of 32-bit floating point."""
 
 _UNITS = {
     "us": "µs",
@@ -30,20 +30,20 @@ _UNITS = {
 }
 
 LONG = 10_000
-"""From here on a number is shown in a larger unit, where its unit has one."""
+"""Numbers from here on are shown in a larger unit, if there is one."""
 
 SHORT = 0.1
-"""Below it a number is not shown any more in the larger unit that it was shown in."""
+"""A number below this in the larger unit returns to a smaller one."""
 
 _POWERS = (
     {"s": 0, "sec": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9},
     {"Hz": 0, "kHz": 3, "MHz": 6},
     {"Bps": 0, "kBps": 3, "MBps": 6, "GBps": 9},
 )
-"""Units that can be typed for each other, as powers of ten."""
+"""Families of units that can be typed for each other, with their powers of ten."""
 
 _SHOWN_IN = (("s", "ms", "µs"), ("MHz", "kHz"), ("GBps", "MBps", "kBps"))
-"""Of each of those families, the units that long numbers are shown in, largest first."""
+"""For each of those families, the units in which long numbers are shown, largest first."""
 
 
 def unit_text(unit: str) -> str:
@@ -54,8 +54,8 @@ def unit_text(unit: str) -> str:
 def shown_unit(number: int | float, unit: str, before: str = "") -> str:
     """Return the unit in which to show a number that has `unit`: seconds for a million microseconds.
 
-    A larger unit in which it was shown `before` is kept until the number is short in it, so that who types 9
-    over "10 ms", and then 8, means milliseconds twice.
+    A larger unit in which it was shown `before` is kept until the number is `SHORT` in it: a user who types 9
+    over "10 ms", and then 8, means milliseconds both times.
     """
     shown = _long_unit(number, unit)
     kept = _power_between(unit, before)
@@ -63,7 +63,7 @@ def shown_unit(number: int | float, unit: str, before: str = "") -> str:
 
 
 def _long_unit(number: int | float, unit: str) -> str:
-    """Return the largest unit in which a long number is at least 1; a short one's own."""
+    """Return the largest unit in which a long number is at least 1; its own unit for a short number."""
     for powers, larger in zip(_POWERS, _SHOWN_IN, strict=True):
         if unit in powers and LONG <= abs(number) < math.inf:
             exact = [name for name in larger if abs(number) >= 10.0 ** (powers[name] - powers[unit])]
@@ -88,7 +88,7 @@ def in_unit(number: float, unit: str, shown_in: str) -> float:
 
 
 def _power_between(unit: str, larger: str) -> int:
-    """Return the power of ten between two units of a family; 0 for units of no family."""
+    """Return the power of ten between two units of a family; 0 for other units."""
     return next((p[larger] - p[unit] for p in _POWERS if unit in p and larger in p), 0)
 
 
@@ -109,9 +109,9 @@ _NUMBER_BEGUN = re.compile(r"[+-]?(?:0[xX][0-9a-fA-F]*|[0-9]*[.,]?[0-9]*(?:[eE][
 
 
 def can_become_number(text: str, unit: str, shown_in: str) -> bool:
-    """Return whether typed text is a number or can still become one, with a unit of the feature's family.
+    """Return whether typed text is a number or can become one, with a unit of the feature's family.
 
-    It may be followed by the unit that was shown before typing.
+    The unit that was shown before may still follow it.
     """
     text = text.strip()
     rest = text[_begun_number(text) :].strip()
@@ -137,8 +137,8 @@ def _begun_number(text: str) -> int:
 def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float:
     """Return the number that the user typed, with or without a unit. Raises ValueError.
 
-    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 where that is `us`. Without one it is
-    the unit `shown_in`, or else the feature's own.
+    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 for a feature in `us`. A number without
+    a unit is in the unit `shown_in`, or else in the feature's own.
     """
     text = text.strip()
     if shown_in and _begun_number(text) == len(text):
@@ -162,16 +162,16 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
 
 
 def typed_unit(text: str, unit: str) -> str:
-    """Return the unit at the end of a typed text, if it is a multiple of `unit`; else nothing."""
+    """Return the unit at the end of a typed text if it belongs to the family of `unit`; else nothing."""
     family = next((powers for powers in _POWERS if unit in powers), {})
     return next((name for name in sorted(family, key=len, reverse=True) if text.rstrip().endswith(name)), "")
 
 
 def typed_value(text: str, feature: Feature) -> FeatureValue:
-    """Return what to write for a text from a command line: `20ms` is 20000 where the unit is `us`.
+    """Return the value to write for a text from a command line: `20ms` is 20000 for a feature in `us`.
 
-    A text that is no number with a unit is returned unchanged; writing it raises an error with the allowed
-    values.
+    Any text but a number with a unit is returned unchanged; writing an invalid one raises an error with the
+    allowed values.
     """
     is_number = feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT)
     has_unit = is_number and _without_unit(text.strip(), feature.unit)[0] != text.strip()
@@ -184,7 +184,7 @@ def typed_value(text: str, feature: Feature) -> FeatureValue:
 
 
 def _without_unit(text: str, unit: str) -> tuple[str, int]:
-    """Return the number before a unit, and by which power of ten that is more than the feature's own unit."""
+    """Return the number before a unit, and the unit's power of ten relative to the feature's own unit."""
     if typed := typed_unit(text, unit):
         return text[: -len(typed)].strip(), _power_between(unit, typed)
     for own in (unit, unit_text(unit)):
@@ -202,22 +202,25 @@ def _fraction(text: str) -> float:
 
 # -- on a slider ---------------------------------------------------------------------------------
 SLIDER_STEPS = 1000
-"""Positions of a slider, less where an integer has fewer values."""
+"""Positions of a slider; fewer if an integer has fewer values."""
 
 HUGE_RANGE = 1e9
-"""A range from here on gets no slider: nobody would find a value in it."""
+"""A range from here on gets no slider: no user can find a value in it."""
+
+_TINY = 1e-200
+"""Ranges and steps below this, and steps above its reciprocal, make quotients overflow."""
 
 PER_PIXEL = 0.025
-"""Largest relative change of the number per pixel of a logarithmic track; coarser cannot be aimed."""
+"""Largest relative change of the number per pixel of a logarithmic track: coarser steps are hard to hit."""
 
 _SLIDABLE = (Representation.LINEAR, Representation.LOGARITHMIC)
 
 
 @dataclass(frozen=True)
 class SliderScale:
-    """A feature's range as positions 0 … `steps`; linear or logarithmic, zero included.
+    """A feature's range as slider positions 0 … `steps`, linear or logarithmic; a logarithmic one may hold 0.
 
-    `around` is the part of it that a track shows.
+    `around` returns the part that a track shows.
     """
 
     minimum: int | float
@@ -231,16 +234,16 @@ class SliderScale:
 
     @classmethod
     def of(cls, feature: Feature) -> SliderScale | None:
-        """Return the scale for a feature, or None where a slider makes no sense."""
+        """Return the scale for a feature, or None if a slider makes no sense."""
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or feature.representation not in _SLIDABLE:
             return None
-        if not 0 < high - low < HUGE_RANGE:
+        if not _TINY < high - low < HUGE_RANGE:
             return None
         integer = feature.kind is FeatureKind.INTEGER
-        increment = feature.increment or (1 if integer else 0)
+        increment = _increment(feature)
         if integer:
-            # The highest value on a step, so that the slider's end is a value the camera takes.
+            # The slider ends at a value that the camera accepts.
             high = low + (int(high) - int(low)) // int(increment) * int(increment)
         return cls(low, high, increment, integer, feature.logarithmic) if high > low else None
 
@@ -254,8 +257,8 @@ class SliderScale:
     def around(self, number: int | float, pixels: int, share: float = 0.5) -> SliderScale:
         """Return the part of the range that a track of this many pixels shows, with `number` on it.
 
-        `share` is its position on the track, 0 … 1; near an end of the range the part begins or ends there.
-        It is all of the range, unless a pixel of a logarithmic track would then change the number by more
+        `share` is the position of `number` on the track, 0 … 1, unless an end of the range is too near. The
+        part is the whole range, unless a pixel of a logarithmic track would then change the number by more
         than `PER_PIXEL`.
         """
         span = pixels * math.log1p(PER_PIXEL)
@@ -269,7 +272,7 @@ class SliderScale:
         return replace(self, minimum=low, maximum=high, first=max(low, self._floor)) if high > low else self
 
     def to_value(self, position: int) -> int | float:
-        """Return the number at a position: exact at both ends, else rounded to a visible difference."""
+        """Return the number at a position: exact at both ends, elsewhere rounded to the slider's resolution."""
         if position <= 0:
             return self.minimum
         if position >= self.steps:
@@ -286,7 +289,7 @@ class SliderScale:
         return self._on_step(number)
 
     def to_position(self, number: int | float) -> int:
-        """Return the position nearest to a number; beyond the range, the end."""
+        """Return the position nearest to a number: an end for a number beyond the range."""
         if not number > self.minimum:
             return 0
         if number >= self.maximum:
@@ -305,7 +308,7 @@ class SliderScale:
 
     @property
     def _floor(self) -> float:
-        """Number where the logarithm begins: a slider has no use for more than nine decades."""
+        """Number where the logarithm begins, at most nine decades below the maximum if the range has more."""
         if self.first:
             return self.first
         if self.minimum >= self.maximum * 1e-9:
@@ -321,7 +324,7 @@ class SliderScale:
 
 
 def nearest_allowed(feature: Feature, number: int | float) -> int | float:
-    """Return the nearest number that a feature takes: within its range, an integer on its step."""
+    """Return the nearest number that a feature accepts: within its range, an integer on its increment."""
     low, high = feature.minimum, feature.maximum
     if high is not None and number > high:
         number = high
@@ -330,16 +333,16 @@ def nearest_allowed(feature: Feature, number: int | float) -> int | float:
     if feature.kind is not FeatureKind.INTEGER:
         return float(number)
     whole = number if isinstance(number, int) else round(number)
-    step = int(feature.increment or 1)
+    step = int(_increment(feature))
     if low is None or step <= 1:
         return whole
     snapped = int(low) + (whole - int(low) + step // 2) // step * step
     return snapped if high is None or snapped <= high else snapped - step
 
 
-# -- in steps of a key ---------------------------------------------------------------------------
+# -- by arrow keys -------------------------------------------------------------------------------
 KEY_STEP = 0.01
-"""One step of an arrow key, as a share of the range or the number."""
+"""One step of an arrow key, as a fraction of the range or the number."""
 
 
 class Pace(Enum):
@@ -353,19 +356,19 @@ class Pace(Enum):
 def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
     """Return what one press of an arrow key adds: the increment, or about 1 %.
 
-    That is 1 % of the range, or of the value where the scale is logarithmic or endless. A tenth of it with
+    That is 1 % of the range, or of the value if the scale is logarithmic or unlimited. A tenth of it with
     Pace.FINE, ten times as much with Pace.COARSE, and never less than the increment.
     """
     integer = feature.kind is FeatureKind.INTEGER
     scale = SliderScale.of(feature)
     linear = scale is not None and not scale.logarithmic
-    least = feature.increment or (1 if integer else 0)
+    least = _increment(feature)
     if linear and scale is not None:
         size = scale.maximum - scale.minimum
     else:
         size = abs(feature.value) if isinstance(feature.value, int | float) else 0
-    step: int | float = _significant(size * KEY_STEP, 1) if size and math.isfinite(size) else 1.0
-    # An increment that only a machine counts in (1e-6 dB) would take thousands of presses.
+    step: int | float = _significant(size * KEY_STEP, 1) if _TINY < size < 1 / _TINY else 1.0
+    # With a very small increment (1e-6 dB) a step of one increment would take thousands of presses.
     if least and not feature.logarithmic and (integer or not linear or least * 1000 >= size):
         step = least
     step *= pace.value
@@ -375,13 +378,21 @@ def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
 
 
 def stepped(feature: Feature, steps: int, pace: Pace = Pace.USUAL) -> int | float:
-    """Return the value after some presses of an arrow key; 64-bit integers exact, fractions on the grid."""
+    """Return the value after some presses of an arrow key; 64-bit integers exact, fractions rounded."""
     step = natural_step(feature, pace)
     value = feature.value if isinstance(feature.value, int | float) else feature.minimum or 0
     number = value + steps * step
     if isinstance(number, float) and not feature.increment:
         number = round(number, max(0, -math.floor(math.log10(step))))
     return nearest_allowed(feature, number)
+
+
+def _increment(feature: Feature) -> int | float:
+    """Return the increment; without a usable one, 1 for an integer and 0 for a fraction."""
+    increment = feature.increment or 0
+    if not _TINY < increment < 1 / _TINY:  # remote cameras may send anything
+        increment = 0
+    return max(1, int(increment)) if feature.kind is FeatureKind.INTEGER else increment
 
 
 def _significant(number: float, digits: int) -> float:

@@ -199,3 +199,27 @@ def test_steps_suit_the_range_and_the_value():
     assert stepped(feature(0.0, 48.0, 47.99), 1) == 48.0
     assert stepped(feature(0.0, 1.0, 0.5, increment=0.25), 1) == 0.75
     assert stepped(feature(0.0, math.inf, 0.0), 1) == 1.0
+
+
+EXTREMES = st.sampled_from([0.0, 5e-324, 1e-310, -1.0, 3.0, 1e8, 1e300, -1e300, math.inf, -math.inf, math.nan])
+
+
+@given(EXTREMES, EXTREMES, EXTREMES, st.none() | EXTREMES, st.sampled_from(Representation))
+def test_no_number_of_a_remote_camera_breaks_a_control(value, low, high, increment, representation):
+    made = feature(low, high, value, increment=increment, representation=representation)
+    scale = SliderScale.of(made)
+    if scale is not None:
+        for position in (0, 1, scale.steps // 2, scale.steps):
+            assert low <= scale.to_value(position) <= high
+        assert 0 <= scale.to_position(3.0) <= scale.steps
+        assert scale.around(3.0, 300).steps == scale.steps
+    for pace in Pace:
+        assert natural_step(made, pace) > 0
+        stepped(made, 3, pace)
+    nearest_allowed(made, 3.0)
+
+
+@pytest.mark.parametrize("increment", [math.nan, math.inf, -5.0, 0.5])
+def test_an_integer_with_an_unusable_increment_counts_by_one(increment):
+    made = feature(0, 10, 5, increment=increment)
+    assert (SliderScale.of(made).steps, natural_step(made), nearest_allowed(made, 6.7)) == (10, 1, 7)
