@@ -1,4 +1,4 @@
-"""The features of an open source as the window knows them: last known values, requests, writes."""
+"""The features of an open source as the window sees them: last known values, requests, writes."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 READ_TURN = 0.01
-"""Seconds of reading at a stretch; a job that waits, such as a write, is run after the next feature."""
+"""Longest run of reads in seconds; a waiting job, such as a write, interrupts it after one feature."""
 
 
 class FeatureTreeModel:
     """A grabber's features for views that show and edit them.
 
-    Make it once the grabber is open, where its calls may be made: on the worker, or before anything else runs
-    there. All methods may be called from any thread and none waits for the camera; signals are emitted from
-    any thread. When the camera reports changes, only watched features are read again, so the cost of a panel
-    with thousands of features depends on its open part.
+    Create it when the grabber is open, on the worker or before the worker has other jobs. All methods may be
+    called from any thread and none waits for the camera; signals are emitted from any thread. When the camera
+    reports changes, only watched features are read again, so the cost of a panel with thousands of features
+    depends on its open part.
     """
 
     feature_changed = Signal(Feature)
     """A feature as it is now: it changed, was requested, or was written."""
     structure_changed = Signal()
-    """`root` and `favourites` are others; nothing known before is valid."""
+    """`root` and `favourites` were replaced; earlier features are invalid."""
     failed = Signal(GrabberError)
     """A write, command or read failed."""
 
@@ -70,20 +70,20 @@ class FeatureTreeModel:
         self._reading = False
         "Whether a reading job is in progress."
         self._one_by_one = 0
-        "How many of them are read singly, as one could not be read together with others."
+        "Number of features to read one by one, after a joint read failed."
         self._watched: frozenset[str] = frozenset()
         self._companions: frozenset[str] = frozenset()
         "Automatic modes of the watched features."
         self._stale: set[str] = set()
-        "Features that changed while nobody watched them."
+        "Features that changed while they were not watched."
         self._held: set[str] = set()
         self._deferred: set[str] = set()
         "Features that changed while held."
         self._throttle = WriteThrottle()
         self._values: dict[str, FeatureValue] = {}
-        "Values whose write was requested and has not been confirmed yet."
+        "Values of requested writes that are not confirmed yet."
         self._writing: int | None = None
-        "The thread that writes a feature now: the write itself returns most of what it changes."
+        "The thread of the write in progress: the write itself returns most of its consequences."
         self._changed_by_write: set[str] = set()
         "Changes that the grabber reported on this thread since the write began."
         self._load()
@@ -101,7 +101,7 @@ class FeatureTreeModel:
         self._worker.submit(self._load_anew, key="reload features", failed=self._fail)
 
     def close(self) -> None:
-        """Stop listening and emitting. Waiting writes are sent before jobs that are submitted later."""
+        """Stop listening and emitting. Waiting writes are sent before any later job."""
         self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
         with self._lock:
             self._closed = True
@@ -109,30 +109,30 @@ class FeatureTreeModel:
             for name in self._throttle.waiting():
                 self._submit_write(name, self._values[name], 0.0)
 
-    # -- what is known ---------------------------------------------------------------------------
+    # -- known features --------------------------------------------------------------------------
     @property
     def known(self) -> tuple[Feature, ...]:
-        """Every feature read so far, as last known."""
+        """Every feature read so far, in its last known state."""
         with self._lock:
             return tuple(self._features.values())
 
     def feature(self, name: str) -> Feature | None:
-        """Return the last known state without access to the camera; None if it was never read."""
+        """Return a feature's last known state without asking the camera; None if it was never read."""
         return self._features.get(name)
 
     def description(self, name: str) -> FeatureDescription | None:
-        """Return the properties of a feature that never change; None if the camera does not have it."""
+        """Return the constant properties of a feature; None if the camera does not have it."""
         return self._descriptions.get(name)
 
     # -- reading ---------------------------------------------------------------------------------
     def request(self, names: Iterable[str]) -> None:
-        """Read these; `feature_changed` follows for each, whether it changed or not."""
+        """Read these features; `feature_changed` follows for each, whether it changed or not."""
         self._want(names, always=True)
 
     def watch(self, names: Iterable[str]) -> None:
         """Follow only these features and their automatic modes from now on.
 
-        Those not known yet, or changed since they were last watched, are read.
+        Reads those that are not known yet or have changed since they were last watched.
         """
         with self._lock:
             self._watched = frozenset(names) & self._descriptions.keys()
@@ -152,11 +152,12 @@ class FeatureTreeModel:
 
     # -- writing ---------------------------------------------------------------------------------
     def write(self, name: str, value: FeatureValue) -> None:
-        """Write at once, but at most 60 times a second a feature: the last value always, features in order.
+        """Write as soon as possible, each feature at most 60 times a second, in the order of the requests.
 
-        The write goes to the instance that is shown, even if others select another one meanwhile. The
-        camera's value afterwards follows as `feature_changed`. A refusal is reported by `failed`, and the
-        feature is read again, so that views show its true value.
+        A newer value replaces a waiting one, so the last value is always written. The write goes to the
+        instance that is shown, even if others select another one in the meantime. The resulting value
+        follows as `feature_changed`. A refusal is reported by `failed`, and the feature is read again, so
+        that views show its true value.
         """
         with self._lock:
             if self._closed:
@@ -166,7 +167,7 @@ class FeatureTreeModel:
             self._submit_write(name, value, delay)
 
     def execute(self, name: str) -> None:
-        """Run a command, after the writes asked for before it."""
+        """Run a command after all writes requested before."""
         key = self._shown_setting(name)
         self.run(partial(self._grabber.execute_setting, key), done=lambda _: self.request([name]))
 
@@ -176,10 +177,9 @@ class FeatureTreeModel:
         done: Callable[[T], None] | None = None,
         failed: Callable[[GrabberError], None] | None = None,
     ) -> bool:
-        """Do something with the camera on the worker, after the writes asked for before it.
+        """Run a job on the worker after all writes requested before; then `done` or `failed`, there too.
 
-        Then `done` with the result or `failed` with the error, on the worker too; without `failed`, the
-        signal of that name is emitted. Returns False and does nothing once closed.
+        Without `failed`, the signal of that name is emitted. Returns False and does nothing once closed.
         """
         with self._lock:
             if self._closed:
@@ -188,12 +188,12 @@ class FeatureTreeModel:
             return self._worker.submit(job, done=done, failed=failed or self._fail, delay=delay)
 
     def hold(self, name: str) -> None:
-        """Keep back changes of a feature until `release`: its control is dragged or typed into."""
+        """Hold back changes of a feature until `release`: the user drags its control or types into it."""
         with self._lock:
             self._held.add(name)
 
     def release(self, name: str) -> None:
-        """End the hold, and emit the changes that it kept back."""
+        """End the hold, and emit a change that it held back."""
         with self._lock:
             self._held.discard(name)
             if name not in self._deferred or self._throttle.waits(name):
@@ -207,6 +207,7 @@ class FeatureTreeModel:
         self._load()
         with self._lock:
             self._features.clear()
+            self._deferred.clear()
             self._wanted.clear()
             self._stale.clear()
             self._watched = self._companions = frozenset()
@@ -222,7 +223,7 @@ class FeatureTreeModel:
         )
 
     def _shown_setting(self, name: str) -> SettingKey:
-        """Return the instance that is shown: with its selectors as requested, else as last known."""
+        """Return the instance that is shown: its selectors as requested last, or else as last known."""
         with self._lock:
             selected = []
             for selector in self._selectors.of(name):
@@ -234,9 +235,9 @@ class FeatureTreeModel:
             return SettingKey(name, tuple(selected))
 
     def _send(self, key: SettingKey, value: FeatureValue) -> list[Feature]:
-        """Write, and return the features that need not be read again, the written one first.
+        """Write, and return the features that need no further read, the written one first.
 
-        Each read is a request on a remote camera, as costly as the write.
+        On a remote camera a read is a request and costs as much as the write.
         """
         with self._lock:
             self._throttle.sent(key.name, time.monotonic())
@@ -246,7 +247,7 @@ class FeatureTreeModel:
         try:
             result = self._grabber.write_setting(key, value)
             changes = {change.key.name: change.key for change in (*result.written, *result.consequences)}
-            # Under selectors, another instance than the one that is shown may have changed.
+            # With selectors, the change may be of an instance that is not shown.
             shown = [f for f in result.also_changed if changes.get(f.name) == self._shown_setting(f.name)]
             returned = [result.feature, *shown]
         finally:
@@ -261,7 +262,7 @@ class FeatureTreeModel:
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
         with self._lock:
-            self._forget_asked(name)
+            self._forget_requested(name)
         self._fail(error)
         self._want([name], always=True)
 
@@ -286,7 +287,7 @@ class FeatureTreeModel:
                 self._read_together(wanted)
             else:
                 self._read(names[0], wanted[names[0]])
-            if time.monotonic() >= deadline or self._worker.pressed:
+            if time.monotonic() >= deadline or self._worker.has_due_job:
                 break
         with self._lock:
             self._reading = bool(self._wanted) and self._worker.submit(self._read_some)
@@ -297,11 +298,11 @@ class FeatureTreeModel:
             return 1
         try:
             return self._grabber.reads_at_once
-        except GrabberError:  # closed meanwhile
+        except GrabberError:  # the grabber was closed
             return 1
 
     def _read_together(self, wanted: dict[str, bool]) -> None:
-        """Read several by one request. If any of them fails, they are read one by one next."""
+        """Read several features by one request. If any of them fails, read them one by one next."""
         try:
             features = self._grabber.read_features(list(wanted))
         except Exception as error:
@@ -316,7 +317,7 @@ class FeatureTreeModel:
             self._read(name, always, feature)
 
     def _read(self, name: str, always: bool, feature: Feature | None = None) -> None:
-        """Publish `feature`; where it has not been read yet, read it first."""
+        """Publish a feature; read it first unless it is passed."""
         try:
             feature = feature or self._grabber.feature(name)
             self._publish(self._grabber.offered(feature), always)
@@ -344,7 +345,7 @@ class FeatureTreeModel:
         with self._lock:
             changed = self._features.get(name) != feature
             self._features[name] = feature
-            self._forget_asked(name)
+            self._forget_requested(name)
             self._stale.discard(name)
             if self._closed or not (changed or always):
                 return
@@ -354,13 +355,13 @@ class FeatureTreeModel:
             if name in self._held:
                 self._deferred.add(name)
                 return
-            # A value newer than this one is on its way; showing the older would make the control jump.
+            # A newer value waits to be written; showing this one would make the control jump.
             if self._throttle.waits(name):
                 return
             self._deferred.discard(name)
         self.feature_changed.emit(feature)
 
-    def _forget_asked(self, name: str) -> None:
+    def _forget_requested(self, name: str) -> None:
         if not self._throttle.waits(name):
             self._values.pop(name, None)
 
@@ -368,7 +369,7 @@ class FeatureTreeModel:
         if not self._closed:
             self.failed.emit(error)
 
-    # -- from anywhere ---------------------------------------------------------------------------
+    # -- any thread ------------------------------------------------------------------------------
     def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
         if self._writing == threading.get_ident():
             self._changed_by_write |= names

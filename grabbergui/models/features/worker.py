@@ -1,4 +1,4 @@
-"""The thread for all calls of one open source: when writes are sent, and values that are read over time."""
+"""The thread for all calls of one open source; the timing of writes; values sampled over time."""
 
 from __future__ import annotations
 
@@ -37,11 +37,10 @@ class _Job:
 
 
 class FeatureWorker:
-    """Runs jobs in their order on a thread of its own.
+    """Runs jobs in order on a thread of its own.
 
-    A call to a camera takes as long as the network; here it delays only the calls behind it. `submit` and
-    `close` may be called from any thread and `submit` never waits. A job must end by itself: every
-    grabber call has a timeout.
+    A slow call to a camera delays only the jobs after it. `submit` and `close` may be called from any thread
+    and `submit` never waits. A job must end by itself: every grabber call has a timeout.
     """
 
     def __init__(self, name: str = "features") -> None:
@@ -62,10 +61,10 @@ class FeatureWorker:
     ) -> bool:
         """Run `job` later; then `done` with its result or `failed` with its error, both on the worker.
 
-        A job with a `key` takes the place of a waiting one with the same key, which is then neither run nor
-        answered, and goes to the end: jobs submitted in between come first. A file that the system refuses is
-        an error too; any other exception is a bug, which is logged and reported like an error. With a `delay`
-        in seconds the job lets others pass until then. False, and nothing happens, once closed.
+        A job with a `key` replaces a waiting job with the same key, which is then neither run nor answered,
+        and goes to the end of the queue. `failed` also gets an OSError about a file, as a GrabberError; any
+        other exception is a bug, which is logged and reported likewise. During a `delay` in seconds other
+        jobs may overtake. Returns False and does nothing once closed.
         """
         with self._wakeup:
             if self._closed:
@@ -77,8 +76,8 @@ class FeatureWorker:
             return True
 
     @property
-    def pressed(self) -> bool:
-        """Whether a job waits only for the running one. A long job that can pause should do so then."""
+    def has_due_job(self) -> bool:
+        """Whether a job waits only for the running one, which should then pause if it can."""
         with self._wakeup:
             now = time.monotonic()
             return any(job.due <= now for job in self._waiting.values())
@@ -86,7 +85,7 @@ class FeatureWorker:
     def close(self, timeout: float = 6.0) -> bool:
         """Finish queued jobs and end the thread; return whether it ended within `timeout` seconds.
 
-        New jobs are refused, delays are cut short. May be called twice; called by a job, it does not wait.
+        Refuses new jobs and cuts delays short. May be called twice; called by a job, it does not wait.
         """
         with self._wakeup:
             self._closed = True
@@ -154,10 +153,10 @@ def _result_of(job: _Job) -> Any:
 
 # -- when writes are sent ------------------------------------------------------------------------
 class WriteThrottle:
-    """Lets each feature be written once an interval, and keeps all writes in the order they were asked for.
+    """Limits each feature to one write an interval, and keeps all writes in the order of their requests.
 
-    A write that would overtake a waiting one of another feature waits with it: an exposure written after
-    its automatic mode was switched on would switch it off again. Times are seconds of any one clock.
+    A write that would overtake a waiting write of another feature waits with it: an exposure written after
+    its automatic mode was switched on would switch the mode off again. Times are seconds of any one clock.
     """
 
     def __init__(self, interval: float = 1 / 60) -> None:
@@ -175,7 +174,7 @@ class WriteThrottle:
 
     def barrier(self, now: float) -> float:
         """Return the delay in seconds until every waiting write is due, for jobs that depend on them."""
-        return max(now, *self._waiting.values(), now) - now
+        return max([now, *self._waiting.values()]) - now
 
     def sent(self, name: str, now: float) -> None:
         """Record that the write was sent."""
@@ -183,7 +182,7 @@ class WriteThrottle:
         self._sent[name] = now
 
     def waits(self, name: str) -> bool:
-        """Return whether a write is still to be sent."""
+        """Return whether a write of this feature is still to be sent."""
         return name in self._waiting
 
     def waiting(self) -> tuple[str, ...]:
@@ -201,7 +200,7 @@ class ValueHistory:
 
     def __init__(self, most: int = MOST_SAMPLES) -> None:
         self._most = most
-        # Twice the room, so that the newest can be moved to the front once in a while instead of always.
+        # Twice the length, so that samples need moving to the front only now and then.
         self._samples: NDArray[np.float64] = np.empty((2, min(2 * most, 256)))
         self._begin = self._end = 0
 
@@ -209,7 +208,7 @@ class ValueHistory:
         return self._end - self._begin
 
     def add(self, moment: float, value: float) -> None:
-        """Note a sample: seconds since the epoch, and NaN where there was no value."""
+        """Add a sample: seconds since the epoch, and the value or NaN."""
         if self._end == self._samples.shape[1]:
             self._make_room()
         self._samples[:, self._end] = moment, value
@@ -217,7 +216,7 @@ class ValueHistory:
         self._begin = max(self._begin, self._end - self._most)
 
     def since(self, moment: float = -np.inf) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times and values (n,) since a moment. Views: valid until the next `add`."""
+        """Return times and values (n,) since a moment, as views that are valid until the next `add`."""
         times, values = self._samples[:, self._begin : self._end]
         first = int(np.searchsorted(times, moment))
         return times[first:], values[first:]
@@ -231,7 +230,7 @@ class ValueHistory:
 
 
 def to_csv(histories: Mapping[str, ValueHistory]) -> str:
-    """Return one line a moment, one column a value; empty where a value was not read at that moment."""
+    """Return a line for each time and a column for each value; empty where a value was not read."""
     rows: dict[float, dict[str, float]] = {}
     for name, history in histories.items():
         for moment, value in zip(*history.since(), strict=True):
@@ -251,20 +250,20 @@ WATCH_PERIOD = 0.1
 RETRY_PERIOD = 1.0
 "Seconds between two reads of a camera that does not answer."
 MOST_WATCHED = 12
-"Most features watched at once: nobody reads more curves, and each costs the camera a read."
+"Most features watched at once: more curves cannot be told apart, and each costs the camera a read."
 
 PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
-"Kinds of features whose values are numbers to draw."
+"Kinds of features whose values can be plotted."
 
 
 class ValueWatch:
-    """Reads some features on a source's own worker, ten times a second at most, and only while wanted.
+    """Samples some features on a source's own worker, at most ten times a second, only while wanted.
 
     All methods may be called from any thread and none waits; the signal comes from the worker.
     """
 
     sampled = Signal(float, dict, dict)
-    """Time of reading (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
+    """Time of the read (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
 
     def __init__(self, period: float = WATCH_PERIOD, time_of_day: Callable[[], float] = time.time) -> None:
         self._period = period
@@ -273,7 +272,7 @@ class ValueWatch:
         self._source: tuple[FrameGrabber, FeatureWorker] | None = None
         self._wanted = False
         self._reading = 0
-        "Grows with everything that ends the current reading; a job of an older number does nothing."
+        "Increases whenever the current series of reads ends; a job with an older number does nothing."
         self._lock = threading.Lock()
 
     @property
@@ -293,7 +292,7 @@ class ValueWatch:
             self._begin_anew()
 
     def detach(self) -> None:
-        """Stop reading; names stay."""
+        """Stop reading, but keep the names."""
         with self._lock:
             self._source = None
             self._begin_anew()
@@ -353,6 +352,6 @@ class ValueWatch:
 
 
 def _as_number(feature: Feature) -> float:
-    """Return a feature's value on a plot; NaN where it has none."""
+    """Return a feature's value for a plot; NaN if it has none."""
     value = feature.value
     return float(value) if isinstance(value, int | float) else math.nan

@@ -371,6 +371,17 @@ def test_reload_takes_the_new_tree(stage):
     assert s.model.feature("A") is None
 
 
+def test_a_control_is_released_after_the_tree_was_reloaded(stage):
+    s = stage(number("Gain"))
+    s.model.hold("Gain")
+    s.model.request(["Gain"])
+    s.settle()
+    s.model.reload()
+    s.settle()
+    s.model.release("Gain")
+    assert s.changed == [], "what was held back is out of date"
+
+
 def test_closing_sends_what_waits_and_stays_silent(stage):
     s = stage(number("Gain"))
     s.model.write("Gain", 1.0)
