@@ -32,12 +32,12 @@ class Origin(Enum):
 
 @dataclass(frozen=True)
 class Change:
-    """The values of a feature before and after a change; a command that was run has neither."""
+    """The values of a feature before and after a change; a command has neither."""
 
     number: int
     "Counts up from 1. A change that continues, as while a slider is dragged, keeps its number."
     time: float
-    "Seconds since the epoch when it began."
+    "Start of the change in seconds since the epoch."
     key: SettingKey
     before: FeatureValue | None
     after: FeatureValue | None
@@ -52,7 +52,7 @@ class Change:
         return self.command or self.before != self.after
 
     def __str__(self) -> str:
-        """`Gain 0 → 6`, `TriggerSoftware run`."""
+        """`Gain 0 → 6`, `TriggerSoftware run`, `UserSetLoad[UserSetSelector=UserSet1] run`."""
         if self.command:
             return f"{self.key} run"
         return f"{self.key} {format_value(self.before)} → {format_value(self.after)}"
@@ -94,7 +94,7 @@ class Step:
     "Manual values displaced by an automatic mode; undoing the mode restores them."
     last: float = 0.0
     "Time of the last write in seconds of the journal's clock."
-    meant: SettingKey | None = None
+    intended: SettingKey | None = None
     "The setting that was written last; the others changed with it."
 
     def add(self, change: Change, now: float) -> None:
@@ -124,8 +124,8 @@ class Step:
         if self.cause:
             return self.cause
         changes = [change for change in self.changes.values() if change.effective]
-        meant = [change for change in changes if change.origin is not Origin.CAMERA]
-        return ", ".join(str(change) for change in meant or changes)
+        written = [change for change in changes if change.origin is not Origin.CAMERA]
+        return ", ".join(str(change) for change in written or changes)
 
 
 class _UndoHistory:
@@ -143,16 +143,16 @@ class _UndoHistory:
     def note(
         self, changes: Iterable[Change], step: Step | None, now: float, since: float | None = None
     ) -> Step:
-        """Record a change as part of `step`, or of the previous step that it continues.
+        """Add changes to `step`, or else to the previous step if they continue it. Return their step.
 
-        A single control goes on while it is held, which it is `since` then, or for a moment longer, as long
-        as nothing else is changed in between. Returns the step it became part of.
+        A step of a single control continues while the user holds the control (`since` this moment), or writes
+        it again within `STEP_PAUSE`, unless something else changes in between.
         """
         changes = list(changes)
-        step = step or self._going_on(changes[-1].key, now, since) or Step()
+        step = step or self._continued(changes[-1].key, now, since) or Step()
         for change in changes:
             step.add(change, now)
-        step.meant = changes[-1].key
+        step.intended = changes[-1].key
         done = self._steps[Direction.UNDO]
         if step not in done:
             done.append(step)
@@ -163,7 +163,7 @@ class _UndoHistory:
         return step
 
     def interrupt(self) -> None:
-        """Note a change that cannot be undone: the next change starts a step of its own."""
+        """Let the next change start a step of its own, after something that cannot be undone."""
         self._interrupted = True
 
     def take(self, direction: Direction) -> Step | None:
@@ -173,17 +173,18 @@ class _UndoHistory:
         return steps.pop() if steps else None
 
     def put(self, direction: Direction, step: Step) -> None:
-        """Put a step on the stack of those that can be undone, or redone."""
+        """Put a step on the stack of the direction in which it can be reverted next."""
         self._steps[direction].append(step)
 
-    def _going_on(self, key: SettingKey, now: float, since: float | None) -> Step | None:
+    def _continued(self, key: SettingKey, now: float, since: float | None) -> Step | None:
+        """Return the previous step if a write of this setting continues it."""
         step = self.next(Direction.UNDO)
         if step is None or step.cause or self._interrupted:
             return None
-        return step if step.meant == key and _goes_on(step.last, now, since) else None
+        return step if step.intended == key and _continues(step.last, now, since) else None
 
 
-def _goes_on(last: float, now: float, since: float | None) -> bool:
+def _continues(last: float, now: float, since: float | None) -> bool:
     """Return whether a write continues the previous one: soon after it, or within one interaction."""
     return now - last < STEP_PAUSE or (since is not None and last >= since)
 
@@ -194,13 +195,13 @@ MOST_CHANGES = 2000
 
 
 class ChangeJournal:
-    """Keeps what happened to one source's features. Any thread; signals come from the one that noted.
+    """Records the changes of one source's features. Any thread; signals come from the recording thread.
 
-    A control that is moved on and on, or a value that the camera regulates, is one entry that grows.
+    Repeated changes by one control, or of a value that the camera regulates, extend a single entry.
     """
 
     noted = Signal(Change)
-    """A change; one that continued is emitted again under its number."""
+    """A change; a change that continues is emitted again under its number."""
     steps_changed = Signal()
     """The next step to undo or redo has changed."""
 
@@ -213,21 +214,21 @@ class ChangeJournal:
     ) -> None:
         self._log: OrderedDict[int, Change] = OrderedDict()
         self._most = most
-        self._going_on: dict[SettingKey | Origin, tuple[int, float]] = {}
-        "Number and moment of the last change of a setting by others, and of the operator's last."
+        self._latest: dict[SettingKey | Origin, tuple[int, float]] = {}
+        "Number and time of the operator's last change, and of the last change of each setting by others."
         self._history = _UndoHistory()
         self._clock = clock
         self._time_of_day = time_of_day
         self._count = 0
         self._held: dict[str, float] = {}
-        "Controls that are dragged or typed into, and since when."
+        "Start of each interaction: controls that the user drags or types into."
         self._step: Step | None = None
         self._reverting: Direction | None = None
         self._owed: tuple[Direction, dict[SettingKey, FeatureValue]] = (Direction.UNDO, {})
         "Values that the last undone or redone steps could not restore."
         self._lock = threading.RLock()
 
-    # -- what is known ---------------------------------------------------------------------------
+    # -- the record ------------------------------------------------------------------------------
     @property
     def changes(self) -> tuple[Change, ...]:
         """The recorded changes, the oldest first."""
@@ -243,42 +244,42 @@ class ChangeJournal:
         """Clear the log; steps can still be undone."""
         with self._lock:
             self._log.clear()
-            self._going_on.clear()
+            self._latest.clear()
 
-    # -- what happens ----------------------------------------------------------------------------
+    # -- recording -------------------------------------------------------------------------------
     def wrote(
         self,
         written: Sequence[ValueChange],
         consequences: Sequence[ValueChange] = (),
         regulated: Mapping[SettingKey, FeatureValue] | None = None,
     ) -> None:
-        """Note what one write of the operator changed: the setting that was meant comes last in `written`.
+        """Record a write of the operator: its companions and, last in `written`, the intended setting.
 
-        `consequences` are what the camera changed because of it, `regulated` values that an automatic mode
-        takes over with this write. All of them belong to the same step.
+        `consequences` are settings that the camera changed because of it, `regulated` the values that an
+        automatic mode takes over. All of them belong to the same step.
         """
         with self._lock:
             now, since = self._clock(), self._held.get(written[-1].key.name)
             changes = [self._enter(*change, Origin.OPERATOR, now, since) for change in written]
-            followed = [self._enter(*change, Origin.CAMERA, now, None) for change in consequences]
+            consequent = [self._enter(*change, Origin.CAMERA, now, None) for change in consequences]
             if self._reverting is None:
                 self._owed = (Direction.UNDO, {})
-                # The log joins by its own rule what goes on; a step counts from where it began.
-                pairs = zip((*followed, *changes), (*consequences, *written), strict=True)
-                begun = [replace(change, before=before) for change, (_, before, _) in pairs]
-                step = self._history.note(begun, self._step, now, since)
+                # An entry of the log may span several steps; a step needs the value before this write.
+                pairs = zip((*consequent, *changes), (*consequences, *written), strict=True)
+                own = [replace(change, before=before) for change, (_, before, _) in pairs]
+                step = self._history.note(own, self._step, now, since)
                 for key, value in (regulated or {}).items():
                     step.regulated.setdefault(key, value)
-        for change in (*changes, *followed):
+        for change in (*changes, *consequent):
             self.noted.emit(change)
         self.steps_changed.emit()
 
-    def ran(self, name: str) -> None:
+    def ran(self, key: SettingKey) -> None:
         """Record a command of the operator, which cannot be undone."""
         with self._lock:
             self._history.interrupt()
-            self._going_on.pop(Origin.OPERATOR, None)
-            change = self._append(SettingKey(name), None, None, Origin.OPERATOR, command=True)
+            self._latest.pop(Origin.OPERATOR, None)
+            change = self._append(key, None, None, Origin.OPERATOR, command=True)
         self.noted.emit(change)
 
     def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:
@@ -288,7 +289,7 @@ class ChangeJournal:
         self.noted.emit(change)
 
     def hold(self, name: str) -> None:
-        """Count a control's writes as one step until `release`, however slow: it is dragged or typed into."""
+        """Join a control's writes into one step until `release`: the user drags it or types into it."""
         with self._lock:
             self._held[name] = self._clock()
 
@@ -299,7 +300,7 @@ class ChangeJournal:
 
     @contextmanager
     def within(self, step: Step) -> Iterator[None]:
-        """Join all writes in the block, on the source's own thread, into one step."""
+        """Join all writes in the block into one step. On the source's own thread."""
         with self._lock:
             self._step, outer = step, self._step
         try:
@@ -311,9 +312,9 @@ class ChangeJournal:
     # -- undoing ---------------------------------------------------------------------------------
     @contextmanager
     def reverting(self, direction: Direction) -> Iterator[Step | None]:
-        """Yield the step to undo or redo, if any; writes within the block are no step of their own.
+        """Yield the step to undo or redo, if any; writes within the block form no step of their own.
 
-        After the block the step can be reversed; if the block raised, it can be tried again.
+        After the block the step can be reverted the other way; if the block raised, it can be tried again.
         """
         with self._lock:
             step = self._history.take(direction)
@@ -330,12 +331,12 @@ class ChangeJournal:
             self.steps_changed.emit()
 
     def owed(self, direction: Direction) -> dict[SettingKey, FeatureValue]:
-        """Return the values that the steps reverted in a row could not restore so far."""
+        """Return the values that the latest steps in this direction could not restore."""
         with self._lock:
             return self._owed[1] if self._owed[0] is direction else {}
 
     def owe(self, direction: Direction, values: dict[SettingKey, FeatureValue]) -> None:
-        """Keep the values that could not be restored for the next step in this direction."""
+        """Remember values that could not be restored, for the next step in this direction."""
         with self._lock:
             self._owed = (direction, values)
 
@@ -349,18 +350,18 @@ class ChangeJournal:
         now: float,
         since: float | None,
     ) -> Change:
-        # The operator's changes come one after another; those of others may interleave.
-        place: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
-        number, moment = self._going_on.get(place, (0, now))
+        # The operator's changes are sequential; those of others may interleave.
+        author: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
+        number, moment = self._latest.get(author, (0, now))
         last = self._log.get(number)
         cause = self._cause if origin is Origin.OPERATOR else ""
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
-        if last is not None and same and _goes_on(moment, now, since):
+        if last is not None and same and _continues(moment, now, since):
             change = replace(last, after=after)
             self._log[number] = change
         else:
             change = self._append(key, before, after, origin)
-        self._going_on[place] = (change.number, now)
+        self._latest[author] = (change.number, now)
         return change
 
     def _append(

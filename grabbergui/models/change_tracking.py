@@ -1,4 +1,4 @@
-"""A grabber that records its writes and commands; undo and redo; changes as commands or as a program."""
+"""A grabber that records its writes and commands; undo and redo; changes as a script or a program."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import logging
 import shlex
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from typing_extensions import override
 
@@ -21,17 +22,17 @@ from grabbergui.models.features.sensor_region import stream_paused
 log = logging.getLogger(__name__)
 
 CONSEQUENCES = 0.5
-"Seconds after a write of ours in which what else moves is taken for its consequence."
+"Seconds after a write in which other changes count as its consequences."
 MOST_KNOWN = 20_000
-"Settings whose last value is remembered."
+"Most settings whose last value is remembered."
 
 
 class ChangeTrackingGrabber(SharedGrabber):
     """A handle on an open grabber that records every write and command in a journal.
 
-    Use from the thread that makes the grabber's calls. Side effects of a write (a mode that is switched off,
-    a height that no longer fits) are recorded with it. Selectors that are moved to reach a setting are
-    restored and not recorded.
+    Use from the thread that makes the grabber's calls. The side effects of a write (an automatic mode
+    switched off, a height that no longer fits) are recorded with it. Selectors that are moved to reach a
+    setting are restored and not recorded.
     """
 
     def __init__(
@@ -66,10 +67,10 @@ class ChangeTrackingGrabber(SharedGrabber):
         self._wrote = self._clock()
         for changed, _, now in (*result.consequences, *result.written):
             self._remember(changed, now)
-        *companions, meant = result.written
+        *companions, own = result.written
         companions = [change for change in companions if change.before != change.after]
-        if companions or result.consequences or meant.before != meant.after:
-            self.journal.wrote([*companions, meant], result.consequences, displaced)
+        if companions or result.consequences or own.before != own.after:
+            self.journal.wrote([*companions, own], result.consequences, displaced)
         return result
 
     @override
@@ -78,15 +79,17 @@ class ChangeTrackingGrabber(SharedGrabber):
 
     @override
     def execute_setting(self, key: SettingKey) -> None:
+        if not key.selected:
+            key = self._grabber.setting(key.name)
         self._wrote = self._clock()
         self._grabber.execute_setting(key)
         self._wrote = self._clock()
-        self.journal.ran(key.name)
+        self.journal.ran(key)
 
     def watch(self, feature: Feature) -> None:
-        """Compare a feature that was read and record changes by others. On the same thread.
+        """Compare a feature just read with its last known value, and record a change by others.
 
-        Read-only features, such as a temperature, are left out unless an automatic mode locks them.
+        Read-only features, such as a temperature, are ignored unless an automatic mode locks them.
         """
         if feature.value is None or not (feature.access.writable or feature.auto):
             return
@@ -97,14 +100,14 @@ class ChangeTrackingGrabber(SharedGrabber):
             if known is not None and known != feature.value:
                 self.journal.saw(key, known, feature.value, self._origin(feature))
         except FeatureError as error:
-            log.debug("a change of %s is not noted: %s", feature.name, error)
+            log.debug("a change of %s is not recorded: %s", feature.name, error)
 
     def learn(self) -> None:
-        """Read the grabber's new tree."""
+        """Learn the automatic modes of the grabber's present tree."""
         self._regulates = regulated_by_mode(self.selectors.descriptions, self.has_feature)
 
     def _displaced(self, key: SettingKey, value: FeatureValue) -> dict[SettingKey, FeatureValue]:
-        """Return the manual values that are lost when a write switches an automatic mode on."""
+        """Return the manual values that are lost if this write switches an automatic mode on."""
         regulated = self._regulates.get(key.name, ())
         if not regulated or not is_on(value) or regulating(self._grabber.read_setting(key)):
             return {}
@@ -117,8 +120,8 @@ class ChangeTrackingGrabber(SharedGrabber):
         if feature.auto and regulating(self._grabber.feature(feature.auto)):
             return Origin.CAMERA
         others = self._others_write or self._grabber.access is not Access.CONTROL
-        ours = self._clock() - self._wrote < CONSEQUENCES
-        return Origin.NETWORK if others and not ours else Origin.CAMERA
+        consequence = self._clock() - self._wrote < CONSEQUENCES
+        return Origin.NETWORK if others and not consequence else Origin.CAMERA
 
     def _remember(self, key: SettingKey, value: FeatureValue | None) -> None:
         if value is None:
@@ -137,16 +140,16 @@ def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, Feature
     return {key: value for key, value in values.items() if value is not None}
 
 
-FEW = 4
-"Number of settings above which the stream is stopped once instead of for each that changes the frames."
+MOST_WITHOUT_PAUSE = 4
+"Above this number of settings the stream is stopped once, instead of for each setting that needs it."
 
 
 def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
-    """Undo or redo the next step; return a sentence for each value that could not be restored.
+    """Undo or redo the next step, if any; return a sentence for each value that could not be restored.
 
     Call it on the thread that makes the grabber's calls. A refused value is tried again with the next step:
-    an automatic mode may have moved its limits, and that mode is undone later. Does nothing if there is no
-    step. Raises TransportError if the camera is lost; the step can then be tried again.
+    an automatic mode that an earlier step switched on may have moved its limits. Raises TransportError if
+    the camera is lost; the step can then be tried again.
     """
     journal = grabber.journal
     with journal.reverting(direction) as step:
@@ -162,8 +165,8 @@ def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
 def write_values(
     grabber: ChangeTrackingGrabber, values: Mapping[SettingKey, FeatureValue]
 ) -> dict[SettingKey, str]:
-    """Write settings until all are there, as `settle` does; return what could not be set, a sentence each."""
-    with stream_paused(grabber, len(values) > FEW):
+    """Write settings as `settle` does; return a sentence for each that could not be set."""
+    with stream_paused(grabber, len(values) > MOST_WITHOUT_PAUSE):
         return settle(grabber, values)
 
 
@@ -172,25 +175,27 @@ Write = tuple[str, FeatureValue | None]
 
 
 def writes(changes: Iterable[Change]) -> list[Write]:
-    """Return the values to write, in order, with selectors where they are needed."""
+    """Return the writes and commands that repeat the changes, in order, with the selectors they need."""
     found: list[Write] = []
-    run: dict[SettingKey, Change] = {}
-    standing: dict[str, str] = {}
+    pending: dict[SettingKey, Change] = {}
+    selected: dict[str, str] = {}
     for change in changes:
         if change.origin is Origin.CAMERA:
             continue
         if not change.command:
-            known = run.pop(change.key, change)  # at the end: it was set after the others
-            run[change.key] = _joined(known, change)
+            first = pending.pop(change.key, change)  # moved to the end: it was written after the others
+            pending[change.key] = replace(change, before=first.before)
             continue
-        found += _settings(run.values(), standing)
-        run.clear()
+        found += _settings(pending.values(), selected)
+        pending.clear()
+        found += _selections(change.key, selected)
         found.append((change.key.name, None))
-    return [*found, *_settings(run.values(), standing)]
+        selected.clear()  # a command such as UserSetLoad may move selectors
+    return [*found, *_settings(pending.values(), selected)]
 
 
 def command_line(uri: str, changes: Iterable[Change]) -> str:
-    """`grabbergui set URI NAME=VALUE …`, and `grabbergui run` for commands, a line each, for a shell."""
+    """Return the changes for a shell: lines of `grabbergui set URI NAME=VALUE …` and `grabbergui run`."""
     lines: list[list[str]] = []
     for name, value in writes(changes):
         if value is None:
@@ -203,7 +208,7 @@ def command_line(uri: str, changes: Iterable[Change]) -> str:
 
 
 def program(uri: str, changes: Sequence[Change]) -> str:
-    """Return a program in Python that opens the source, makes the changes, and closes it."""
+    """Return a Python program that opens the source, makes the changes, and closes it."""
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(changes[-1].time)) if changes else "no changes"
     calls = [
         f"    camera.execute({name!r})" if value is None else f"    camera[{name!r}] = {value!r}"
@@ -222,19 +227,18 @@ def program(uri: str, changes: Sequence[Change]) -> str:
     )
 
 
-def _joined(first: Change, last: Change) -> Change:
-    return Change(
-        last.number, last.time, last.key, first.before, last.after, last.origin, last.cause, last.command
-    )
-
-
-def _settings(changes: Iterable[Change], standing: dict[str, str]) -> Iterator[Write]:
+def _settings(changes: Iterable[Change], selected: dict[str, str]) -> Iterator[Write]:
     for change in changes:
         if change.after is None or not change.effective:
             continue
-        for selector, entry in change.key.selected:
-            if standing.get(selector) != entry:
-                standing[selector] = entry
-                yield selector, entry
+        yield from _selections(change.key, selected)
         yield change.key.name, change.after
-        standing[change.key.name] = format_value(change.after)  # it may be a selector itself
+        selected[change.key.name] = format_value(change.after)  # it may be a selector itself
+
+
+def _selections(key: SettingKey, selected: dict[str, str]) -> Iterator[Write]:
+    """Yield the writes of the selectors that differ from `selected`, and note them there."""
+    for selector, entry in key.selected:
+        if selected.get(selector) != entry:
+            selected[selector] = entry
+            yield selector, entry

@@ -9,7 +9,7 @@ from operator_bench import CAMERA, UNDO
 
 from grabbergui import cli, sources
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.change_tracking import command_line, program
+from grabbergui.models.change_tracking import command_line, program, writes
 from patience import PROGRAM
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
@@ -79,6 +79,39 @@ def test_commands_stand_where_they_were_run(sim):
         "grabbergui set sim: Gain=3\ngrabbergui run sim: TimestampLatch\ngrabbergui set sim: Gain=6\n"
     )
     assert "camera.execute('TimestampLatch')" in program("sim:", sim.journal.changes)
+
+
+def test_a_command_is_run_again_under_its_selectors(sim):
+    """Also if the operator did not move them, and although a command may move them."""
+    sim.grabber.write_feature("UserSetSelector", "UserSet1")
+    sim.tracked_grabber.execute("UserSetSave")
+    sim.tracked_grabber.execute_setting(SettingKey("UserSetLoad", (("UserSetSelector", "Default"),)))
+    sim.tracked_grabber.execute("UserSetLoad")
+    assert [str(change) for change in sim.journal.changes] == [
+        "UserSetSave[UserSetSelector=UserSet1] run",
+        "UserSetLoad[UserSetSelector=Default] run",
+        "UserSetLoad[UserSetSelector=UserSet1] run",
+    ]
+    assert writes(sim.journal.changes) == [
+        ("UserSetSelector", "UserSet1"),
+        ("UserSetSave", None),
+        ("UserSetSelector", "Default"),
+        ("UserSetLoad", None),
+        ("UserSetSelector", "UserSet1"),
+        ("UserSetLoad", None),
+    ]
+
+
+def test_selectors_are_set_again_after_a_command(sim):
+    sim.write("BalanceRatioSelector", "Blue")
+    sim.write("BalanceRatio", 2.5)
+    sim.tracked_grabber.execute("TimestampLatch")
+    sim.write("BalanceRatio", 1.5)
+    assert writes(sim.journal.changes)[2:] == [
+        ("TimestampLatch", None),
+        ("BalanceRatioSelector", "Blue"),
+        ("BalanceRatio", 1.5),
+    ]
 
 
 def test_nothing_changed_makes_an_empty_line_and_a_program_that_runs(operator):
