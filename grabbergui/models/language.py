@@ -1,8 +1,8 @@
-"""Sentences of the models and the drivers in the user's language, though neither knows a toolkit.
+"""Translation of the texts of models, drivers and networks, independent of the GUI toolkit.
 
-Drivers and networks know no languages: their errors are English sentences with names and figures in them. The
-list here has those that the window translates; all others stay as they are written. A sentence is recognised
-by its words, and the text at a placeholder may be such a sentence again.
+Drivers and networks raise errors in English, with names and numbers in them. The window translates the
+sentences listed here and shows all others as they are. The text at a placeholder may again be such a
+sentence.
 """
 
 from __future__ import annotations
@@ -26,26 +26,25 @@ _POINT = re.compile(r"(?<=\d)\.(?=\d)")
 
 
 def translate(context: str, text: str) -> str:
-    """Return a text in the user's language; its placeholders are filled afterwards. Any thread."""
+    """Return a text in the user's language, its placeholders not yet filled. Any thread."""
     return _translator(context, text)
 
 
 def localized(text: str) -> str:
-    """Return a text with the user's decimal point in its numbers: `0,5` in Spanish. Any thread."""
+    """Return a text with the user's decimal separator in its numbers: `0,5` in Spanish. Any thread."""
     return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
 
 
 def counted(count: int, one: str, many: str, *values: object) -> str:
-    """Return the singular or the plural text, with `count` in place of {0}. Any thread.
+    """Return the singular or the plural text, with `count` for {0} and `values` for {1}, {2}, … Any thread.
 
-    Further `values` take the places {1}, {2}, … Both texts are translated already; a test checks that each
-    counted text of the window comes this way. Qt's numerus forms would need a file for English, too.
+    Both texts are translated already. Qt's numerus forms would need a translation file for English, too.
     """
     return (one if count == 1 else many).format(count, *values)
 
 
 def set_translator(translator: Translator | None, decimal_point: str = ".") -> None:
-    """Translate from now on, numbers with that decimal point; None leaves texts as they are written."""
+    """Set the translator and the decimal separator; with None, texts stay as they are written."""
     global _translator, _decimal_point
     _translator = translator or _as_written
     _decimal_point = decimal_point
@@ -60,7 +59,7 @@ _CONTEXT = "Drivers"
 
 
 def QT_TRANSLATE_NOOP(context: str, text: str) -> str:
-    """Mark a text for `scripts/translations`, which finds calls of this name; translate it later."""
+    """Mark a text for `scripts/translations`, which looks for calls of this name. Returns it unchanged."""
     return text
 
 
@@ -142,12 +141,14 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "its corners are no square's"),
 )
 """From the special to the general."""
+_LONGEST_SENTENCE = 500
+"Longer texts, which only a faulty remote peer sends, would take long to match."
 
 
 def driver_text(text: object) -> str:
     """Return a driver's sentence in the user's language; unchanged if it is not listed."""
     sentence = str(text)
-    if not is_translated():
+    if not is_translated() or len(sentence) > _LONGEST_SENTENCE:
         return sentence
     for template, pattern in _patterns():
         if (found := pattern.fullmatch(sentence)) is not None:
@@ -164,5 +165,5 @@ def _patterns() -> tuple[tuple[str, re.Pattern[str]], ...]:
 
 
 def _number(part: str) -> str:
-    """Write numbers with the user's decimal point; names and addresses stay."""
+    """Localize a number; names and addresses stay unchanged."""
     return localized(part) if re.fullmatch(r"[-+]?\d+\.\d+", part) else part

@@ -121,3 +121,8 @@ def test_drivers_sentences_are_translated_with_those_within_them(foreign):
     assert language.driver_text(held) == f"<{held}>"
     assert language.driver_text("Gain is 6.5 instead of 0") == "<Gain is 6,5 instead of 0>"
     assert language.driver_text("nobody has heard of this") == "nobody has heard of this"
+
+
+def test_a_very_long_text_of_a_remote_peer_stays_as_it_is(foreign):
+    endless = "the camera is lost: " * 10_000
+    assert language.driver_text(endless) == endless, "it exceeded the recursion limit"
