@@ -1,4 +1,4 @@
-"""Runs a hand–eye calibration for the window, driving the robot through poses on a thread of its own."""
+"""Hand–eye calibration in the window: moves the robot from pose to pose on a thread of its own."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from grabbergui.servo.robots.robot import CameraPlace
 log = logging.getLogger(__name__)
 
 VIEWS = 18
-"Poses that are proposed."
+"Default number of poses."
 STOPPED = "stopped in the window"
 SILENCE = 1.0
 "Seconds without a frame after which the silence is shown."
 TAKE_WAIT = 0.5
-"Seconds after which an image that nobody took is replaced; the window may be hidden."
+"Seconds after which an image that was not taken is replaced; the window may be hidden."
 
 
 @dataclass(frozen=True)
 class Setup:
-    """The choices of an operator."""
+    """The operator's choices."""
 
     eye: str
     marker: MarkerConfig
@@ -53,10 +53,10 @@ class Setup:
 
 @dataclass(frozen=True, eq=False)
 class TargetPreview(Preview):
-    """Whether the target is seen in the newest frame."""
+    """The newest frame with the corners of the target."""
 
     problem: str
-    "Why no pose could be taken from here, as display text; empty if the target is seen reliably."
+    "Why this view is unusable, as display text; empty if the target is seen reliably."
 
 
 @dataclass(frozen=True)
@@ -75,19 +75,19 @@ class Happened:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A result, with the figures that an operator compares it with."""
+    """A result, with the figures by which an operator judges it."""
 
     setup: Setup
     result: HandEyeResult
     placement: Placement
     joints: list[NDArray[np.float64]]
-    "Radians, of each pose."
+    "The joint angles of each pose in radians."
     compared: tuple[str, float, float] | None
     "Origin of the transform in use (`HandEyeStand.in_use`), metres and radians from it; None without one."
 
 
 class HandEyeModel:
-    """The run behind a wizard. Only `close` blocks; signals are emitted on the model's own threads."""
+    """The model of the wizard. Only `close` blocks; signals are emitted on the model's own threads."""
 
     ready = Signal()
     """`take` returns a new preview."""
@@ -123,7 +123,7 @@ class HandEyeModel:
     # -- any thread ------------------------------------------------------------------------------
     @property
     def running(self) -> bool:
-        """Whether the robot may move, or a result is computed."""
+        """Whether the robot may move, or a result is being computed."""
         return self._running
 
     @property
@@ -138,15 +138,15 @@ class HandEyeModel:
         return watch is not None and watch.nominal
 
     def open(self) -> None:
-        """Start detecting the target. The robot does not move."""
+        """Start to detect the target. The robot does not move."""
         self._seen_at = time.monotonic()
         self._thread.start()
         self._jobs.put(self._look_again)
 
     def close(self, timeout: float = 0.0) -> bool:
-        """Stop the robot and end; return whether the threads ended within `timeout` seconds.
+        """Stop the robot; return whether the model's thread ended within `timeout` seconds.
 
-        They end by themselves once a computation in progress is done. May be called twice.
+        It ends by itself after a computation in progress. May be called twice.
         """
         if not self._closed:
             self._closed = True
@@ -189,7 +189,7 @@ class HandEyeModel:
             self._jobs.put(self._calibrate)
 
     def stop(self) -> None:
-        """Stop the robot at once."""
+        """Stop the robot immediately."""
         self._stop_asked.set()
         run, gate = self._run, self.stand.gate
 
@@ -198,7 +198,7 @@ class HandEyeModel:
             if run is not None:
                 run.cancel()
 
-        # A thread for each: a robot whose network hangs must hold up neither the caller nor a second stop.
+        # A thread for each stop: a hanging network must delay neither the caller nor a second stop.
         threading.Thread(target=halt, name="hand-eye stop", daemon=True).start()
 
     def compute(self) -> None:
@@ -226,7 +226,7 @@ class HandEyeModel:
         self._jobs.put(write)
 
     def use(self, on: bool) -> None:
-        """Use the newest result for servoing, or again the calibration used before."""
+        """Use the newest result for servoing, or return to the previous calibration."""
         if self.solution is None or on == self._in_use:
             return
         if on:
@@ -236,7 +236,7 @@ class HandEyeModel:
         self._in_use = on
 
     def publish(self, on: bool, placement: Placement) -> None:
-        """Publish the camera's frame on `/tf_static`, or no longer; `published` or `failed` follows."""
+        """Publish the camera's frame on `/tf_static`, or withdraw it; `published` or `failed` follows."""
         solution = self.solution
 
         def change() -> None:
@@ -257,8 +257,7 @@ class HandEyeModel:
             try:
                 job()
             except Exception as error:
-                log.exception("hand-eye")
-                self.failed.emit(_internal(error))
+                self.failed.emit(_problem_of(error))
         if self._watch is not None:
             self._watch.close()
         self.stand.leave()
@@ -302,11 +301,8 @@ class HandEyeModel:
                     stand.gate.halt(STOPPED)
                 result = run.run(setup.views)
             self._publish_solution(result, run)
-        except GrabberError as error:
-            problem = driver_text(error)
         except Exception as error:
-            log.exception("hand-eye calibration")
-            problem = _internal(error)
+            problem = _problem_of(error)
         if not stand.gate.halted:
             stand.gate.halt("the calibration ended")
         self._end(problem)
@@ -316,8 +312,8 @@ class HandEyeModel:
         try:
             if run is not None:
                 self._publish_solution(run.solve(), run)
-        except GrabberError as error:
-            problem = driver_text(error)
+        except Exception as error:
+            problem = _problem_of(error)
         self._end(problem)
 
     def _end(self, problem: str) -> None:
@@ -379,5 +375,9 @@ class HandEyeModel:
         self.ready.emit()
 
 
-def _internal(error: Exception) -> str:
+def _problem_of(error: Exception) -> str:
+    """Return an error as display text, and log one that is a bug."""
+    if isinstance(error, GrabberError):
+        return driver_text(error)
+    log.error("hand-eye calibration", exc_info=error)
     return translate("HandEye", "internal error, see the log: {0}").format(error)

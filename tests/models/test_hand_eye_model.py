@@ -18,7 +18,7 @@ from grabbergui.models.hand_eye_text import (
 )
 from grabbergui.servo import hand_eye_stand
 from grabbergui.servo.config import MarkerConfig
-from grabbergui.servo.hand_eye_run import EYES, Progress, Skip, Step
+from grabbergui.servo.hand_eye_run import EYES, HandEyeRun, Progress, Skip, Step
 from grabbergui.servo.robots import teo, tiago
 from hand_eye_bench import Bench, BenchStand, Turnstile
 from patience import until
@@ -148,6 +148,19 @@ def test_the_views_of_a_stopped_run_can_be_computed(stand):
     wizard.model.compute()
     until(lambda: wizard.solved)
     assert len(wizard.solved[0].joints) >= FEW
+
+
+def test_a_computation_that_fails_ends_with_a_sentence(stand, monkeypatch):
+    def fail(run):
+        raise ZeroDivisionError("oops")
+
+    monkeypatch.setattr(HandEyeRun, "solve", fail)
+    wizard = stand(Bench("head")).run()
+    wizard.model.compute()
+    until(lambda: len(wizard.ended) == 2)
+    for sentence, _ in wizard.ended:
+        assert sentence.startswith("internal error, see the log: oops. The robot stands still.")
+    assert not wizard.model.running
 
 
 def _lost_images(bench):
