@@ -1,4 +1,4 @@
-"""The sources: those found or named, and tiles with a small live image of each open one."""
+"""The list of sources, found or added by the user, and a tile with a small live image of each open one."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from weakref import WeakSet
 from psygnal import Signal
 
 from grabbergui import sources
+from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
@@ -24,27 +25,27 @@ log = logging.getLogger(__name__)
 REFRESH_INTERVAL = 3.0
 "Seconds between the end of one search and the next."
 SEARCH_TIME = 0.6
-"Seconds a search waits for answers; closing the window may have to wait for it."
+"Seconds that a search waits for answers; closing the window may have to wait for it."
 SIMULATED_SCHEME = "sim"
 KEEP_MISSES = 2
-"A source stays listed for that many searches that miss it: a broadcast or its answer may get lost."
+"Searches that may miss a source before its line is removed: a broadcast or its answer may get lost."
 
 
 @dataclass(frozen=True)
 class ListedSource:
-    """One source of the list."""
+    """One line of the list."""
 
     info: DeviceInfo
     manual: bool = False
-    "Named by the user, not found."
+    "Whether the user added it."
     connected: bool = False
-    "Open: the current one or in the background."
+    "Whether it is open, as the current source or in the background."
     lost: bool = False
-    "Open, but it does not answer."
+    "Whether it is open but does not answer."
 
     @property
     def details(self) -> list[str]:
-        """The lines below its title, as display text: maker and serial number, place, options, state."""
+        """The lines below the title as display text: maker and serial number, place, options, state."""
         info = self.info
         maker = " ".join(part for part in (info.vendor, info.model if info.user_name else "") if part)
         shown_above = not info.serial or info.serial in info.short_title
@@ -63,7 +64,7 @@ class ListedSource:
 
 
 def _bus_text(name: str) -> str:
-    """Translate the words; names of standards stay."""
+    """Translate words; names of standards stay."""
     words = {
         "Simulated": translate("Sources", "Simulated"),
         "File": translate("Sources", "File"),
@@ -72,13 +73,13 @@ def _bus_text(name: str) -> str:
 
 
 class SourceListModel:
-    """The sources found, in a steady order, and after them those named by the user.
+    """The sources found, in a steady order, followed by those that the user added.
 
-    Searching happens on a thread of its own between `start` and `stop`; the signals are emitted there.
+    A thread of its own searches between `start` and `stop`.
     """
 
     changed = Signal(tuple)
-    """All lines (tuple[ListedSource, ...]); only when they differ from before."""
+    """All lines (tuple[ListedSource, ...]) after a change. Emitted on any thread."""
     searching = Signal(bool)
     """Whether a search is in progress."""
 
@@ -92,10 +93,10 @@ class SourceListModel:
         self._found: dict[str, DeviceInfo] = {}
         self._missed: dict[str, int] = {}
         self._manual: dict[str, DeviceInfo] = {}
-        "Sources added by the user, by the typed URI; described by themselves once they were open."
+        "Sources added by the user, by the typed URI; with their own description once they have been open."
         self._open: dict[str, DeviceInfo] = {}
+        "By the requested URI, as those in `_lost`."
         self._lost: frozenset[str] = frozenset()
-        "Open sources, by the URI with which they were requested."
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
         self._wakeup = threading.Event()
@@ -104,15 +105,15 @@ class SourceListModel:
 
     @property
     def sources(self) -> tuple[ListedSource, ...]:
-        """All lines as they are now. Any thread."""
+        """The current lines. Any thread."""
         with self._lock:
             return self._shown
 
     def start(self) -> None:
-        """Begin to search; does nothing if the search is running."""
+        """Begin to search; does nothing while a search is running."""
         if self._thread is None:
             self._stopping = False
-            self._thread = threading.Thread(target=self._search_on, name="discovery", daemon=True)
+            self._thread = threading.Thread(target=self._search, name="discovery", daemon=True)
             self._thread.start()
 
     def stop(self, timeout: float = 2.0) -> bool:
@@ -128,11 +129,11 @@ class SourceListModel:
         return True
 
     def refresh(self) -> None:
-        """Search at once instead of after the interval. Never waits."""
+        """Search now instead of after the interval. Never waits."""
         self._wakeup.set()
 
     def add(self, uri: str) -> SourceUri:
-        """Remember a source that the user adds. Raises UsageError for a malformed one."""
+        """Add a source that the user typed. Raises UsageError for a malformed URI."""
         parsed = SourceUri.parse(uri)
         with self._lock:
             self._manual[str(parsed)] = DeviceInfo(str(parsed), address=parsed.name)
@@ -140,7 +141,7 @@ class SourceListModel:
         return parsed
 
     def remove(self, uri: str) -> None:
-        """Remove a source that the user added, by any of its names."""
+        """Remove a source that the user added, by its typed URI or its own."""
         with self._lock:
             known = [line.info for line in self._shown if line.info.uri == uri]
             for typed, info in list(self._manual.items()):
@@ -155,22 +156,22 @@ class SourceListModel:
             return list(self._manual)
 
     def set_open(self, opened: Mapping[str, DeviceInfo], lost: Collection[str] = ()) -> None:
-        """Set the open sources: their descriptions by the URIs with which they were requested.
+        """Set the open sources: their descriptions by the requested URIs.
 
-        Those in `lost` do not answer: they stay listed, though no search finds them.
+        The sources in `lost` do not answer; they stay listed although no search finds them.
         """
         with self._lock:
             self._open, self._lost = dict(opened), frozenset(lost)
             self._manual.update((uri, info) for uri, info in opened.items() if uri in self._manual)
         self._publish()
 
-    def _search_on(self) -> None:
+    def _search(self) -> None:
         while not self._stopping:
             self.searching.emit(True)
             try:
                 self._note(self._discover(SEARCH_TIME))
             except Exception:
-                # One kind of source that misbehaves must not end the search for all others.
+                # A faulty finder must not end the search for good.
                 log.exception("searching for sources failed")
             self.searching.emit(False)
             self._wakeup.wait(0 if self._stopping else self._interval)
@@ -178,7 +179,7 @@ class SourceListModel:
 
     def _note(self, found: list[DeviceInfo]) -> None:
         with self._lock:
-            seen = {info.uri: info for info in found}
+            seen = {info.uri: info for info in found if _is_usable(info.uri)}
             for uri in [uri for uri in self._found if uri not in seen]:
                 self._missed[uri] = self._missed.get(uri, 0) + 1
                 if self._missed[uri] > KEEP_MISSES:
@@ -198,39 +199,50 @@ class SourceListModel:
         self.changed.emit(shown)
 
     def _lines(self) -> list[ListedSource]:
-        """Return one line for each source: found, else added by the user, else only open.
+        """Return one line for each source: those found, then those added by the user, then the open ones.
 
-        A line has the name by which its source is open; else the one typed, where that has options; else the
-        one found.
+        A line has the URI by which its source is open; else the typed one if that has options; else the one
+        found.
         """
         lines = [ListedSource(info) for info in self._found.values()]
         for typed in self._manual.values():
-            at, line = _line_of(lines, typed)
+            index, line = _line_of(lines, typed)
             if line is None:
                 lines.append(ListedSource(typed, manual=True))
             elif line.manual or SourceUri.parse(typed.uri).options:
-                lines[at] = ListedSource(replace(line.info, uri=typed.uri), manual=True)
-        for asked, opened in self._open.items():
-            at, line = _line_of(lines, opened)
+                lines[index] = ListedSource(replace(line.info, uri=typed.uri), manual=True)
+        for requested, info in self._open.items():
+            index, line = _line_of(lines, info)
             manual = line is not None and line.manual
-            lines[at : at + 1] = [ListedSource(opened, manual, connected=True, lost=asked in self._lost)]
+            opened = ListedSource(info, manual, connected=True, lost=requested in self._lost)
+            lines[index : index + 1] = [opened]
         return lines
 
 
+def _is_usable(uri: str) -> bool:
+    """Return whether a URI can be parsed; a finder may make it of a name with characters of its own."""
+    try:
+        SourceUri.parse(uri)
+    except UsageError as error:
+        log.debug("not listed: %s", error)
+        return False
+    return True
+
+
 def _line_of(lines: list[ListedSource], info: DeviceInfo) -> tuple[int, ListedSource | None]:
-    """Return the index and the line of a source; None if it has no line."""
-    for at, line in enumerate(lines):
+    """Return the index and the line of a source; the end of the list and None if it has no line."""
+    for index, line in enumerate(lines):
         if _is_one(info, line.info):
-            return at, line
+            return index, line
     return len(lines), None
 
 
 def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
-    """Return whether a requested URI means the listed source, by URI or by a name of the camera."""
+    """Return whether a requested URI means the listed source, by its URI or by a name of the camera."""
     uri, known = SourceUri.parse(named.uri), SourceUri.parse(listed.uri)
     if uri == known:
         return True
-    # The options of a simulated camera make it another one.
+    # A simulated camera with other options is another camera.
     if uri.scheme != known.scheme or uri.scheme == SIMULATED_SCHEME or differs(named, listed):
         return False
     names = (known.name, listed.address, listed.serial, listed.hardware_id, listed.user_name)
@@ -239,7 +251,7 @@ def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
 
 
 FEWEST = 2
-"Least number of open sources for which tiles are shown."
+"Fewest open sources for which tiles are shown."
 
 
 @dataclass(eq=False)
@@ -249,36 +261,36 @@ class Tile:
     source: OpenSource
     picture: PictureModel = field(default_factory=PictureModel)
     attached: bool = False
-    "Whether the picture takes the source's frames."
+    "Whether the picture was attached to the source."
 
 
 class GalleryModel:
-    """A tile for each open source while there are several, none otherwise. Signals come from any thread.
+    """A tile for each open source if there are several. Signals come from any thread.
 
-    Each tile takes frames through a queue of its own, and its view sets the pace: no frame is converted
+    Each tile takes frames through a queue of its own, at the pace of its view: the tile converts no frame
     before the view has taken the previous image.
     """
 
     changed = Signal(tuple)
-    """All tiles (tuple[Tile, ...]), in the order in which their sources were opened."""
+    """All tiles (tuple[Tile, ...]), in the order of the sources."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._tiles: tuple[Tile, ...] = ()
-        # A thread holds its picture as long as it runs, so that this set forgets those that have ended.
+        # A display thread keeps its picture alive; pictures whose threads have ended leave this set.
         self._ending: WeakSet[PictureModel] = WeakSet()
         self._lock = threading.RLock()
         connection.sources_changed.connect(self._on_sources_changed)
-        # Immediately and on the current thread: the queue must be closed before the grabber.
+        # Not through the GUI thread: the queue must be closed before the grabber.
         connection.ending.connect(self._on_ending)
 
     @property
     def tiles(self) -> tuple[Tile, ...]:
-        """The tiles as they are now. Any thread."""
+        """The current tiles. Any thread."""
         return self._tiles
 
     def picture_of(self, source: OpenSource) -> PictureModel | None:
-        """Return the small picture of a source; None if it has no tile. Any thread."""
+        """Return the small image of a source; None if it has no tile. Any thread."""
         return next((tile.picture for tile in self._tiles if tile.source is source), None)
 
     def close(self, timeout: float) -> bool:

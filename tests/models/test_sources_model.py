@@ -71,6 +71,16 @@ def test_one_lost_answer_does_not_remove_a_source_but_its_absence_does(listing):
     assert uris(model) == []
 
 
+def test_a_source_with_a_malformed_uri_does_not_disturb_the_others(listing):
+    network = Network(DeviceInfo("yarp:/camera?left"), CAMERA)
+    model = listing(network)
+    model.start()
+    until(lambda: network.searches > 1)
+    model.add("sim:")
+    model.set_open({"gige:GV01": CAMERA})
+    assert uris(model) == ["gige:GV01", "sim:"]
+
+
 def test_a_search_that_fails_does_not_end_searching(listing):
     network = Network()
     network.infos = RuntimeError("broken finder")
