@@ -1,4 +1,4 @@
-"""Recording open sources, looking back at the last frames of a stream, and playing a recording."""
+"""Recordings of open sources, the history of a stream's last frames, and playback of a recording."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingPr
 # -- recording -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class SourceRecording:
-    """State of a source's recording; kept after its end until the next one begins."""
+    """State of a source's recording, also after its end until the next one begins."""
 
     path: Path
     progress: RecordingProgress
@@ -39,28 +39,28 @@ class SourceRecording:
 
 
 class Recordings:
-    """Records open sources, each to files of its own. Any thread may call, and none waits.
+    """Records open sources, each to files of its own. Methods may be called from any thread and never wait.
 
-    A recording ends with its source, and goes on while another source is the current one. Signals come from
-    the thread of the source or of its recorder.
+    A recording continues while its source is in the background and ends when the source is closed. Signals
+    come from the thread of the source or of its recorder.
     """
 
     changed = Signal(OpenSource)
-    """The recording of a source began, got on or ended: see `of`."""
+    """The recording of a source began, progressed or ended: see `of`."""
 
     def __init__(self, connection: Connection) -> None:
         self._messages = connection.messages
         self._recorders: dict[OpenSource, Recorder] = {}
-        "Of each source the last one, until the source is closed."
+        "The last recorder of each source, until the source is closed."
         self._beginning: set[OpenSource] = set()
         self._ending: list[Recorder] = []
-        "Of sources that are closed; their files are being finished."
+        "Recorders of closed sources that still finish their files."
         self._lock = threading.RLock()
         connection.ending.connect(self._on_ending)
 
     @property
     def running(self) -> tuple[OpenSource, ...]:
-        """The sources being recorded."""
+        """The sources that are being recorded."""
         with self._lock:
             return tuple(source for source in self._recorders if self.runs(source))
 
@@ -71,13 +71,13 @@ class Recordings:
             return source in self._beginning or (recorder is not None and not recorder.progress.ended)
 
     def of(self, source: OpenSource | None) -> SourceRecording | None:
-        """Return the state of a source's recording, or its state when it ended."""
+        """Return the state of a source's recording, or its final state."""
         with self._lock:
             recorder = self._recorders.get(source) if source is not None else None
         return SourceRecording(recorder.writer.path, recorder.progress) if recorder is not None else None
 
     def begin(self, source: OpenSource, folder: Path, kind: RecordingKind, limits: RecordingLimits) -> None:
-        """Record a source to a file named by the camera and the time, unless it is being recorded."""
+        """Record a source to a file named after the camera and the time, unless it is being recorded."""
         grabber = source.grabber
         with self._lock:
             if grabber is None or self.runs(source):
@@ -97,14 +97,14 @@ class Recordings:
         source.worker.submit(job, done=lambda recorder: self._begun(source, recorder), failed=failed)
 
     def stop(self, source: OpenSource) -> None:
-        """End the recording of a source; its files are finished behind the scenes."""
+        """End the recording of a source; its recorder finishes the files."""
         with self._lock:
             recorder = self._recorders.get(source)
         if recorder is not None:
             recorder.stop()
 
     def close(self, timeout: float) -> bool:
-        """End all. Whether their files were finished within `timeout` seconds; may be asked again."""
+        """End all; return whether their files were finished within `timeout` seconds. Can be repeated."""
         deadline = time.monotonic() + timeout
         with self._lock:
             recorders = [*self._recorders.values(), *self._ending]
@@ -141,13 +141,13 @@ class Recordings:
             with self._lock:
                 owner = source if source in self._recorders else None
                 self._ending = [other for other in self._ending if other is not recorder]
-            self._say_ended(source.title, owner, recorder.writer.path, progress)
+            self._post_end(source.title, owner, recorder.writer.path, progress)
         self.changed.emit(source)
 
-    def _say_ended(
+    def _post_end(
         self, title: str, owner: OpenSource | None, path: Path, progress: RecordingProgress
     ) -> None:
-        """Say it of the source, or of the window if the source is closed."""
+        """Post a message about the source, or about the window if the source is closed."""
         if progress.reason:
             text = translate("Recording", "the recording of {0} ended: {1}")
             self._messages.error(text.format(title, _ended_text(progress)), owner)
@@ -162,7 +162,7 @@ class Recordings:
             self._messages.notice(text.format(frames, path), owner)
 
     def _on_ending(self, source: OpenSource) -> None:
-        """The queue must be closed before the grabber is."""
+        # The recorder's queue must be closed before the grabber.
         with self._lock:
             recorder = self._recorders.pop(source, None)
             if recorder is not None and not recorder.progress.ended:
@@ -199,23 +199,20 @@ def _ended_text(progress: RecordingProgress) -> str:
     return text + translate("Recording", "; nothing was recorded")
 
 
-# -- looking back --------------------------------------------------------------------------------
+# -- history -------------------------------------------------------------------------------------
 HISTORY_FRAMES = 100
 HISTORY_BYTES = 256 * 1024 * 1024
-"Of all frames kept: 51 of five megapixels, a hundred of two and a half."
+"Most bytes of all frames together: 51 frames of five megapixels, or 100 of two and a half."
 FRAME_WAIT = 0.2
 "Seconds that the history's thread waits for a frame before it checks whether it should end."
 
 
 class FrameHistory:
-    """Keeps copies of the last frames while it runs: the stream's own buffers must go back to it.
-
-    All methods may be called from any thread.
-    """
+    """Keeps copies of the last frames; the buffers themselves must return to the stream. Any thread."""
 
     def __init__(self, most_frames: int = HISTORY_FRAMES, most_bytes: int = HISTORY_BYTES) -> None:
-        self._most_bytes = most_bytes
-        self._frames: deque[Frame] = deque(maxlen=most_frames)
+        self._most_frames, self._most_bytes = most_frames, most_bytes
+        self._frames: deque[Frame] = deque()
         self._bytes = 0
         self._paused = False
         self._sink: FrameSink | None = None
@@ -233,17 +230,21 @@ class FrameHistory:
         return self._paused
 
     def pause(self, paused: bool) -> None:
-        """Freeze the history, or go on with the frames that arrive from now on."""
+        """Freeze the history, or continue it with the frames that arrive from now on."""
         with self._lock:
             self._paused = paused
 
     def attach(self, grabber: FrameGrabber) -> None:
-        """Keep this source's frames, and none from before."""
+        """Keep this source's frames, and forget those of the previous one."""
         self.detach()
+        frames: deque[Frame] = deque()
         with self._lock:
-            self._paused = False
-        self._clear()
-        self._sink = FrameSink(grabber, self.add, name="history", depth=4, wait=FRAME_WAIT)
+            self._frames, self._bytes, self._paused = frames, 0, False
+
+        def consume(frame: Frame) -> None:
+            self._add(frame, frames)
+
+        self._sink = FrameSink(grabber, consume, name="history", depth=4, wait=FRAME_WAIT)
         self._sink.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
@@ -251,28 +252,24 @@ class FrameHistory:
         return self._sink is None or self._sink.stop(timeout)
 
     def add(self, frame: Frame) -> None:
-        """Keep a copy of a frame, unless paused; the oldest make way."""
+        """Keep a copy of a frame, unless paused, and drop the oldest frames beyond the limits."""
+        self._add(frame, self._frames)
+
+    def _add(self, frame: Frame, frames: deque[Frame]) -> None:
         size = frame.nbytes
         if self._paused or size > self._most_bytes:
             return
         copy = frame.detached()
         with self._lock:
-            if self._paused:
+            if self._paused or frames is not self._frames:  # another source was attached while copying
                 return
-            while self._frames and (
-                len(self._frames) == self._frames.maxlen or self._bytes + size > self._most_bytes
-            ):
-                self._bytes -= self._frames.popleft().nbytes
-            self._frames.append(copy)
+            while frames and (len(frames) >= self._most_frames or self._bytes + size > self._most_bytes):
+                self._bytes -= frames.popleft().nbytes
+            frames.append(copy)
             self._bytes += size
 
-    def _clear(self) -> None:
-        with self._lock:
-            self._frames.clear()
-            self._bytes = 0
 
-
-# -- playing -------------------------------------------------------------------------------------
+# -- playback ------------------------------------------------------------------------------------
 _PLAYBACK_FEATURES = {
     "playing": "PlaybackActive",
     "position": "PlaybackPosition",
@@ -290,14 +287,14 @@ class PlaybackState:
 
     playing: bool = False
     position: int = 0
-    "The frame shown, counted from 0."
+    "Index of the frame shown, from 0."
     frames: int = 1
     time: float = 0.0
     "Seconds from the first frame to the one shown."
     duration: float = 0.0
     "Seconds from the first frame to the last."
     speed: float = 1.0
-    "1 is as fast as it was recorded."
+    "Multiple of the recorded speed."
     loop: bool = True
 
 
@@ -307,10 +304,10 @@ def is_recording(grabber: FrameGrabber) -> bool:
 
 
 class PlaybackModel:
-    """Follows an open source that is a recording. No call waits; signals come from the source's thread.
+    """Follows and controls an open source that is a recording.
 
-    Values go to the recording itself and not through the change tracking: winding back and forth is
-    nothing to be undone.
+    No call waits; signals come from the source's thread. Writes bypass the change tracking, because playback
+    is nothing to undo.
     """
 
     changed = Signal(PlaybackState)
@@ -326,23 +323,23 @@ class PlaybackModel:
 
     @property
     def state(self) -> PlaybackState:
-        """As last known."""
+        """The last known state."""
         return self._state
 
     def close(self) -> None:
-        """Follow it no longer."""
+        """Stop following the source."""
         self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
 
     def play(self, playing: bool) -> None:
-        """Go on, or hold the picture."""
+        """Play, or pause."""
         self._set("playing", playing)
 
     def go_to(self, position: int) -> None:
-        """Show this frame; the nearest one there is."""
+        """Show the frame at this position, or the nearest one."""
         self._set("position", min(max(position, 0), self._state.frames - 1))
 
     def step(self, steps: int) -> None:
-        """Hold the picture, this many frames further."""
+        """Pause, and move by a number of frames."""
         self.play(False)
         self._source.worker.submit(partial(self._step, steps), failed=self.failed.emit)
 
@@ -351,7 +348,7 @@ class PlaybackModel:
         self._set("speed", speed)
 
     def set_loop(self, loop: bool) -> None:
-        """Begin again at the end, or stay there."""
+        """Set whether playback starts over at the end."""
         self._set("loop", loop)
 
     # -- on the source's thread ------------------------------------------------------------------
@@ -371,9 +368,9 @@ class PlaybackModel:
             self._state = state
             self.changed.emit(state)
 
-    # -- from anywhere ---------------------------------------------------------------------------
-    def _set(self, what: str, value: FeatureValue) -> None:
-        name = _PLAYBACK_FEATURES[what]
+    # -- any thread ------------------------------------------------------------------------------
+    def _set(self, attribute: str, value: FeatureValue) -> None:
+        name = _PLAYBACK_FEATURES[attribute]
         self._source.worker.submit(
             lambda: self._grabber.write_feature(name, value),
             key=f"playback {name}",

@@ -1,3 +1,4 @@
+import threading
 import time
 
 import numpy as np
@@ -63,3 +64,26 @@ def test_it_follows_a_grabber_and_starts_again_with_the_next():
     history.attach(ScriptedGrabber())
     assert ids(history) == []
     assert history.detach(5)
+
+
+def test_a_frame_that_is_copied_while_the_source_changes_is_not_kept():
+    history, first, second = FrameHistory(), ScriptedGrabber(), ScriptedGrabber()
+    frame, copied, copying = picture(7), threading.Event(), threading.Event()
+
+    class Slow:
+        nbytes = frame.nbytes
+
+        def detached(self):
+            copying.set()
+            assert copied.wait(PATIENCE)
+            return frame
+
+    history.attach(first)
+    old = history._sink
+    first._fanout.put(Slow())
+    assert copying.wait(PATIENCE)
+    history.attach(second)
+    copied.set()
+    assert old.stop(PATIENCE)
+    assert ids(history) == []
+    assert history.detach(PATIENCE)
