@@ -5,6 +5,7 @@ The view is rotated, mirrored and undistorted; the frame itself stays as it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -138,12 +139,14 @@ def undistorted(
 
 
 def distorted_pixel(calibration: Calibration, x: int, y: int) -> tuple[int, int]:
-    """Return the pixel of the frame that is seen at a pixel of the undistorted view; perhaps outside."""
+    """Return the pixel of the frame that is seen at a pixel of the undistorted view; it may be outside."""
     (focal_x, _, centre_x), (_, focal_y, centre_y), _ = calibration.matrix.tolist()
     ray = np.array([[[(x - centre_x) / focal_x, (y - centre_y) / focal_y, 1.0]]])
     still = np.zeros(3)
     seen, _ = cv2.projectPoints(ray, still, still, calibration.matrix, calibration.distortion)
     column, line = seen.reshape(2).tolist()
+    if not (math.isfinite(column) and math.isfinite(line)):  # the calibration is absurd here
+        return -1, -1
     return round(column), round(line)
 
 

@@ -33,6 +33,11 @@ def test_a_pixel_of_the_view_is_the_pixel_of_the_frame_that_the_model_names(x, y
     assert centre(seen) == (pytest.approx(x, abs=1.0), pytest.approx(y, abs=1.0))
 
 
+def test_an_absurd_calibration_shows_pixels_outside_of_the_frame():
+    absurd = Calibration(WIDTH, HEIGHT, MATRIX, np.array([1e300, 1e300, 0.0, 0.0, 1e308]))
+    assert distorted_pixel(absurd, 10, 10) == (-1, -1)
+
+
 def test_a_part_of_the_view_is_the_same_part_of_all_of_it():
     noise = cv2.GaussianBlur(np.random.default_rng(1).integers(0, 256, (HEIGHT, WIDTH), np.uint8), (0, 0), 2)
     region = Region(200, 100, 80, 60)
