@@ -137,8 +137,8 @@ def _begun_number(text: str) -> int:
 def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float:
     """Return the number that the user typed, with or without a unit. Raises ValueError.
 
-    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 for a feature in `us`. A number without
-    a unit is in the unit `shown_in`, or else in the feature's own.
+    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 for a feature in `us`. A number
+    without a unit is in the unit `shown_in`, or else in the feature's own.
     """
     text = text.strip()
     if shown_in and _begun_number(text) == len(text):
@@ -272,7 +272,7 @@ class SliderScale:
         return replace(self, minimum=low, maximum=high, first=max(low, self._floor)) if high > low else self
 
     def to_value(self, position: int) -> int | float:
-        """Return the number at a position: exact at both ends, elsewhere rounded to the slider's resolution."""
+        """Return the number at a position: exact at both ends, elsewhere rounded to the resolution."""
         if position <= 0:
             return self.minimum
         if position >= self.steps:

@@ -201,7 +201,7 @@ def test_steps_suit_the_range_and_the_value():
     assert stepped(feature(0.0, math.inf, 0.0), 1) == 1.0
 
 
-EXTREMES = st.sampled_from([0.0, 5e-324, 1e-310, -1.0, 3.0, 1e8, 1e300, -1e300, math.inf, -math.inf, math.nan])
+EXTREMES = st.sampled_from([0.0, 5e-324, 1e-310, -1.0, 3.0, 1e8, 1e300, -1e300, math.inf, math.nan])
 
 
 @given(EXTREMES, EXTREMES, EXTREMES, st.none() | EXTREMES, st.sampled_from(Representation))
