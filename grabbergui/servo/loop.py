@@ -225,13 +225,18 @@ class ServoLoop:
             self.arm.measure(robot.hand, marker)
 
     def _judge_encoders(self, now: float, robot: RobotState) -> None:
-        """Encoders that stand still though they should move are dead, unless the arm cannot but stand."""
+        """Stop if encoders repeat their reading during motion, unless the arm is where it cannot move."""
         if self._watch.head_frozen:
-            self.machine.stop(now, "the head's encoders stand still though it is commanded to move")
+            self._stop_for_encoders(now, "head")
         elif self._watch.arm_frozen and robot.arm is not None and self._hindrance(robot.arm, self._twist):
             self._progress.give_up()
         elif self._watch.arm_frozen:
-            self.machine.stop(now, "the arm's encoders stand still though it is commanded to move")
+            self._stop_for_encoders(now, "arm")
+
+    def _stop_for_encoders(self, now: float, part: str) -> None:
+        self.machine.stop(now, f"the {part}'s encoders stand still though it is commanded to move")
+        # A robot at rest repeats its reading: without a reset, a resumed run would stop before it moves.
+        self._watch.reset()
 
     def _judge_progress(self, now: float, marker: Pose | None, robot: RobotState | None) -> None:
         """Whether the hand still gets nearer, and if not, why."""

@@ -253,6 +253,10 @@ class EncoderWatch:
         self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
         self._hand.moves = self._hand.is_fast(command.hand)
 
+    def reset(self) -> None:
+        """Start counting again."""
+        self._head.seconds = self._hand.seconds = 0.0
+
     def look(self, robot: RobotState) -> None:
         """Judge the newest reading."""
         elapsed, self._last = min(max(robot.time - self._last, 0.0), _COUNTED), robot.time

@@ -200,6 +200,30 @@ def test_encoders_that_freeze_stop_everything_for_good(part):
     assert not bench.robot.moving
 
 
+def test_a_robot_whose_encoders_froze_moves_again_when_a_person_resumes():
+    """Coarse encoders of a robot at rest repeat themselves, so a change cannot be asked for first."""
+    bench = Bench().approaching()
+    bench.robot.frozen = True
+    bench.run(2, State.STOPPED)
+    bench.robot.frozen = False
+    bench.run(0.1)
+    bench.gate.release()
+    bench.loop.machine.resume(bench.now)
+    assert bench.run(20, State.REACHED).state is State.REACHED
+
+
+def test_encoders_that_are_still_frozen_after_a_resume_stop_everything_again():
+    bench = Bench().approaching()
+    bench.robot.frozen = True
+    bench.run(2, State.STOPPED)
+    bench.gate.release()
+    bench.loop.machine.resume(bench.now)
+    assert bench.run(DT).state is not State.STOPPED
+    cycle = bench.run(5, State.STOPPED)
+    assert cycle.state is State.STOPPED
+    assert "encoders stand still" in cycle.reason
+
+
 def test_frozen_encoders_are_noticed_though_frames_are_lost_again_and_again():
     """On a busy machine every pause began the count again, and the arm went on blindly until it was stuck."""
     bench = Bench().approaching()
