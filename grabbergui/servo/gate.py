@@ -281,8 +281,12 @@ class CommandGate:
         if not np.any(command.hand):
             return command
         state = self._robot.state()
-        if state is None:
-            self.hindrance = "the robot has not said where its hand is"
+        if state is None or not state.sound:
+            self.hindrance = (
+                "the robot has not reported where its hand is"
+                if state is None
+                else "the robot's readings are no numbers"
+            )
             return replace(command, hand=np.zeros(6))
         distance_now = cache(lambda: self._distance_now(state))
         for factor in SLOWER:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grabbergui.calibration.geometry import Pose, Vector, diff, is_pose, pose
+from grabbergui.calibration.geometry import Pose, Vector, diff, pose
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
@@ -95,7 +95,7 @@ class ServoLoop:
         safety = self.config.safety
         seconds = min(max(now - self._last, 0.0), 0.1)
         self._last = now
-        sound = robot is not None and _sound(robot)
+        sound = robot is not None and robot.sound
         if robot is not None and sound:
             self._feel(now, robot)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
@@ -289,7 +289,3 @@ class ServoLoop:
         if marker is not None and not self._reachable(marker):
             return "the marker is outside the workspace"
         return self.marker.problem
-
-
-def _sound(robot: RobotState) -> bool:
-    return bool(np.isfinite(robot.time) and np.isfinite(robot.head).all()) and is_pose(robot.hand)

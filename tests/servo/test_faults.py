@@ -243,8 +243,13 @@ def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
 
 @pytest.mark.parametrize(
     ("part", "reading"),
-    [("hand", np.full((4, 4), np.nan)), ("head", np.array([0.0, np.nan])), ("time", np.nan)],
-    ids=["hand", "head", "time"],
+    [
+        ("hand", np.full((4, 4), np.nan)),
+        ("head", np.array([0.0, np.nan])),
+        ("arm", np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0])),
+        ("time", np.nan),
+    ],
+    ids=["hand", "head", "arm", "time"],
 )
 def test_readings_that_are_no_numbers_move_nothing(part, reading):
     bench = Bench().approaching()

@@ -1,5 +1,6 @@
 """The gate, command by command: limits to the last digit, what is counted, and what the guardian hears."""
 
+import dataclasses
 import logging
 import math
 
@@ -103,6 +104,16 @@ def test_other_limits_hold_from_the_next_command_on(bench):
     bench.gate.tune(Config(head=HeadConfig(fastest=10.0)))
     assert not bench.send(head=[math.radians(11), 0])
     assert bench.send(head=[math.radians(10), 0])
+
+
+@pytest.mark.parametrize("part", ["hand", "arm"])
+def test_no_hand_moves_by_readings_that_are_not_finite(bench, part):
+    reading = bench.robot.state()
+    wrong = {"hand": np.full((4, 4), np.nan), "arm": np.full(6, np.nan)}[part]
+    bench.robot.state = lambda: dataclasses.replace(reading, **{part: wrong})
+    bench.send(hand=along(0, 0.1, 6))
+    assert bench.robot.moves == []
+    assert bench.gate.hindrance == "the robot's readings are no numbers"
 
 
 # -- what reaches the robot -----------------------------------------------------------------------

@@ -67,6 +67,13 @@ class RobotState:
     arm: Vector | None = None
     "Joint angles, radians, where they are known."
 
+    @property
+    def sound(self) -> bool:
+        """Whether all numbers are finite, and the hand's pose is one."""
+        angles = self.head if self.arm is None else np.concatenate((self.head, self.arm))
+        finite = math.isfinite(self.time) and bool(np.isfinite(angles).all())
+        return finite and geometry.is_pose(self.hand)
+
 
 @dataclass(frozen=True, eq=False)
 class CameraPlace:
