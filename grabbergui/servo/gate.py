@@ -248,8 +248,10 @@ class CommandGate:
 
     def expire(self, now: float) -> bool:
         """Stop a robot whose last command is over, or too long ago; whether it moved. For a watchdog."""
+        if not self._moving:  # first: `send` sets it last
+            return False
         silent, over = now - self._last_word, now > self._until
-        if not self._moving or (not over and silent <= self._config.safety.command_timeout):
+        if not over and silent <= self._config.safety.command_timeout:
             return False
         # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
         self._moving = False

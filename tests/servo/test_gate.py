@@ -209,6 +209,21 @@ def test_silence_of_just_the_timeout_is_allowed(bench):
     assert not bench.gate.expire(9.0)
 
 
+def test_a_command_that_begins_while_the_watchdog_looks_is_not_stopped(bench):
+    """It took the age of the command before for that of the new one."""
+
+    class Age(float):
+        def __rsub__(self, now):
+            bench.send(head=[0.1, 0], now=10.0)
+            return now - float(self)
+
+    bench.send(head=[0.1, 0], now=1.0)
+    bench.gate.rest()
+    bench.gate._last_word = Age(1.0)
+    assert not bench.gate.expire(10.0)
+    assert bench.robot.stops == 1
+
+
 def test_a_command_that_is_over_is_stopped_however_new(bench, caplog):
     caplog.set_level(logging.WARNING)
     bench.gate.send(Command(head=np.array([0.1, 0]), until=1.05), 1.0)
