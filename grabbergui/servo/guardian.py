@@ -141,7 +141,10 @@ class Vigil:
 
 
 class Keeper:
-    """Keeps one channel connected on a thread of its own, and says the stop there. `stop` never waits."""
+    """Keeps one channel connected and sends the stop there, on a thread of its own. `stop` never waits.
+
+    A stop that fails is tried again until it gets through; `close` gives it one more try.
+    """
 
     def __init__(self, channel: Channel) -> None:
         self.problem = f"{channel.name} is not connected yet"
@@ -155,11 +158,11 @@ class Keeper:
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop has not been said yet, or not been answered."""
+        """Whether a stop has not been delivered yet."""
         return self._done < self._asked
 
     def stop(self) -> None:
-        """Say the stop as soon as possible."""
+        """Send the stop as soon as possible."""
         self._asked += 1
         self._wake.set()
 
@@ -173,20 +176,23 @@ class Keeper:
         self._thread.join(max(0.0, deadline - time.monotonic()))
 
     def _run(self) -> None:
-        while not self._closing:
+        closing = False
+        while not closing:
             self._wake.clear()
+            closing = self._closing  # before `asked`: a stop that was asked for before `close` is still sent
             asked = self._asked
             try:
                 if asked > self._done:
                     self._channel.stop()
-                else:
+                    self._done = asked
+                elif not closing:
                     self._channel.prepare()
                 self.problem = ""
-            except Exception as error:  # whatever a network's library raises, the next stop must be tried
+            except Exception as error:  # whatever a network's library raises, the stop must be tried again
                 self.problem = f"{self._channel.name}: {error}"
                 self._channel.reset()
-            self._done = asked
-            self._wake.wait(RETRY_S if self.problem else CHECK_S)
+            if not closing:
+                self._wake.wait(RETRY_S if self.problem else CHECK_S)
         self._channel.close()
 
 

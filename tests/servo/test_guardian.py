@@ -15,7 +15,7 @@ import pytest
 from robots_for_tests import RecordingRobot
 
 from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, running, undisturbed
-from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
@@ -23,14 +23,14 @@ from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.guardian import REPEATS, Vigil
+from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
 from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
-from patience import PROGRAM, TRIES, allowance, until
+from patience import PATIENCE, PROGRAM, TRIES, allowance, until
 
 PROMISED = GOAL_MM / 1000
 """Metres that the hand may still move."""
@@ -201,6 +201,55 @@ def test_it_ends_when_its_program_has_done(link):
     link.close()
     link.close()
     assert not running(pid)
+# -- a channel ------------------------------------------------------------------------------------
+class Recorded(Channel):
+    """Remembers what it is asked to do; its first `failures` stops fail."""
+
+    name = "/recorded"
+
+    def __init__(self, failures=0):
+        self.calls, self.failures = [], failures
+
+    def prepare(self):
+        self.calls.append("prepare")
+
+    def stop(self):
+        self.calls.append("stop")
+        if self.calls.count("stop") <= self.failures:
+            raise TransportError("it is being restarted")
+
+    def close(self):
+        self.calls.append("close")
+
+    def reset(self):
+        pass
+
+
+def test_a_stop_that_fails_is_tried_again_until_it_gets_through():
+    channel = Recorded(failures=2)
+    keeper = Keeper(channel)
+    keeper.stop()
+    until(lambda: channel.calls.count("stop") == 2)
+    assert keeper.stopping
+    until(lambda: not keeper.stopping)
+    assert channel.calls.count("stop") == 3
+    keeper.close()
+    keeper.join(time.monotonic() + PATIENCE)
+    assert channel.calls[-1] == "close"
+
+
+@pytest.mark.parametrize("failures", [0, 9])
+def test_a_stop_is_sent_though_the_channel_is_closed_right_after_it(failures):
+    channel = Recorded(failures)
+    keeper = Keeper(channel)
+    until(lambda: channel.calls == ["prepare"])
+    keeper.stop()
+    keeper.close()
+    keeper.join(time.monotonic() + PATIENCE)
+    assert channel.calls[:2] == ["prepare", "stop"]
+    assert channel.calls[-1] == "close"
+
+
 
 
 def test_nothing_moves_after_release(link):
