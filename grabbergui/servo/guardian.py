@@ -199,8 +199,10 @@ class Keeper:
 class Guardian:
     """Listens to the servo program and stops the robot; `run` returns when there is nothing left to guard."""
 
-    def __init__(self, keepers: list[Keeper], silence: float) -> None:
+    def __init__(self, keepers: list[Keeper], silence: float, reports: int) -> None:
+        """`reports` is the descriptor that reports are written to; for `silence` see `Vigil`."""
         self._keepers = keepers
+        self._reports = reports
         self._vigil = Vigil(silence)
         self._ready = False
 
@@ -256,7 +258,7 @@ class Guardian:
                 _say(f"a stop may come late on a busy machine: {refused}")
         report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
         with suppress(OSError):  # the program has ended: the next read reports it
-            os.write(sys.stdout.fileno(), json.dumps(asdict(report)).encode() + b"\n")
+            os.write(self._reports, json.dumps(asdict(report)).encode() + b"\n")
 
     def _finish(self) -> None:
         """Send the stop and its repeats, then wait for the answers, but not for ever."""
@@ -308,13 +310,18 @@ def main() -> None:
     if sys.platform != "win32":
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _on_terminate)
+    # Only reports may go to the program. Libraries print, too: ROS logs here by RCUTILS_LOGGING_USE_STDOUT.
+    reports = os.dup(1)
+    with suppress(OSError):  # standard error may be closed
+        os.dup2(2, 1)
     lines = Lines(sys.stdin.fileno())
     start = None
     with suppress(EOFError):
         while start is None:
             start = next(iter(lines.read(math.inf)), None)
     if start is not None:
-        Guardian([Keeper(channel(each)) for each in start["channels"]], start["silence"]).run(lines)
+        keepers = [Keeper(channel(each)) for each in start["channels"]]
+        Guardian(keepers, start["silence"], reports).run(lines)
 
 
 def _on_terminate(*_: object) -> None:

@@ -116,7 +116,7 @@ class GuardianLink(Guard):
         """Wait until it could stop the robot. Raises SourceUnavailableError with the reason if it cannot."""
         deadline = self._clock() + timeout
         while (verdict := self.beat(_resting)) != ALLOWED:
-            if verdict.for_good and (self._failure or self._clock() > deadline):
+            if self._failure or self._clock() > deadline:
                 raise SourceUnavailableError(f"the robot must not move: {verdict.why_not}")
             time.sleep(_PERIOD)
 
@@ -187,8 +187,12 @@ class GuardianLink(Guard):
             self._failure = f"the guardian has ended (process {self.pid})"
             return
         *whole, self._rest = (self._rest + data).split(b"\n")
-        if whole:
+        if not whole:
+            return
+        try:
             self._report, self._answered = Report(**json.loads(whole[-1])), now
+        except (ValueError, TypeError) as error:
+            self._failure = f"the guardian (process {self.pid}) sent {whole[-1][:60]!r}: {error}"
 
     def _write(self, message: Mapping[str, Any]) -> None:
         """Pass a line on; a pipe that is full or broken is noticed by the reader."""

@@ -362,6 +362,65 @@ def test_what_it_could_not_stop_must_not_move():
 def simulated(names):
     robot = SimRobot(teo.MODEL)
     ports = TeoPorts(robot, names)
+LOUD = """
+from grabbergui.servo import guardian
+
+class Loud(guardian.Channel):
+    name = "loud"
+
+    def prepare(self):
+        print("[INFO] [1763.2] [rcl]: a library's message", flush=True)
+
+    stop = close = prepare
+
+if __name__ == "__main__":
+    guardian.KINDS["loud"] = "loud:Loud"
+    guardian.main()
+"""
+
+
+def test_what_libraries_print_in_its_process_is_not_taken_for_its_reports(monkeypatch, tmp_path):
+    """ROS logs to standard output where RCUTILS_LOGGING_USE_STDOUT is set."""
+    program, start = tmp_path / "loud.py", subprocess.Popen
+    program.write_text(LOUD)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda command, **options: start([command[0], str(program)], **options)
+    )
+    link = GuardianLink([{"kind": "loud"}], SILENCE)
+    link.open()
+    try:
+        link.await_ready()
+        link.stop()
+        until(lambda: link.beat(lambda: False) == ALLOWED)
+    finally:
+        link.close()
+
+
+def test_one_that_sends_no_reports_is_an_emergency_not_an_exception(monkeypatch):
+    start = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess,
+        "Popen",
+        lambda command, **options: start([command[0], "-c", "print('hello'); input(); input()"], **options),
+    )
+    link = GuardianLink([], SILENCE)
+    link.open()
+    try:
+        verdict = until(lambda: (found := link.beat(lambda: False)).why_not.count("hello") and found)
+        assert verdict.for_good
+        assert f"(process {link.pid}) sent" in verdict.why_not
+    finally:
+        link.close()
+
+
+def test_one_whose_stop_never_ends_is_not_awaited_for_ever(link):
+    link.await_ready()
+    link._asked += 1  # as of a stop that it never got
+    with pytest.raises(SourceUnavailableError, match="is stopping the robot"):
+        link.await_ready(0.2)
+
+
     with undisturbed():
         ports.open()
         yield robot
