@@ -78,14 +78,23 @@ class Runner:
         self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
+        self._starting = threading.Lock()
         self._threads: list[threading.Thread] = []
         self._froze = False
         "Whether the collector passes over all that was there before, because of this run."
 
     def start(self, held: str = "") -> None:
-        """Begin; the source streams from here on. With `held`, a reason, nothing moves until `resume`."""
+        """Start the source and the loop, unless it runs. With `held`, a reason, nothing moves until `resume`.
+
+        Any thread.
+        """
         if held:
             self.gate.halt(held)
+        with self._starting:  # two loops must not command one robot
+            if not self.running:
+                self._start()
+
+    def _start(self) -> None:
         # Looking for garbage among all that the program is made of takes as long as an image: 14 to 33 ms.
         self._froze = gc.get_freeze_count() < FEW_FROZEN  # `unfreeze` would release what others have frozen
         if self._froze:

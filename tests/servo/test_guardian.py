@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -168,6 +169,28 @@ class Dark:
         pass
 
 
+def test_a_loop_that_runs_is_not_started_a_second_time():
+    """Two presses of Start after an error came from two threads."""
+    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(lambda _: runner.start(), range(2)))
+    try:
+        names = [thread.name for thread in threading.enumerate()]
+        assert (names.count("servo loop"), names.count("servo watchdog")) == (1, 1)
+    finally:
+        runner.stop()
+
+
+def test_a_start_that_holds_the_robot_holds_one_that_runs():
+    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
+    runner.start()
+    try:
+        runner.start(held="press Start")
+        assert runner.gate.halted == "press Start"
+    finally:
+        runner.stop()
+
+
 def test_a_loop_that_waits_for_images_beats_all_the_same(guard):
     runner = Runner(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
     runner.start()
@@ -178,29 +201,6 @@ def test_a_loop_that_waits_for_images_beats_all_the_same(guard):
         runner.stop()
 
 
-# -- the process ----------------------------------------------------------------------------------
-class Clock:
-    now = 0.0
-
-    def __call__(self):
-        return self.now
-
-
-@pytest.fixture
-def link():
-    link = GuardianLink([], SILENCE)
-    link.open()
-    yield link
-    link.close()
-
-
-def test_it_ends_when_its_program_has_done(link):
-    link.await_ready()
-    assert link.beat(lambda: False) == ALLOWED
-    pid = link.pid
-    link.close()
-    link.close()
-    assert not running(pid)
 # -- a channel ------------------------------------------------------------------------------------
 class Recorded(Channel):
     """Remembers what it is asked to do; its first `failures` stops fail."""
@@ -250,6 +250,29 @@ def test_a_stop_is_sent_though_the_channel_is_closed_right_after_it(failures):
     assert channel.calls[-1] == "close"
 
 
+# -- the process ----------------------------------------------------------------------------------
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def link():
+    link = GuardianLink([], SILENCE)
+    link.open()
+    yield link
+    link.close()
+
+
+def test_it_ends_when_its_program_has_done(link):
+    link.await_ready()
+    assert link.beat(lambda: False) == ALLOWED
+    pid = link.pid
+    link.close()
+    link.close()
+    assert not running(pid)
 
 
 def test_nothing_moves_after_release(link):
@@ -339,29 +362,6 @@ def test_nothing_moves_until_a_stop_that_was_asked_for_is_over(link):
     until(lambda: link.beat(lambda: True) == ALLOWED)
 
 
-def test_what_it_could_not_stop_must_not_move():
-    link = GuardianLink(
-        [{"kind": "yarp stream", "port": "/nobody", "nameserver": "127.0.0.1:1", "stop": "stop"}], 0.08
-    )
-    link.open()
-    pattern = r"could not stop the robot: /nobody.*127\.0\.0\.1:1"
-
-    def refused():
-        with pytest.raises(SourceUnavailableError) as refusal:
-            link.await_ready(0.5)
-        return re.search(pattern, str(refusal.value))
-
-    try:
-        until(refused)
-    finally:
-        link.close()
-
-
-# -- a whole program, killed ----------------------------------------------------------------------
-@pytest.fixture
-def simulated(names):
-    robot = SimRobot(teo.MODEL)
-    ports = TeoPorts(robot, names)
 LOUD = """
 from grabbergui.servo import guardian
 
@@ -421,6 +421,29 @@ def test_one_whose_stop_never_ends_is_not_awaited_for_ever(link):
         link.await_ready(0.2)
 
 
+def test_what_it_could_not_stop_must_not_move():
+    link = GuardianLink(
+        [{"kind": "yarp stream", "port": "/nobody", "nameserver": "127.0.0.1:1", "stop": "stop"}], 0.08
+    )
+    link.open()
+    pattern = r"could not stop the robot: /nobody.*127\.0\.0\.1:1"
+
+    def refused():
+        with pytest.raises(SourceUnavailableError) as refusal:
+            link.await_ready(0.5)
+        return re.search(pattern, str(refusal.value))
+
+    try:
+        until(refused)
+    finally:
+        link.close()
+
+
+# -- a whole program, killed ----------------------------------------------------------------------
+@pytest.fixture
+def simulated(names):
+    robot = SimRobot(teo.MODEL)
+    ports = TeoPorts(robot, names)
     with undisturbed():
         ports.open()
         yield robot
