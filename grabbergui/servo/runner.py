@@ -177,7 +177,7 @@ class Runner:
                 now = time.monotonic()
                 if captured is None and now < due:
                     continue
-                self._cycle(now, captured, frame)
+                self._cycle(now, captured, None if captured is None else frame)
                 due = max(due + 1 / self.config.loop.rate, now)
         except GrabberError as error:
             log.error("servo loop: %s", error)

@@ -1,6 +1,7 @@
 """The loop through real pixels: in simulated time to the bit, in real time, and on the command line."""
 
 import argparse
+import dataclasses
 import errno
 import json
 import math
@@ -15,6 +16,7 @@ from frames import frame_of
 from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
+from grabbergui.core.frame import FrameStatus
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.recording.movie_writer import MovieFile
@@ -201,6 +203,37 @@ def test_a_run_whose_source_closes_reports_it_and_leaves_the_robot_at_rest(live)
 
 def _queues(camera) -> tuple[FrameQueue, ...]:
     return camera._fanout._queues
+
+
+def test_an_image_that_is_not_complete_is_not_announced_as_one_that_counted():
+    """Publishers gave the last detections a second time, stamped as those of the new image."""
+
+    class Lossy:
+        def open_queue(self, depth):
+            self.queue = FrameQueue(depth)
+            return self.queue
+
+        def start(self):
+            pass
+
+    source, cycles = Lossy(), []
+    runner = Runner(source, SimRobot(teo.MODEL), lambda frame: None)
+    runner.cycle_done.connect(lambda cycle, frame: cycles.append(frame))
+    runner.start()
+    try:
+        until(lambda: cycles)
+        broken = frame_of(np.zeros((8, 8), np.uint8))
+        broken = dataclasses.replace(broken, status=FrameStatus.INCOMPLETE)
+        begun = len(cycles)
+
+        def lost():
+            source.queue.put(broken)
+            return len(cycles) > begun + 20
+
+        until(lost)
+        assert set(cycles) == {None}
+    finally:
+        runner.stop()
 
 
 # -- what is left behind -------------------------------------------------------------------------
