@@ -328,6 +328,8 @@ class FaceSearch(FaceDetector):
         self._given: Grey | None = None
         self._found: FaceDetection | None = None
         self._busy = False
+        self._complaint = ""
+        "The last error that was logged."
         self._wake = threading.Event()
         self._open = True
         self._thread: threading.Thread | None = None
@@ -379,18 +381,30 @@ class FaceSearch(FaceDetector):
         self._wake.set()
 
     # -- the search's own thread -----------------------------------------------------------------
+    def _searched_everywhere(self, grey: Grey) -> list[FaceDetection]:
+        try:
+            return self._everywhere.detect(grey)
+        except Exception as error:  # OpenCV's own among them; the next image may be searched without one
+            if str(error) != self._complaint:
+                log.error("a search for faces failed: %s", error)
+            self._complaint = str(error)
+            return []
+
     def _run(self) -> None:
         if sys.platform == "linux":  # elsewhere a thread has no priority of its own
             with contextlib.suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
-        while self._wake.wait() and self._open:
-            self._wake.clear()
+        while True:
+            self._wake.wait()
+            self._wake.clear()  # before `_open` is read, or a `close` in between would be missed
+            if not self._open:
+                return
             with self._lock:
                 grey, self._given = self._given, None
             if grey is None:
                 continue
             began = time.monotonic()
-            faces = self._everywhere.detect(grey)
+            faces = self._searched_everywhere(grey)
             took = time.monotonic() - began
             with self._lock:
                 self._found = max(faces, key=lambda face: face.box[2], default=None)

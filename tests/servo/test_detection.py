@@ -333,6 +333,21 @@ def test_a_face_that_is_gone_is_given_up(made):
     assert len(near.asked) <= asked + 1
 
 
+def test_a_search_that_fails_is_logged_once_and_the_next_one_finds_the_face(made, caplog):
+    search, _, everywhere = made
+    detect, failures = everywhere.detect, []
+
+    def failing(grey, near=None):
+        if len(failures) < 3:
+            failures.append(1)
+            raise cv2.error("out of memory")
+        return detect(grey, near)
+
+    everywhere.detect = failing
+    until(lambda: search.detect(GREY) == [] and search._face is not None)
+    assert [record.message for record in caplog.records] == ["a search for faces failed: out of memory"]
+
+
 def test_a_face_near_a_box_is_found_in_the_whole_images_coordinates():
     drawn, image = cv2.resize(world.face(256), (240, 240)), np.full((1080, 1920), 120, np.float32)
     place = slice(500, 740), slice(1200, 1440)
