@@ -12,6 +12,7 @@ import io
 import json
 import logging
 import os
+import re
 import signal
 import socket
 import sys
@@ -84,14 +85,29 @@ class JsonFormatter(logging.Formatter):
         return json.dumps(entry, ensure_ascii=False)
 
 
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""Control characters but tab and newline."""
+
+
+class TextFormatter(logging.Formatter):
+    """Formats time, level, logger and message; only the first line of a record begins at the margin.
+
+    Messages repeat what peers on the network sent, which could otherwise forge records or control a terminal.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s")
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the text with its control characters spelled out."""
+        text = _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", super().format(record))
+        return text.replace("\n", "\n    ")
+
+
 def set_up_log(level: str, kind: str) -> None:
     """Log from this level up to stderr, in one of LOG_FORMATS. Does nothing if logging is set up."""
     handler = logging.StreamHandler()
-    handler.setFormatter(
-        JsonFormatter()
-        if kind == "json"
-        else logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
-    )
+    handler.setFormatter(JsonFormatter() if kind == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler])
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, parse_address, read_token
-from grabbergui.cli.process import JsonFormatter
+from grabbergui.cli.process import JsonFormatter, TextFormatter
 from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.frame_queue import StreamStatistics
@@ -156,3 +156,15 @@ def test_a_log_line_is_one_json_object():
     assert "\n" not in line
     assert (entry["level"], entry["logger"], entry["message"]) == ("warning", "a.b", "lost\ncamera 1")
     assert entry["time"].endswith("+00:00")
+
+
+def test_a_peers_name_neither_forges_a_log_line_nor_controls_the_terminal():
+    name = "/peer\n2026-11-25 00:00:00,000 CRITICAL a.b: all is lost\r\x1b]0;title\x07\x9b31m"
+    record = logging.LogRecord("a.b", logging.WARNING, "", 0, "connection from %s", (name,), None)
+
+    first, *rest = TextFormatter().format(record).split("\n")
+
+    assert first.endswith("WARNING a.b: connection from /peer")
+    assert rest == [
+        r"    2026-11-25 00:00:00,000 CRITICAL a.b: all is lost\x0d\x1b]0;title\x07\x9b31m",
+    ]
