@@ -57,6 +57,8 @@ def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
     name = FORMATS.get(header.code)
     if name is None:
         raise RemoteProtocolError(f"images with pixel code {header.code} cannot be shown")
+    if not header.size:
+        raise RemoteProtocolError(f"image of {header.width}×{header.height} pixels is empty")
     if len(message) < HEADER.size + header.size:
         raise RemoteProtocolError(f"image lacks {HEADER.size + header.size - len(message)} of its bytes")
     stamp = Stamp.decode(envelope) or Stamp(0, 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from grabber_stage import Stage, connect
 
+from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.scan3d import Scan3d
@@ -98,6 +99,13 @@ def test_every_pixel_code_becomes_a_frame(code: str) -> None:
     assert np.array_equal(frame.raw(), pixels)
     assert frame.rgb().shape == (4, 6, 3)
     assert (frame.frame_id, frame.timestamp_ns, frame.received_ns) == (7, 1_234_500_000_000, 99)
+
+
+@pytest.mark.parametrize("shape", [(0, 0, 3), (0, 4, 3), (4, 0, 3)])
+def test_an_image_without_pixels_is_refused(shape: tuple[int, ...]) -> None:
+    header, _ = image.encode(np.zeros(shape, np.uint8), "rgb")
+    with pytest.raises(RemoteProtocolError, match=f"image of {shape[1]}×{shape[0]} pixels is empty"):
+        to_frame(header, "", 99)
 
 
 def components_of(frame: Frame) -> list[str]:
