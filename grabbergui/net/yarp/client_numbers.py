@@ -255,7 +255,10 @@ class NumberFeatures:
         if not numbered.two_values:
             self._do(numbered.name, Operation.SET_VALUE, numbered.number, float(value))
             return
-        pair = self._numbers(Operation.GET_VALUES, numbered.number) or (0.0, 0.0)
+        pair = self._numbers(Operation.GET_VALUES, numbered.number)
+        if pair is None:  # the other channel's value goes with the new one
+            name = numbered.name
+            raise FeatureError(f"{name}: the remote camera does not report its values", name)
         red, blue = (value, pair[1]) if self._channel == RED else (pair[0], value)
         self._do(numbered.name, Operation.SET_VALUES, numbered.number, float(red), float(blue))
 

@@ -15,7 +15,9 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.settings import SettingKey
 from grabbergui.net import tree
+from grabbergui.net.numbered_features import FeatureId
 from grabbergui.net.yarp import grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.grabber_ends import GrabberService
@@ -217,6 +219,30 @@ def test_both_balances(wire: Wire, grabber: FrameGrabber) -> None:
     assert remote.write("BalanceRatio", 1.25).value == 1.25
     grabber.write_feature("BalanceRatioSelector", "Blue")
     assert grabber.feature("BalanceRatio").value == 1.75
+
+
+def test_a_balance_is_not_written_while_the_other_one_cannot_be_read(
+    wire: Wire, grabber: FrameGrabber
+) -> None:
+    """Both travel in one request, so an invented value would be written, too."""
+    grabber.write_feature("PixelFormat", "BayerRG8")
+    readable = 1
+
+    def ask(operation: Operation, *arguments: object) -> Reply:
+        nonlocal readable
+        if operation is Operation.GET_VALUES and arguments == (FeatureId.WHITE_BALANCE,):
+            readable -= 1
+            if readable < 0:
+                return Reply(status=Status.FAILED)
+        return wire.ask(operation, *arguments)
+
+    remote = NumberFeatures(ask)
+    readable = 1
+    blue = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Blue"),))
+    before = grabber.read_setting(blue).value
+    with pytest.raises(FeatureError, match="BalanceRatio: the remote camera does not report"):
+        remote.write("BalanceRatio", 1.25)
+    assert grabber.read_setting(blue).value == before
 
 
 def test_a_server_that_has_nothing(dialect: Dialect) -> None:
