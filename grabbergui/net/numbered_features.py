@@ -260,6 +260,8 @@ class NumberedFeatures:
         if feature.kind is FeatureKind.ENUMERATION:
             names = [entry.name for entry in feature.entries]
             value = names.index(str(value)) if value in names else 0
+        if isinstance(value, str):
+            raise FeatureAccessError(f"{feature.name} is text and has no number", feature.name)
         number = float(value)
         span = _span(feature)
         if not self.normalised or span is None:

@@ -253,6 +253,14 @@ def test_booleans_and_choices_count_from_zero(grabber: BalancedGrabber, features
         features.set_value(FeatureId.TRIGGER, 2)
 
 
+def test_text_has_no_number() -> None:
+    name = ROLES[FeatureId.FOCUS].names[0]
+    text = Feature(name=name, kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, value="near")
+    features = NumberedFeatures(ScriptedGrabber([text]))
+    with pytest.raises(FeatureAccessError, match="is text"):
+        features.value(FeatureId.FOCUS)
+
+
 def test_what_is_not_there(features: NumberedFeatures) -> None:
     for missing, name in ((FeatureId.IRIS, "iris"), (77, "feature number 77")):
         with pytest.raises(FeatureNotFoundError, match=name):
