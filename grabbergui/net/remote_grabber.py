@@ -204,7 +204,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             result = tree.write_setting(key, value)
             for change in (*result.consequences, *result.written):
                 if change.after is not None:
-                    self._seen[change.key] = change.after
+                    self._remember(change.key, change.after)
             return result
 
     @override
@@ -244,11 +244,14 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     def _note(self, key: SettingKey | None, feature: Feature) -> Feature:
         if key is not None and feature.value is not None and feature.access.writable:
-            if len(self._seen) >= MOST_SEEN:
-                self._seen.pop(next(iter(self._seen)))
-            self._seen.pop(key, None)
-            self._seen[key] = feature.value
+            self._remember(key, feature.value)
         return feature
+
+    def _remember(self, key: SettingKey, value: FeatureValue) -> None:
+        self._seen.pop(key, None)
+        if len(self._seen) >= MOST_SEEN:
+            self._seen.pop(next(iter(self._seen)))
+        self._seen[key] = value
 
     def _forget_seen(self, names: frozenset[str]) -> None:
         """Forget the last known values of features that others changed."""
