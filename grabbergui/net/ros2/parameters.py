@@ -166,13 +166,21 @@ class ParameterEvents:
         self._names.put(names)
 
     def _run(self) -> None:
-        while (names := self._names.get()) is not None:
+        while (names := self._changed()) is not None:
             if not self._publisher.get_subscription_count():
                 continue  # the values would be read from the camera for nobody
             event = self._event(names)
             if event.changed_parameters or event.deleted_parameters:
                 event.stamp = self._node.get_clock().now().to_msg()
                 self._publisher.publish(event)
+
+    def _changed(self) -> frozenset[str] | None:
+        """Wait for changes; return all that were reported meanwhile, each to be read once."""
+        names = self._names.get()
+        while names is not None and not self._names.empty():
+            more = self._names.get()
+            names = None if more is None else names | more
+        return names
 
     def _event(self, names: frozenset[str]) -> Any:
         from rcl_interfaces.msg import Parameter, ParameterEvent
@@ -321,17 +329,17 @@ class FeatureParameters:
         """Set all or none: if one is refused, restore those before it."""
         from rcl_interfaces.msg import SetParametersResult
 
-        before: list[tuple[str, FeatureValue]] = []
+        replaced: list[Any] = []
         answer.result = SetParametersResult(successful=True)
         with self._together():
             for parameter in request.parameters:
-                name, old = parameter.name, self._value_now(parameter.name)
+                current = self._current(parameter.name)
                 answer.result = self._set_one(parameter)
                 if not answer.result.successful:
-                    self._put_back(before)
+                    self._restore(replaced)
                     break
-                if old is not None:
-                    before.append((name, old))
+                if current is not None:
+                    replaced.append(current)
         return answer
 
     @contextmanager
@@ -373,26 +381,30 @@ class FeatureParameters:
         except (RuntimeError, ValueError) as error:  # a type that ROS does not have
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {error}")
 
-    def _value_now(self, name: str) -> FeatureValue | None:
-        """Return the value to restore; None if it cannot be read, and then nothing will be set either."""
+    def _current(self, name: str) -> Any:
+        """Return a parameter with its value, to be restored; None if it cannot be read."""
+        from rcl_interfaces.msg import Parameter
+
+        if self._node.has_parameter(name):
+            return Parameter(name=name, value=self._own_value(name))
         try:
-            return self._grabber.feature(name).value
+            feature = self._feature(name)
         except GrabberError:
             return None
+        return None if feature.value is None else Parameter(name=name, value=_value(feature))
 
-    def _put_back(self, values: list[tuple[str, FeatureValue]]) -> None:
-        for name, value in reversed(values):
-            try:
-                self._grabber.write_feature(name, value)
-            except GrabberError as error:
-                log.warning("parameter %s could not be put back: %s", name, error)
+    def _restore(self, parameters: list[Any]) -> None:
+        for parameter in reversed(parameters):
+            result = self._set_one(parameter)
+            if not result.successful:
+                log.warning("parameter %s could not be restored: %s", parameter.name, result.reason)
 
     def _apply_overrides(self) -> None:
         """Write a parameter file's values in the file's order, like an operator's."""
         for name, parameter in getattr(self._node, "_parameter_overrides", {}).items():
             if self._node.has_parameter(name) or name.startswith(_QOS_OVERRIDES):
                 continue  # rclpy has seen to it
-            if parameter.value == _NULL and self._value_now(name) is None:
+            if parameter.value == _NULL and self._current(name) is None:
                 continue
             result = self._set_one(parameter.to_parameter_msg())
             if not result.successful:

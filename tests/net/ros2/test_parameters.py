@@ -198,6 +198,43 @@ def test_together_means_all_or_none(parameters, camera):
     assert (camera.feature("Gain").value, camera.feature("ExposureTime").value) == (2.0, 5000.0)
 
 
+def test_together_means_all_or_none_for_parameters_of_the_node_too(parameters):
+    before = parameters.values("frame_id")[0].string_value
+
+    assert not parameters.set_together(frame_id="elsewhere", ExposureTime=-1.0).successful
+
+    assert parameters.values("frame_id")[0].string_value == before
+
+
+def test_changes_that_come_faster_than_they_can_be_read_are_read_once(domain):
+    knobs = [
+        Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=0)
+        for name in ("Knob", "Last")
+    ]
+    grabber = ScriptedGrabber(knobs)
+    with Ros2GrabberServer(grabber, "/slow"), closing(ParameterProbe("/slow")) as parameters:
+        events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
+
+        def reported():
+            grabber.set("Knob", 0)
+            return not events.empty()
+
+        until(reported)
+        grabber.reads.clear()
+        grabber.gate.clear()
+        for value in range(1, 101):
+            grabber.set("Knob", value)
+        grabber.set("Last", 1)
+        grabber.gate.set()
+
+        seen = {}
+        while "Last" not in seen:
+            event = events.get(timeout=PATIENCE)
+            seen |= {p.name: p.value.integer_value for p in event.changed_parameters}
+        assert seen["Knob"] == 100
+        assert grabber.reads.count("Knob") <= 3
+
+
 def test_a_lost_camera_has_no_features(domain):
     grabber = sources.create("sim:?width=64&height=48")
     grabber.open()
