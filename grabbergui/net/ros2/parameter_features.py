@@ -40,10 +40,12 @@ _CHOICES = re.compile(
 )
 """Choices in a description, as ROS has no field for them: `one of [off, auto]`, `Valid values: 1, 2, 4`."""
 _MENU_ENTRY = re.compile(
-    r"(?<![\w.])(?P<number>[-+]?\d+)\s*[:=]\s*(?P<label>[^,;|()\[\]{}\n]*?)\s*(?=[,;|()\[\]{}\n]|\.(?:\s|$)|$)"
+    r"(?<![\w.])(?P<number>[-+]?\d+)\s*[:=]\s*(?P<label>[^,;|()\[\]{}\n]*?)(?=[,;|()\[\]{}\n]|\.(?:\s|$)|$)"
 )
 """An entry of an integer's menu as V4L2 and other drivers write it: `0: Disabled, 1: 50 Hz`."""
-_BETWEEN_CHOICES = re.compile(r"\s*(?:,\s*(?:or\s)?|\||\sor\s)\s*")
+_BETWEEN_CHOICES = re.compile(r",\s*(?:or\s)?|\||\sor\s")
+_AROUND = " \t\r\n\"'`"
+"""Characters around a choice that do not belong to it."""
 _MOST_CHOICES = 64
 _LETTER = re.compile(r"[^\W\d_]")
 _FROM_WORD: dict[int, Callable[[str], FeatureValue]] = {STRING: str, INTEGER: int, DOUBLE: float}
@@ -113,7 +115,7 @@ class ParameterFeatures:
         """Return the parameter as it is now."""
         if name in self._doubted:
             self._doubted -= {name}
-            self._descriptors.update((found.name, found) for found in self._describe([name]))
+            self._describe_again(name)
         descriptor = self._descriptors[name]
         values = self._values([name])
         value = values[0] if values else None
@@ -162,6 +164,16 @@ class ParameterFeatures:
         answer = self._call("describe_parameters", self._srv.DescribeParameters.Request(names=names))
         return list(answer.descriptors)
 
+    def _describe_again(self, name: str) -> None:
+        """Replace the descriptor. A parameter may change its type if its node declared it so."""
+        for descriptor in self._describe([name]):
+            if descriptor.type not in _KINDS:
+                continue  # it is not set at the moment
+            if descriptor.type != self._descriptors[name].type:
+                self._choices.pop(name, None)
+                self._kinds[name] = _KINDS[descriptor.type]
+            self._descriptors[name] = descriptor
+
     def _values(self, names: list[str]) -> list[FeatureValue | None]:
         answer = self._call("get_parameters", self._srv.GetParameters.Request(names=names))
         return [
@@ -192,7 +204,7 @@ def choices(descriptor: Any) -> dict[str, FeatureValue]:
 
 def _menu(text: str) -> dict[str, FeatureValue]:
     """Parse `0: Disabled, 1: 50 Hz`; a label has a letter, unlike a ratio or a time of day."""
-    entries = [(match["label"].strip(" \"'`"), int(match["number"])) for match in _MENU_ENTRY.finditer(text)]
+    entries = [(match["label"].strip(_AROUND), int(match["number"])) for match in _MENU_ENTRY.finditer(text)]
     labels, numbers = {label for label, _ in entries}, {number for _, number in entries}
     sound = len(labels) == len(numbers) == len(entries)
     return dict(entries) if sound and all(map(_LETTER.search, labels)) else {}
@@ -204,7 +216,7 @@ def _list(text: str, from_word: Callable[[str], FeatureValue] | None) -> dict[st
     if not match or from_word is None:
         return {}
     listed = match["in_brackets"] if match["in_brackets"] is not None else match["to_the_end"]
-    words = [part.strip(" \t\"'`") for part in _BETWEEN_CHOICES.split(listed.strip())]
+    words = [part.strip(_AROUND) for part in _BETWEEN_CHOICES.split(listed.strip())]
     try:
         return {word: from_word(word) for word in words} if all(words) else {}
     except ValueError:

@@ -132,6 +132,18 @@ def test_controls_set_parameters(driver, opened):
         remote.execute("flip")
 
 
+def test_a_parameter_that_changes_its_type_can_be_set_as_what_it_is_now(driver, opened):
+    driver.node.declare_parameter("mode", 3, ParameterDescriptor(dynamic_typing=True))
+    remote = opened("ros2:/other")
+    assert remote.feature("mode").kind is FeatureKind.INTEGER
+
+    driver.node.set_parameters([Parameter("mode", value="three")])
+    until(lambda: remote.feature("mode").kind is FeatureKind.STRING)
+
+    assert remote.write_feature("mode", "four").value == "four"
+    assert driver.node.get_parameter("mode").value == "four"
+
+
 @pytest.mark.parametrize(
     ("before", "text", "after", "shown"),
     [

@@ -1,5 +1,6 @@
 """Choices that drivers list in a parameter's description; without ROS."""
 
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -82,6 +83,17 @@ def test_other_words(text):
 
 def test_too_long_a_list_is_none():
     assert choices(descriptor("one of " + ", ".join(map(str, range(100))))) == {}
+
+
+@pytest.mark.parametrize("text", ["1:a{}b", "one of a{}b", "0: a{0}, 1: b{0}", "one of a,{}b or{}c"])
+def test_long_blanks_cost_no_time(text):
+    """Any node may describe its parameters so, and the client reads the descriptions of all of them."""
+    text = text.format(" " * 2000, " " * 2000)
+    begun = time.thread_time()
+    for kind in (INTEGER, STRING):
+        for _ in range(20):
+            choices(descriptor(text, kind=kind))
+    assert time.thread_time() - begun < 1
 
 
 @given(st.text(max_size=5000), st.sampled_from([INTEGER, STRING, DOUBLE]))
