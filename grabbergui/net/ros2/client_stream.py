@@ -231,7 +231,7 @@ class ImageStream:
             frame = frame_of(message, self._counters.frames + 1)
         except PixelFormatError as error:
             self._counters.incomplete += 1
-            self._remark(str(error))
+            self._remark(str(error), "unreadable")
             return
         self._counters.frames += 1
         self._counters.bytes += frame.payload.nbytes

@@ -70,12 +70,18 @@ def message_bytes(values: NDArray[Any]) -> array.array[int]:
     return data
 
 
+_SHOWN = 40
+"""Characters of an unknown encoding that a message repeats."""
+
+
 def format_of(encoding: str) -> PixelFormat:
     """Return the pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
     pixel_format = ros_encodings.format_of(encoding)
     if pixel_format is None:
         known = ", ".join(ros_encodings.FORMATS)
-        raise PixelFormatError(f"images with the encoding '{encoding}' cannot be shown; known are {known}")
+        raise PixelFormatError(
+            f"images with the encoding '{encoding[:_SHOWN]}' cannot be shown; known are {known}"
+        )
     return pixel_format
 
 

@@ -13,6 +13,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.ros_encodings import FORMATS
+from grabbergui.net.ros2.client_stream import ImageStream
 from grabbergui.net.ros2.image_messages import (
     Continuity,
     encoding_of,
@@ -159,3 +160,12 @@ def test_what_has_no_encoding_is_named():
             encoding_of(pfnc.by_name(name))
     with pytest.raises(PixelFormatError, match="'64FC4' cannot be shown"):
         format_of("64FC4")
+
+
+def test_a_publisher_that_changes_its_odd_encoding_all_the_time_is_reported_once():
+    notices = []
+    stream = ImageStream(None, "/camera/image_raw", lambda frame: None, notices.append)
+    for number in range(50):
+        stream._on_image(SimpleNamespace(encoding=f"odd{number}" + "x" * 1000))
+    assert len(notices) == 1 and len(notices[0]) < 2000
+    assert stream.statistics().incomplete == 50
