@@ -270,7 +270,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="61"/>
-        <source>Which board do you hold? A ChArUco board may reach out of the picture and so gets at the corners; of a chessboard all must be seen.</source>
+        <source>Which board do you use? A ChArUco board may extend beyond the picture and so covers its corners; a chessboard must be seen whole.</source>
         <translation>¿Qué tablero se muestra? Un tablero ChArUco puede salirse de la imagen y así llega a las esquinas; un tablero de ajedrez debe verse entero.</translation>
     </message>
     <message>
@@ -305,7 +305,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="75"/>
-        <source>As measured on the paper: distances are as right as this</source>
+        <source>As measured on the paper; it sets the scale of all distances</source>
         <translation>Medido sobre el papel: las distancias serán tan exactas como esta medida</translation>
     </message>
     <message>
@@ -623,7 +623,7 @@ It {1}.</source>
     <name>ChangesPanel</name>
     <message>
         <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="18"/>
-        <source>Whose changes to show</source>
+        <source>Show the changes of</source>
         <translation>De quién son los cambios que se muestran</translation>
     </message>
     <message>
@@ -847,7 +847,7 @@ It {1}.</source>
         <translation>Quitar esta curva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="200"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="209"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -2143,7 +2143,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="159"/>
-        <source>tf&apos;s name of what the camera is mounted on</source>
+        <source>Name in tf of the frame on which the camera is mounted</source>
         <translation>Nombre en tf del soporte de la cámara</translation>
     </message>
     <message>
@@ -2153,7 +2153,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="161"/>
-        <source>tf&apos;s name of the camera&apos;s optical frame</source>
+        <source>Name in tf of the camera&apos;s optical frame</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
@@ -2316,7 +2316,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
-        <source>Stretch the levels over 99 % of the picture; neither the camera nor what is saved changes</source>
+        <source>Stretch the levels over 99 % of the picture; the camera and saved frames do not change</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
     </message>
     <message>
@@ -2530,7 +2530,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="374"/>
-        <source>as the camera has it</source>
+        <source>as in the camera</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
@@ -2648,7 +2648,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
-        <source>Take back what was changed last</source>
+        <source>Undo the last change</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
@@ -2663,7 +2663,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
-        <source>Make once more what was taken back</source>
+        <source>Redo the change that was undone last</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
@@ -2678,7 +2678,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
-        <source>Connect to the source chosen</source>
+        <source>Connect to the chosen source</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
@@ -2693,7 +2693,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
-        <source>Let the camera go</source>
+        <source>Close the current source</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
@@ -2718,7 +2718,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
-        <source>&amp;Next of the open sources</source>
+        <source>&amp;Next open source</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
@@ -3152,7 +3152,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="275"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3268,7 +3268,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
-        <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
+        <source>Draw the part of the sensor that the camera sends; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
@@ -3293,7 +3293,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
-        <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
+        <source>Show the picture without the lens&apos;s distortion; the camera and saved frames do not change</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
@@ -3303,7 +3303,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
-        <source>Read the manual</source>
+        <source>Open the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
@@ -3333,7 +3333,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
-        <source>Connect to the source chosen and set format and region before its first picture</source>
+        <source>Connect to the chosen source without starting it, to set format and region first</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
@@ -3347,22 +3347,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="298"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="298"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="299"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="299"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="300"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -4137,17 +4137,17 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="198"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="199"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="191"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="192"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="172"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="173"/>
         <source>there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
@@ -4168,12 +4168,12 @@ It {1}.</source>
 <context>
     <name>ScaleBar</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="285"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="294"/>
         <source>Scale of the colours: {0}</source>
         <translation>Escala de los colores: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="332"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="341"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4181,27 +4181,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="375"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="375"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="382"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="409"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="262"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="274"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="333"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="357"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4215,7 +4215,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="25"/>
-        <source>The states of the loop; the present one is lit</source>
+        <source>The states of the loop; the current one is lit</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
@@ -4329,22 +4329,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="232"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="233"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="234"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -4499,7 +4499,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="192"/>
-        <source>(not in it)</source>
+        <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
@@ -4625,7 +4625,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/settings_report.ui" line="31"/>
-        <source>Show what was &amp;equal</source>
+        <source>Show &amp;equal settings</source>
         <translation>Mostrar lo que era i&amp;gual</translation>
     </message>
     <message>
@@ -4710,7 +4710,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="69"/>
-        <source>What was written is set again when the camera is back, the rest is not</source>
+        <source>Settings already written are restored when the camera is back, the others are not</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
@@ -4761,7 +4761,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="26"/>
-        <source>Search again at once (F5)</source>
+        <source>Search again now (F5)</source>
         <translation>Buscar de nuevo ahora (F5)</translation>
     </message>
     <message>
@@ -4924,7 +4924,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="97"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -5011,7 +5011,7 @@ It {1}.</source>
     <name>StatusController</name>
     <message>
         <location filename="../../grabbergui/ui/controllers/sources.py" line="304"/>
-        <source>The camera does not answer; what was set last is shown until it is back.</source>
+        <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
@@ -5305,22 +5305,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="68"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="69"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="73"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="74"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="90"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="92"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -5339,7 +5339,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/settings.py" line="295"/>
-        <source>Saved the present settings in the camera as {0}</source>
+        <source>Saved the current settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
@@ -5382,7 +5382,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="10"/>
-        <source>The camera keeps these sets itself, also without power.</source>
+        <source>The camera keeps these sets in its own memory, also without power.</source>
         <translation>La propia cámara conserva estos juegos, también sin corriente.</translation>
     </message>
     <message>
@@ -5402,7 +5402,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
-        <source>Save the present settings in this set; its old contents are lost</source>
+        <source>Save the current settings in this set, which overwrites it</source>
         <translation>Guardar los ajustes actuales en este juego; lo que contenía se pierde</translation>
     </message>
     <message>
@@ -5432,12 +5432,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="275"/>
-        <source>Save the present settings in {0}?</source>
+        <source>Save the current settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="276"/>
-        <source>Its old contents are lost; this cannot be undone.</source>
+        <source>This overwrites the set and cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
@@ -5450,7 +5450,7 @@ It {1}.</source>
     <name>ValueSlider</name>
     <message>
         <location filename="../../grabbergui/ui/editors/value_slider.py" line="177"/>
-        <source>{0} … {1}; hold the handle beyond an end to go on.</source>
+        <source>{0} … {1}; hold the handle beyond an end to move the range.</source>
         <translation>{0} … {1}; mantenga el control más allá de un extremo para seguir.</translation>
     </message>
 </context>
@@ -5481,7 +5481,7 @@ It {1}.</source>
     <name>ValuesPanel</name>
     <message>
         <location filename="../../grabbergui/ui/forms/values_panel.ui" line="18"/>
-        <source>How much of the past to show</source>
+        <source>Time span of the plot</source>
         <translation>Cuánto del pasado se muestra</translation>
     </message>
     <message>

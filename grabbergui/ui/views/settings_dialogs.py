@@ -66,7 +66,7 @@ class SettingsReport(QDialog):
     def setReport(self, title: str, report: LoadReport) -> None:
         """Show a report; of a dry run, the values that would be written, with a button to do so."""
         self.setWindowTitle(title)
-        again = self.tr("What was written is set again when the camera is back, the rest is not")
+        again = self.tr("Settings already written are restored when the camera is back, the others are not")
         restored = again if report.interrupted and report.written else ""
         parts = (self._summary(report), report.problem, restored)
         self.headline.setText(". ".join(part for part in parts if part))
@@ -189,7 +189,7 @@ class SettingsDifference(QDialog):
         return _checked_keys(self.table)
 
     def _shown(self, value: FeatureValue | None) -> str:
-        return self.tr("(not in it)") if value is None else format_value(value)
+        return self.tr("(not in this file)") if value is None else format_value(value)
 
     def _apply(self, request: Callable[[list[SettingKey]], None]) -> None:
         request(self.checked())
@@ -272,8 +272,8 @@ class UserSetsDialog(QDialog):
         self.question = box = QMessageBox(self)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Question)
-        box.setText(self.tr("Save the present settings in {0}?").format(chosen.title))
-        box.setInformativeText(self.tr("Its old contents are lost; this cannot be undone."))
+        box.setText(self.tr("Save the current settings in {0}?").format(chosen.title))
+        box.setInformativeText(self.tr("This overwrites the set and cannot be undone."))
         save = box.addButton(self.tr("Overwrite"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: self._on_question_finished(box.clickedButton() is save, chosen.name))
@@ -371,7 +371,7 @@ class LutDialog(QDialog):
         changed = not np.array_equal(present, edited)
         self.writeButton.setEnabled(changed)
         size = self.tr("{0} entries").format(len(present))
-        state = self.tr("not written yet") if changed else self.tr("as the camera has it")
+        state = self.tr("not written yet") if changed else self.tr("as in the camera")
         self.stateLabel.setText(f"{size} · {state}")
 
     def setUndoable(self, undoable: bool) -> None:
