@@ -28,6 +28,8 @@ from grabbergui.ui.application import languages, speak
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.feature_panel import Section
 from grabbergui.ui.views.help_views import ShortcutsDialog
+from grabbergui.ui.views.servo_window import TimePlot
+from grabbergui.ui.widgets.plots import ChannelPlot
 
 ROOT = Path(__file__).parents[2]
 TRANSLATIONS = ROOT / "resources" / "translations"
@@ -301,6 +303,14 @@ def test_numbers_have_the_languages_decimal_point(spanish, app):
     labels = [label for label in window.findChildren(QLabel) if label.isVisible() and ours(label)]
     wrong = {label.objectName(): label.text() for label in labels if re.search(r"\d\.\d", label.text())}
     assert not wrong
+
+
+@pytest.mark.parametrize("plot", [ChannelPlot, TimePlot])
+def test_the_axes_of_plots_have_the_languages_decimal_point(spanish, qtbot, plot):
+    made = plot()
+    qtbot.addWidget(made)
+    for side in ("left", "bottom"):
+        assert made.getAxis(side).tickStrings([1.5, 1.6], 1.0, 0.1) == ["1,5", "1,6"]
 
 
 def test_the_keys_stand_apart_from_their_text_and_the_dialog_fits_a_small_screen(spanish, app):

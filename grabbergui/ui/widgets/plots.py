@@ -25,6 +25,14 @@ LABEL_ROOM = 44
 "Width of a time's label beneath a plot in pixels."
 
 
+class ValueAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
+    """An axis whose numbers have the decimal sign of the window's language."""
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Return the labels of values."""
+        return [localized(text) for text in super().tickStrings(values, scale, spacing)]
+
+
 class SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
     """An axis with the unit at every value: a title would take a line of the plot."""
 
@@ -44,7 +52,8 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
     """Lines of channels or values; the mouse neither zooms nor moves them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent, background=None, enableMenu=False)
+        axes = {side: ValueAxis(side) for side in ("left", "bottom")}
+        super().__init__(parent, background=None, enableMenu=False, axisItems=axes)
         self.setMouseEnabled(False, False)
         self.hideButtons()
         self._lines: dict[str, pg.PlotDataItem] = {}
@@ -135,7 +144,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
 
 
 class PlotPlace(QWidget):
-    """Holds a plot that is made when it is first shown or used: a window starts with four that nobody sees.
+    """Holds a plot that is made when it is first shown or used: a window starts with four hidden ones.
 
     `furnish` is called with the new plot.
     """
@@ -149,7 +158,7 @@ class PlotPlace(QWidget):
 
     @property
     def made(self) -> ChannelPlot | None:
-        """The plot, or None while nobody has needed it."""
+        """The plot; None before its first use."""
         return self._plot
 
     @property
@@ -225,7 +234,7 @@ class CurveRow(QWidget):
         low, high, last = float(finite.min()), float(finite.max()), float(values[-1])
         if high > low:
             self.plot.enableAutoRange(axis="y")
-        else:  # of itself the plot would enlarge the last digit that the number has
+        else:  # the automatic range would enlarge rounding errors
             margin = abs(low) * STEADY_MARGIN or 1.0
             self.plot.setYRange(low - margin, low + margin, padding=0)
         # One unit for value, range and axis, so that they can be compared.
@@ -248,7 +257,7 @@ SCALE_MARGIN = 6
 "Between a scale and the edge of its picture, pixels."
 _SCALE_HEIGHT = 260
 _LEAST_ROOM = 4
-"A scale takes at most this part of the width and height of its picture; in a smaller one it is text."
+"A scale takes at most 1/_LEAST_ROOM of the width of its picture; beyond, it is text."
 _BAR = 16
 "Width of the colours, pixels."
 _EDGE = 10
@@ -274,7 +283,7 @@ class ScaleBar(QWidget):
         return self._scale
 
     def setScale(self, scale: ColourScale | None) -> bool:
-        """Show a scale, or none; return whether it changed."""
+        """Show a scale, or none; return whether it differs from the one shown before."""
         if scale == self._scale:
             return False
         self._scale = scale
