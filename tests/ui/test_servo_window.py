@@ -29,7 +29,7 @@ from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
-from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.views.servo_window import MOST_ENTRIES, ServoWindow
 from grabbergui.ui.widgets.robot_view import NEAR, Orbit
 from patience import PATIENCE, attempts
 from servo_limits import patient_config
@@ -114,6 +114,13 @@ def test_a_state_that_was_entered_goes_into_the_history(window):
     rows = [window.history.topLevelItem(index) for index in range(window.history.topLevelItemCount())]
     texts = [[row.text(column) for column in range(3)] for row in rows]
     assert texts[1] == ["1.25 s", "centring", "a target is seen"]
+
+
+def test_the_history_of_a_long_run_loses_its_oldest_lines(window):
+    for second in range(MOST_ENTRIES + 2):
+        window.addEntry(Entry(second, State.LOST, ""))
+    assert window.history.topLevelItemCount() == MOST_ENTRIES
+    assert window.history.topLevelItem(0).text(0) == "2.00 s"
 
 
 def test_an_image_keeps_its_colours_and_what_lies_over_it(window, qtbot):

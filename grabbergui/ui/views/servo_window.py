@@ -31,6 +31,7 @@ from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
 from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.plots import ValueAxis
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.windows import StopKeys, WheelGuard, load_form
 
@@ -119,7 +120,8 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
     """Curves over time, with gaps where a value is not finite. The mouse neither zooms nor moves them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent, background=None, enableMenu=False)
+        axes = {side: ValueAxis(side) for side in ("left", "bottom")}
+        super().__init__(parent, background=None, enableMenu=False, axisItems=axes)
         self.setMouseEnabled(False, False)
         self.hideButtons()
         self.setMinimumHeight(72)
@@ -130,9 +132,9 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
     def setUp(
         self, title: str, names: Sequence[str], seconds: float, least: float, shows_time: bool = False
     ) -> None:
-        """Say what is shown: a title with its unit, the curves' names (none where there is one), how long.
+        """Set the title with its unit, the names of the curves (none for a single one), and the time span.
 
-        `least` is what the axis spans at least, so that noise about zero does not look like something.
+        `least` is the least span of the value axis, so that noise about zero does not fill the plot.
         """
         self._title = title
         self._names = tuple(names)
@@ -186,6 +188,8 @@ def _text_on(colour: QColor) -> QColor:
 
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
+MOST_ENTRIES = 1000
+"Most lines of the history; beyond, the oldest are removed."
 
 
 class ServoWindow(QWidget):
@@ -279,6 +283,8 @@ class ServoWindow(QWidget):
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
         row.setToolTip(2, entry.reason)
         self.history.addTopLevelItem(row)
+        if self.history.topLevelItemCount() > MOST_ENTRIES:
+            self.history.takeTopLevelItem(0)
         self.history.scrollToItem(row)
 
     def setCurves(self, curves: NDArray[np.float64]) -> None:
