@@ -13,6 +13,7 @@ from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.change_journal import Step
 from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
@@ -27,7 +28,7 @@ from grabbergui.ui.widgets.picture_canvas import Purpose
 
 
 class TuningController(QObject):
-    """Without a region the camera tunes itself, if it can; on a region the program always does."""
+    """Tunes by the whole picture, by the camera's own function if it has one, or by a drawn region."""
 
     def __init__(
         self,
@@ -195,10 +196,10 @@ class RegionController(QObject):
                 return change(grabber)
 
         def failed(error: GrabberError) -> None:
-            text = self.tr("the region could not be changed: {0}").format(error)
+            text = self.tr("the region could not be changed: {0}").format(error_text(error))
             self._bridge.call(lambda: self._messages.error(text))
 
-        # The picture is another now: whatever was zoomed into may be gone.
+        # The picture has another size: the part that was zoomed into may be gone.
         source.features.run(
             job,
             done=lambda _: self._bridge.call(self._view.canvas.fit),
