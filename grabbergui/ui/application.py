@@ -78,14 +78,14 @@ def look(theme: Theme, screenshot: bool = False) -> Theme:
 
 
 STOP_POLL_MS = 200
-"Also how often Python gets to run its signal handlers, which it does between its own instructions only."
+"Also the period at which Python runs its signal handlers: it does so only between its own instructions."
 
 
 @contextmanager
 def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iterator[None]:
     """Call `close` once an event is set, by a signal or another thread.
 
-    A signal's own handler must not do it: an exception out of it would come up in the midst of painting.
+    A signal handler must not call it: an exception in it would surface in the middle of painting.
     """
 
     def poll() -> None:
@@ -112,7 +112,7 @@ _LEVELS = {
 }
 
 _HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR not set")
-"""Beginnings of messages that are no warnings: platforms without a display or a desktop lack these."""
+"""Beginnings of messages that are logged as debug: platforms without a display or a desktop emit them."""
 
 EXIT_FATAL = 1
 "Exit status after a message for which Qt would abort."
@@ -191,7 +191,7 @@ def _ours(language: str, parent: QObject) -> QTranslator:
 MOST_RECENT = 10
 "Most sources remembered that were opened."
 LAYOUT_VERSION = 2
-"Raised when docks change so much that an old layout makes no sense."
+"Incremented when docks change so much that older layouts no longer fit."
 
 
 def camera_model(info: DeviceInfo) -> str:
@@ -240,7 +240,7 @@ class Preferences:
 
     def keep_favourites(self, model: str, names: Sequence[str] | None) -> None:
         """Remember the pinned features; None returns to the usual ones."""
-        # As one text: QSettings gives back an empty list as nothing at all.
+        # As one text: QSettings returns an empty list as None.
         self._set(_of_model(model, "favourites"), ",".join(names) if names is not None else None)
 
     def layout_of(self, model: str) -> QByteArray | None:

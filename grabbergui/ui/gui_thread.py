@@ -1,4 +1,4 @@
-"""The GUI thread: the only door to it from other threads, and its own long work in short turns."""
+"""The GUI thread: calls from other threads, and long work in short turns."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ TURN = 0.008
 
 
 class Pacer(QObject):
-    """Does jobs in order, a few milliseconds a turn, so that painting and the user come between.
+    """Runs jobs in order, a few milliseconds per turn, so that the window stays responsive.
 
-    A newer job of the same key takes the place of the waiting one.
+    A newer job replaces a waiting one of the same key.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -77,19 +77,19 @@ class Pacer(QObject):
         self._timer.timeout.connect(self._on_timer_timeout)
 
     def add(self, key: Hashable, job: Callable[[], None]) -> None:
-        """Do `job` in one of the next turns."""
+        """Run `job` in one of the next turns."""
         self._jobs[key] = job
         if not self._timer.isActive():
             self._timer.start()
 
     def clear(self) -> None:
-        """Forget what waits."""
+        """Discard all waiting jobs."""
         self._jobs.clear()
         self._timer.stop()
 
     @property
     def idle(self) -> bool:
-        """Whether nothing waits."""
+        """Whether no job waits."""
         return not self._jobs
 
     def _on_timer_timeout(self) -> None:

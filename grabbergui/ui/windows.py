@@ -1,9 +1,9 @@
-"""Windows: built from forms, fitted to the screen, asking for files; who gets their keys and the wheel.
+"""Windows: forms, the screen, dialogs for files, and the routing of keys and wheel.
 
 Forms are edited in Qt Designer only; no Python copy of them exists.
 
-Tab follows the order of reading, also through controls that were made long after others: Qt's own order is
-that of making, and its means to change it leave compound widgets behind.
+Tab follows the reading order, also through controls that were made later. Qt's own order is the order of
+creation, and `setTabOrder` does not handle compound widgets.
 """
 
 from __future__ import annotations
@@ -57,10 +57,10 @@ def _form(name: str) -> type[Any]:
 
 
 class _FormLoader(SourceFileLoader):
-    """Compiles a form as Python compiles a module: once, and anew after a change of its file.
+    """Compiles a form as Python compiles a module: once, and again after its file has changed.
 
-    Python keeps the code in `forms/__pycache__`, if it may write there. Half of the time in which a window is
-    built would go into reading the XML.
+    Python keeps the code in `forms/__pycache__`, if it may write there. Reading the XML would take half
+    of the time to build a window.
     """
 
     def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> CodeType:  # type: ignore[override]
@@ -68,7 +68,7 @@ class _FormLoader(SourceFileLoader):
 
         Qt would look in every child for signals that match the names of our methods.
         """
-        from PyQt5 import uic  # only to compile: its import takes as long as building a window
+        from PyQt5 import uic  # here, because its import takes as long as building a window
 
         # No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
         uic.widgetPluginPath.clear()
@@ -256,7 +256,7 @@ class ShortcutGuard(QObject):
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep the window's keys from the field: the question whether it wants them, and the press itself."""
+        """Keep the window's keys from the field: both the shortcut override and the key press."""
         if not isinstance(event, QKeyEvent) or not self._belongs_to_window(event):
             return False
         if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):

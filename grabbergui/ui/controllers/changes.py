@@ -34,7 +34,7 @@ Work = Callable[[ChangeTrackingGrabber, Progress, threading.Event], T]
 """Works with a camera, reports its progress, and stops once the event is set."""
 
 REPORT_PERIOD = 0.05
-"""Seconds between two reports of progress; nobody sees more."""
+"""Seconds between two reports of progress."""
 
 
 class CameraWork(QObject):
@@ -56,7 +56,7 @@ class CameraWork(QObject):
         return self._connection.source
 
     def if_current(self, done: Callable[[T], None]) -> Callable[[T], None]:
-        """Return a `done` for results that mean nothing once another source is current: it ignores them."""
+        """Return a `done` that ignores the result once another source is current."""
         source = self.source
 
         def checked(result: T) -> None:

@@ -77,7 +77,7 @@ class FeatureController(QObject):
         self._favourites.forget(model)
 
     def set_locked(self, reason: str) -> None:
-        """Lock every control, and say why; with no reason, let them be used again."""
+        """Lock every control and show the reason; with an empty reason, unlock them."""
         for rows in (self._panel.rows, self._favourites.rows):
             rows.setLocked(reason)
 

@@ -44,7 +44,7 @@ from grabbergui.ui.views.picture_view import PointCloudDialog
 from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
-"Between two readings of the pixel under the cursor; nobody reads faster."
+"Milliseconds between two readings of the pixel under the cursor."
 
 
 class AcquisitionController(QObject):
@@ -153,7 +153,7 @@ class AcquisitionController(QObject):
         if source is not self._connection.source or source.grabber is None:
             return
         self._shown = source
-        # A source that is lost or waits for a trigger sends nothing now; its tile had its last picture.
+        # A source that is lost or waits for a trigger sends nothing now, but its tile has its last picture.
         self._picture.attach(source.grabber, self._gallery.picture_of(source))
         self._enable_actions()
 

@@ -24,7 +24,7 @@ from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
-"""Does something that closes these sources; asks first if one of them is being recorded."""
+"""Calls a function that closes these sources; asks first if one of them is being recorded."""
 
 
 class RecordingController(QObject):
@@ -50,7 +50,7 @@ class RecordingController(QObject):
         self._recordings = recordings
         self._preferences = preferences
         self.question: QMessageBox | None = None
-        """Ask whether to close a source that is being recorded."""
+        """The question whether to close a source that is being recorded, while it is open."""
         bridge = Bridge(self)
         bridge.bind(recordings.changed, lambda _: self._show())
         bridge.bind(connection.state_changed, lambda *_: self._show())
@@ -71,7 +71,7 @@ class RecordingController(QObject):
             self._recordings.stop(source)
 
     def confirm(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:
-        """Do what closes these sources; ask first if one of them is being recorded."""
+        """Call `proceed`, which closes these sources; ask first if one of them is being recorded."""
         recorded = [source for source in closing if source is not None and self._recordings.runs(source)]
         if not recorded:
             proceed()

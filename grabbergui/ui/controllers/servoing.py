@@ -41,8 +41,9 @@ ENDING_S = 10.0
 
 
 class HandEyeController(QObject):
-    """Make it on the GUI thread, `parent` being its window; the robot rests until a person lets it move.
+    """Leads through the hand–eye calibration; the robot rests until the user lets it move.
 
+    Make it on the GUI thread; `parent` is its window.
     It ends with the view's `closing`: the robot stops, and `model.close` waits for the threads.
     """
 
@@ -194,11 +195,11 @@ def _file_name(robot: str) -> str:
 
 # -- servoing ------------------------------------------------------------------------------------
 CURVES_MS = 150
-"Between two paintings of the curves."
+"Milliseconds between two updates of the curves."
 
 
 class ServoController(QObject):
-    """Make it on the GUI thread; `close` it before the runner is gone."""
+    """Joins the servoing window to a run. Make it on the GUI thread; `close` it before the runner ends."""
 
     refused = Signal(str)
     """*Start* failed; the reason as display text. Emitted on a thread of its own."""
@@ -215,7 +216,7 @@ class ServoController(QObject):
         self.calibrating: CalibrationDialog | None = None
         """The calibration dialog that is open on top of the window, if any."""
         self.hand_eye: HandEyeController | None = None
-        """Of the wizard that is open on top of the window; the loop does not run meanwhile."""
+        """The controller of the wizard that is open on top of the window; the loop does not run then."""
         self._stand = stand
         self._starting = threading.Lock()
         "Held while the loop is being started: two loops must not command one robot."
@@ -323,7 +324,7 @@ class ServoController(QObject):
 
     def _on_runner_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
-        if not self._runner.running:  # perhaps before its first cycle, from which the state would be shown
+        if not self._runner.running:  # no cycle may have shown the state
             self._window.setState(State.STOPPED, self._runner.gate.halted)
 
     # -- hand and eye ----------------------------------------------------------------------------
@@ -369,7 +370,7 @@ class ServoController(QObject):
         self._window.setHandEyeAvailable(True)
         self._restart = _start_thread(start, "servo start")
 
-    # -- a camera that nobody calibrated ---------------------------------------------------------
+    # -- a camera without a calibration ----------------------------------------------------------
     def _offer_calibrating(self, nominal: bool) -> None:
         if nominal and self._offer is None and isinstance(self._calibration, CalibrationChoice):
             self._offer = self._window.messages.showOffer(

@@ -41,7 +41,7 @@ from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsRep
 
 
 class SettingsFilesController(QObject):
-    """Make it on the GUI thread. Cameras are asked on their own thread."""
+    """Saves, loads and compares files of settings. Make it on the GUI thread; cameras work on theirs."""
 
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
@@ -120,7 +120,7 @@ class SettingsFilesController(QObject):
         def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> int:
             features = capture(grabber.plain, progress=progress, cancelled=cancelled)
             if cancelled.is_set():
-                return 0  # half of the settings would pass for all of them
+                return 0  # a file with some of the settings looks complete
             files.save(features, path)
             return len(features)
 
@@ -163,7 +163,7 @@ class SettingsFilesController(QObject):
     def _show(
         self, title: str, source: OpenSource | None, report: LoadReport, apply: Path | None = None
     ) -> None:
-        # The user may have made another source current meanwhile: the report's buttons are for its own.
+        # The user may have made another source current since; the buttons act on the source of the report.
         dialog = SettingsReport(self._window)
         if source is not None and source is not self._work.source:
             dialog.setReport(f"{title} · {source.title}", report)
@@ -292,7 +292,7 @@ class UserSetsController(QObject):
         self._work.run(title, work, self._work.if_current(done), text=name)
 
     def _save(self, name: str) -> None:
-        text = self.tr("Saved the present settings in the camera as {0}").format(name)
+        text = self.tr("Saved the current settings in the camera as {0}").format(name)
         self._change(self.tr("Saving in the camera"), partial(save_user_set, name=name), text)
 
     def _start_with(self, name: str) -> None:

@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 
 # -- the list ------------------------------------------------------------------------------------
 SHOWN_AFTER_MS = 300
-"Of opening in place of the current source: a shorter notice would only make the picture jump."
+"Milliseconds until the notice that another source is being opened: most open sooner."
 
 
 class SourcesController(QObject):
@@ -153,7 +153,7 @@ class SourcesController(QObject):
 
 # -- the tiles -----------------------------------------------------------------------------------
 TILE_PERIOD_MS = 100
-"Between two pictures of a tile: enough to see what goes on there, at a tenth of the cost."
+"Milliseconds between two pictures of a tile, which cost a tenth of a live picture."
 
 
 class GalleryController(QObject):
@@ -222,9 +222,9 @@ class GalleryController(QObject):
 
 # -- the status ----------------------------------------------------------------------------------
 STATUS_PERIOD_MS = 200
-"Between two readings of the models."
+"Milliseconds between two readings of the models."
 _RUNNING = (Condition.STARTING, Condition.LIVE, Condition.PLAYING, Condition.STALLED)
-"Conditions in which a picture is to be expected."
+"Conditions in which pictures are expected."
 
 
 class StatusController(QObject):
@@ -301,7 +301,7 @@ class StatusController(QObject):
     def _show_lock(self, status: SourceStatus) -> None:
         lock = ""
         if status.condition is Condition.LOST:
-            lock = self.tr("The camera does not answer; what was set last is shown until it is back.")
+            lock = self.tr("The camera does not answer; its last known settings are shown until it is back.")
         if lock != self._lock:
             self._lock = lock
             self.lockChanged.emit(lock)
@@ -324,9 +324,9 @@ class StatusController(QObject):
         lost = status.condition is Condition.LOST and last is not None
         self._view.setAge(time.monotonic() - last if lost and last is not None else None)
 
-    # -- what hinders the picture ----------------------------------------------------------------
+    # -- why there is no picture -----------------------------------------------------------------
     def _explain(self, source: OpenSource | None, status: SourceStatus) -> None:
-        """Say it in the middle of an empty view, else in a message: nothing lies over a picture."""
+        """Explain a missing picture: in the middle of an empty view, else in a message."""
         note = self._note(source, status)
         if self._view.empty:
             self._view.setNote(*note)
@@ -381,7 +381,7 @@ class StatusController(QObject):
 
     # -- triggering ------------------------------------------------------------------------------
     def _note_trigger(self, source: OpenSource, status: SourceStatus) -> None:
-        """From the first wait on, until the trigger is switched off: triggering again and again needs it."""
+        """Offer the trigger from the first wait until it is switched off: each frame may need it."""
         trigger = status.facts.trigger_source
         if trigger is None or not source.state.connected:
             self._messages.end(source, Cause.TRIGGER)

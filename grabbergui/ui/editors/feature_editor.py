@@ -148,11 +148,11 @@ class TextEditor(FeatureEditor):
         super().keyPressEvent(event)
 
     def text_of(self, feature: Feature) -> str:
-        """The text of the line."""
+        """Return the text of the line."""
         return "" if feature.value is None else str(feature.value)
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
-        """The typed text as a value. Raises ValueError."""
+        """Return the typed text as a value. Raises ValueError."""
         return text
 
     def _show(self) -> None:
@@ -193,11 +193,11 @@ class CodedNumberEditor(TextEditor):
         self.line.setAlignment(Qt.AlignmentFlag.AlignRight)
 
     def text_of(self, feature: Feature) -> str:
-        """The number in its representation."""
+        """Return the number in its representation."""
         return coded_text(feature.value, feature.representation) if isinstance(feature.value, int) else ""
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
-        """The nearest integer allowed."""
+        """Return the nearest allowed integer."""
         return nearest_allowed(feature, parse_coded(text, feature.representation))
 
 

@@ -33,7 +33,7 @@ FEATURE_MIME = "application/x-grabbergui-feature"
 
 
 def dragged_feature(event: QDropEvent) -> str:
-    """The name of the feature that is dragged; empty where it is something else."""
+    """Return the name of the dragged feature; empty if something else is dragged."""
     data = event.mimeData()
     if data is None or not data.hasFormat(FEATURE_MIME):
         return ""
@@ -41,7 +41,7 @@ def dragged_feature(event: QDropEvent) -> str:
 
 
 class RowDrag:
-    """Tells a drag from a click; the row passes on what the mouse does where no control takes it."""
+    """Distinguishes a drag from a click. The row passes on the mouse events that no control handles."""
 
     def __init__(self, row: QWidget, name: str) -> None:
         self._row = row
@@ -77,11 +77,11 @@ _BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
 }
 
 _EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
-"""Features that keep their control while they cannot be used, so that nothing moves."""
+"""Features that keep their control while they cannot be used, so that the layout stays."""
 
 
 def editor_class(feature: Feature, current: type[FeatureEditor] | None = None) -> type[FeatureEditor]:
-    """The class of editor for a feature that is shown by one of class `current`, if any.
+    """Return the class of editor for a feature that an editor of class `current`, if any, shows now.
 
     A read-only feature is a label, unless it had an editor: a control that is locked for a while turns
     grey instead of going away.
@@ -166,7 +166,7 @@ class FeatureRow(QWidget):
         self._cell.setMinimumHeight(self.fontMetrics().height() + 8)
 
     def standBesideOthers(self) -> None:
-        """Keep the slider's line as high as an `auto` button, and leave more to the value."""
+        """Suit a row of cards: slider lines of equal height, and more width for the value."""
         self._grid.setColumnStretch(0, 3)
         self._grid.setColumnStretch(1, 4)
         button = AutoButton()
@@ -187,14 +187,14 @@ class FeatureRow(QWidget):
         try:
             self._show(shown)
         except Exception:
-            # Whatever is odd about one node, the panel must go on.
+            # One odd node must not take the panel with it.
             log.exception("%s cannot be shown", feature.name)
             self._drop_editor()
             self._odd = True
         self.setEnabled(not (self._odd or self._lock))
 
     def setLocked(self, reason: str) -> None:
-        """Keep the row as it is and say why; with no reason, let it be used again."""
+        """Lock the row and show the reason; with an empty reason, unlock it."""
         if reason == self._lock:
             return
         self._lock = reason
@@ -283,7 +283,7 @@ class FeatureRow(QWidget):
 
 
 def _column_policy() -> QSizePolicy:
-    """As wide as the column, whatever is in it, and as high as its broken lines need."""
+    """Return the policy of a cell: as wide as its column, and as high as its wrapped lines."""
     policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     policy.setHeightForWidth(True)
     return policy
@@ -349,7 +349,7 @@ class FeatureRows(QObject):
         return row
 
     def rows(self, name: str) -> list[FeatureRow]:
-        """The rows of a feature."""
+        """Return the rows of a feature."""
         return self._page.rows.get(name, [])
 
     def setFeature(self, feature: Feature) -> None:
@@ -361,7 +361,7 @@ class FeatureRows(QObject):
             row.setAuto(feature)
 
     def setLocked(self, reason: str) -> None:
-        """Lock every row, those to come too, and say why; with no reason, unlock them."""
+        """Lock every row, also future ones, and show the reason; with an empty reason, unlock them."""
         self._lock = reason
         for rows in self._page.rows.values():
             for row in rows:

@@ -91,7 +91,7 @@ class NumberField(QAbstractSpinBox):
 
     # -- Qt's part of a spin box -----------------------------------------------------------------
     def stepBy(self, steps: int) -> None:
-        """Change the value by some steps, at once; ten times as many come with Ctrl, which is Qt's doing."""
+        """Change the value by some steps immediately. With Ctrl, Qt passes ten times as many."""
         self._take_typed()
         if self._feature is not None and self._feature.access.writable:
             fine = QApplication.keyboardModifiers() & Qt.KeyboardModifier.ShiftModifier
@@ -155,7 +155,7 @@ class NumberField(QAbstractSpinBox):
         """Select the number without its unit."""
         self._line.setSelection(0, len(self.text().split(" ")[0]))
 
-    # -- ours ------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------
     def _show(self) -> None:
         if self._typing:
             return
@@ -175,7 +175,7 @@ class NumberField(QAbstractSpinBox):
             self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
 
     def _fitting(self, number: int | float, unit: str) -> str:
-        """The number with its unit, with as many of its digits as there is room for."""
+        """Return the number with its unit, and as many digits as there is room for."""
         room = self._line.width() - LINE_EDIT_PADDING
         text = ""
         for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
@@ -245,7 +245,7 @@ class NumberEditor(FeatureEditor):
 
 
 class RangeEditor(NumberEditor):
-    """A spin box with a slider over the real range; each follows the other while a person moves it.
+    """A spin box with a slider over the feature's range; each follows the other while the user moves it.
 
     For a feature that pauses the stream only the value on release is emitted.
     """

@@ -41,9 +41,9 @@ _STEPS_OF_KEYS = {
 class ValueSlider(QSlider):
     """Moves a number by mouse, wheel and arrow keys: with Shift by a tenth, with Ctrl ten times as far.
 
-    Of a range of many decades the track shows the part around the number in which every pixel can be aimed
-    at; a handle that is held beyond the end of the track takes the range with it. A click beside the handle
-    takes it there.
+    Of a range of many decades the track shows the part around the number in which every pixel is a useful
+    step; holding the handle beyond the end of the track moves that part. A click beside the handle moves it
+    there.
     """
 
     valueEdited = pyqtSignal(object)
@@ -139,7 +139,7 @@ class ValueSlider(QSlider):
             event.ignore()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Point where the range goes on beyond the track."""
+        """Draw an arrow at each end of the track beyond which the range continues."""
         super().paintEvent(event)
         if self._scale is None or self._whole is None or self._scale == self._whole:
             return
@@ -155,7 +155,7 @@ class ValueSlider(QSlider):
 
     # -- the part on show ------------------------------------------------------------------------
     def _show_part(self, keep: bool) -> None:
-        """Show the number; where `keep`, with the same part of the range, as long as that has it."""
+        """Show the number; with `keep`, in the same part of the range as long as that contains it."""
         if self._whole is None or self._feature is None or not isinstance(self._feature.value, int | float):
             return
         number, part = self._feature.value, self._scale
@@ -174,7 +174,7 @@ class ValueSlider(QSlider):
         if part == self._whole or self._feature is None:
             return ""
         unit = self._feature.unit
-        text = self.tr("{0} … {1}; hold the handle beyond an end to go on.")
+        text = self.tr("{0} … {1}; hold the handle beyond an end to move the range.")
         return text.format(quantity_text(part.minimum, unit, 3), quantity_text(part.maximum, unit, 3))
 
     def _scroll(self) -> None:
@@ -203,7 +203,7 @@ class ValueSlider(QSlider):
 
     def _take(self, number: int | float) -> None:
         if self._feature is not None and number != self._feature.value:
-            self.valueEdited.emit(number)  # first of all: the camera waits for it
+            self.valueEdited.emit(number)  # first: the camera waits for it
             self._feature = replace(self._feature, value=number)
 
     def _on_value_changed(self, position: int) -> None:
@@ -231,5 +231,5 @@ def _pace(modifiers: Qt.KeyboardModifiers | Qt.KeyboardModifier) -> Pace:
 
 
 def _arrow(x: float, y: float, width: float) -> QPolygonF:
-    """The point of an arrow at `x`, which opens over `width` pixels."""
+    """Return an arrow head with its tip at `x`, `width` pixels long."""
     return QPolygonF([QPointF(x + width, y - abs(width)), QPointF(x, y), QPointF(x + width, y + abs(width))])

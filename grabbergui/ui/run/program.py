@@ -146,8 +146,8 @@ class Program(QObject):
     def begin(self, uri: str | None) -> None:
         """Connect to a source where one is named, and look for others once its first picture is painted.
 
-        A search imports every kind of source, and takes the processor from the one that is waited for. It
-        begins after `SEARCH_AFTER_MS` at the latest.
+        A search imports every kind of source, which would delay the first picture. It begins after
+        `SEARCH_AFTER_MS` at the latest.
         """
         if uri is None:
             self.source_list.start()

@@ -36,7 +36,7 @@ _POLL_MS = 10
 
 
 class _Ended(BaseException):
-    """Ends the script: it called `end`, or the window was closed meanwhile."""
+    """Ends the script: it called `end`, or the window was closed."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
@@ -244,10 +244,10 @@ def load_script(path: Path) -> CodeType:
 
 
 def run_script(script: CodeType, program: Program) -> int:
-    """Run a script on the GUI thread, inside the event loop; the exit code.
+    """Run a script on the GUI thread, inside the event loop; return its exit code.
 
-    0 where it ran through, what it ended with where it ended itself, 1 where it failed or the window was
-    closed under it: then its own lines of the traceback are on stderr.
+    It is 0 after the last line, the script's own if it ended itself, and 1 if it failed, with the script's
+    lines of the traceback on stderr, or if the window was closed.
     """
     app = ScriptApi(program)
     names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "app": app}

@@ -290,11 +290,11 @@ def _assumed(calibration: CalibrationFor) -> bool:
 
 
 def main() -> None:
-    """Be the window until it is closed or the loop's process ends."""
-    # The loop's process gets it too, stops, and closes the window.
+    """Show the window until it is closed or the loop's process ends."""
+    # The loop's process gets Ctrl+C too; it stops the robot and closes the window.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     single_threaded()
-    # Nothing that prints may come between the requests.
+    # Stdout is the pipe of the requests: prints go to stderr.
     to_loop, from_loop = os.fdopen(os.dup(sys.stdout.fileno()), "wb"), sys.stdin.buffer
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     options = pickle.load(from_loop)
@@ -304,7 +304,7 @@ def main() -> None:
     heartbeat = QTimer(app)
     heartbeat.timeout.connect(proxy.heartbeat)
     heartbeat.start(round(HEARTBEAT_PERIOD * 1000))
-    proxy.open()  # its signals may come before anybody listens: the next report is 40 ms away
+    proxy.open()  # a signal without a listener yet does no harm: the next report follows in 40 ms
     servo(proxy, proxy.calibration, options.seconds, options.screenshot, options.theme, ended)
     proxy.close()
 

@@ -108,7 +108,7 @@ class _Report:
     """Takes a screenshot once frames flow, and prints the outcome at the end."""
 
     def __init__(self, controller: Program, path: Path | None, *, wanted: bool) -> None:
-        """`wanted`: nobody sees the window, so a run without a single picture has failed."""
+        """`wanted`: the window has no viewer, so a run without a single picture has failed."""
         self._controller = controller
         self._path = path
         self._wanted = wanted
@@ -165,7 +165,7 @@ def _guarded(messages: MessageModel) -> Iterator[None]:
     """Log uncaught exceptions of any thread and show them in the window, instead of ending."""
 
     def show(error: BaseException | None, trace: TracebackType | None) -> None:
-        log.error("nobody caught this", exc_info=(type(error), error, trace) if error else None)
+        log.error("uncaught exception", exc_info=(type(error), error, trace) if error else None)
         text = f"internal error: {type(error).__name__}: {error}; the log has the details"
         messages.error(text)
 

@@ -20,7 +20,7 @@ ROW_PADDING = 6
 """Pixels of a row above and below its text."""
 
 _WHOSE = (frozenset(Origin), frozenset(Origin) - {Origin.CAMERA}, frozenset({Origin.OPERATOR}))
-"""Whose changes are shown, as in the form's box."""
+"""Origins of the changes shown, in the order of the form's `whoseBox`."""
 
 
 _ROOT = QModelIndex()
@@ -224,7 +224,7 @@ class ChangesPanel(QWidget):
         self._follows = bar is None or value == bar.maximum()
 
     def _follow(self) -> None:
-        """Also once the panel comes to the front, or is made higher: it has no place for rows before."""
+        """Scroll to the newest row, also when the panel is raised or resized, unless the user scrolled up."""
         if self._follows:
             self.table.scrollToBottom()
 

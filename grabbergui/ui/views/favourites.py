@@ -224,7 +224,7 @@ class FavouritesArea(QScrollArea):
             self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        """Whole lines."""
+        """Return the height of the lines that fit."""
         return QSize(CARD_WIDTH, self.height_taken)
 
     def minimumSizeHint(self) -> QSize:

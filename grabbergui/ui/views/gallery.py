@@ -100,13 +100,13 @@ class CameraTile(QFrame):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
     def setNames(self, title: str, *shorter: str) -> None:
-        """The source's name, and shorter ones for a narrow tile."""
+        """Show the source's name, or a shorter one in a narrow tile."""
         self.titleLabel.setTexts(title, *shorter)
         self.setAccessibleName(title)
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
 
     def setCompact(self, compact: bool, width: int = COMPACT_WIDTH) -> None:
-        """Take little height: the picture is beside the text instead of above it."""
+        """Put the picture beside the text, which needs less height, or above it."""
         self.verticalLayout.setDirection(
             QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
         )
@@ -124,7 +124,7 @@ class CameraTile(QFrame):
         restyle(self.stateLabel, "tone", (tone if tone is not Tone.GOOD else Tone.IDLE).value)
 
     def setRecording(self, recording: bool) -> None:
-        """Whether the source is being recorded."""
+        """Show whether the source is being recorded."""
         self.recordingLabel.setVisible(recording)
 
     def setDimmed(self, dimmed: bool) -> None:
@@ -179,7 +179,7 @@ class Gallery(QWidget):
         return list(self._tiles)
 
     def setCompact(self, compact: bool) -> None:
-        """Take little height."""
+        """Show low tiles, or high ones."""
         if compact == self._compact:
             return
         self._compact = compact

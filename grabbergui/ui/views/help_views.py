@@ -130,7 +130,7 @@ SCROLL_BAR = 20
 MOST_OF_SCREEN = 0.9
 "Share of the screen's width and height."
 KEY_GAP = "&nbsp;" * 4
-"Behind the keys, whose names are longer in other languages: rich text of Qt knows no padding of cells."
+"Space behind the keys: Qt's rich text has no padding of cells."
 
 
 class ShortcutsDialog(QDialog):
@@ -179,7 +179,7 @@ class ShortcutsDialog(QDialog):
         return f"<h3>{_plain(menu.title())}</h3><table>{rows}</table>" if rows else ""
 
     def _keys(self, keys: QKeySequence) -> str:
-        """The keys as they are printed on a keyboard; Qt spells them out: Mayúsculas."""
+        """Return the keys as printed on a keyboard; Qt would write *Mayúsculas* for Shift."""
         return keys.toString(QKeySequence.PortableText).replace("Shift", self.tr("Shift"))
 
 

@@ -58,8 +58,9 @@ class MainWindow(QMainWindow):
     """The user closes the window; emitted once, before it disappears."""
     themeChosen = pyqtSignal(Theme)
     colourMapChosen = pyqtSignal(str)
+    """The name of a colour map for monochrome pictures; empty for grey."""
     polarisedViewChosen = pyqtSignal(object)
-    """The name of a colour map for grey pictures; empty for grey."""
+    """The `PolarisedView` of a polarised mosaic."""
 
     favourites: FavouritesStrip
     favouritesArea: FavouritesArea
@@ -185,7 +186,7 @@ class MainWindow(QMainWindow):
         super().keyPressEvent(event)
 
     def restorePlace(self, geometry: QByteArray | None) -> None:
-        """Be where it was left; at first, and if this screen is another or too small, take room.
+        """Restore position and size; use most of the screen at the first start, or if they do not fit.
 
         Qt refuses a geometry of a screen that is a quarter wider or narrower, as after a change of its scale,
         and restores one that is larger than the screen.
@@ -230,7 +231,7 @@ class MainWindow(QMainWindow):
         self._themes[theme].setChecked(True)
 
     def _arrange_tools(self) -> None:
-        """Panels below the picture lie over each other; icons that speak for themselves need no text."""
+        """Put the panels below the picture into tabs, and show some tools by their icons alone."""
         tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock, self.changesDock,
                  self.logDock)  # fmt: skip
         for dock in tools:
@@ -249,7 +250,7 @@ class MainWindow(QMainWindow):
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
 
     def _panel_action(self, dock: QDockWidget, key: str) -> QAction:
-        """An action that is checked while the panel can be seen: it brings it to the front, or hides it."""
+        """Return an action that shows and raises a panel, or hides it; checked while the panel is seen."""
         action = QAction(dock.windowTitle(), self)
         action.setCheckable(True)
         action.setShortcut(key)
@@ -342,7 +343,7 @@ class MainWindow(QMainWindow):
         self.actionQuit.triggered.connect(self._on_quit)
 
     def _keep_bare_keys_to_picture(self) -> None:
-        """Letters work while the picture has the focus: typed anywhere else they must set no camera."""
+        """Let shortcuts without Ctrl act only while the picture has the focus: fields need their letters."""
         for action in self.findChildren(QAction):
             keys = action.shortcut()
             bare = not keys.isEmpty() and not keys[0] & _COMMAND_KEYS and keys[0] & ~_MODIFIERS < _FIRST_NAMED
@@ -355,7 +356,7 @@ class MainWindow(QMainWindow):
         self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _on_application_focus_changed(self, before: QWidget | None, now: QWidget | None) -> None:
-        """Qt takes the focus from a field whose panel is disabled, and gives it to nobody."""
+        """Give the picture the focus that Qt takes from a field whose panel is disabled."""
         if before is None or now is not None or before.isEnabled():
             return
         if self.isActiveWindow() and self.isAncestorOf(before):

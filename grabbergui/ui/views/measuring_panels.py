@@ -68,7 +68,7 @@ class HistogramPanel(QWidget):
         return self.plotPlace.plot
 
     def setHistogram(self, histogram: Histogram) -> None:
-        """Show the measured scores."""
+        """Show the counts of each value and their figures."""
         if 1 << histogram.depth != self._range:
             self._set_range(1 << histogram.depth)
         self._histogram = histogram

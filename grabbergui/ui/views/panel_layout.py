@@ -17,7 +17,7 @@ LEAST_PICTURE = 240
 LOW_PICTURE = 150
 "Pixels of the image's height below which pinned controls scroll."
 LEAST_CENTRE = 380
-"Pixels of the middle's width that a window which becomes narrow takes from the panels at its sides."
+"Width of the centre in pixels, below which the panels at the sides become narrower."
 LEAST_TOOL = 150
 "Pixels of the width to which the window may squeeze two panels beside each other."
 SETTLING_MS = 300
@@ -110,7 +110,7 @@ class PanelLayout(QObject):
         return [dock for dock in shown if self._window.dockWidgetArea(dock) == bottom]
 
     def _resize_sides(self, widths: dict[QDockWidget, int]) -> None:
-        settled, self._settled_width = self._settled_width, -1  # the user does not resize them
+        settled, self._settled_width = self._settled_width, -1  # this change is not the user's
         self._window.resizeDocks(list(widths), list(widths.values()), Qt.Orientation.Horizontal)
         self._settled_width = settled
 
@@ -152,7 +152,7 @@ class PanelLayout(QObject):
         room, least = self._parts.centre.width(), _needed_width(focus)
         others = self._width_of_tools() - least - self._separator
         if room < self._width_of_tools():
-            self._settled_width = -1  # the user resizes nothing meanwhile
+            self._settled_width = -1  # the following changes are not the user's
             self._put_focus_behind()
             QTimer.singleShot(SETTLING_MS, self._note_settled)
             return

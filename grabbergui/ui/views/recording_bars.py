@@ -184,7 +184,7 @@ class RecordingBar(QWidget):
         self.playButton.setText("" if narrow else self.tr("Play"))
 
     def _spared(self) -> tuple[QWidget, ...]:
-        """Show or hide the parts that a narrow bar hides."""
+        """Return the parts that a narrow bar hides."""
         recording = self.recordButton.isChecked()
         return (self.folderButton,) if recording else (self.folderButton, self.progressLabel)
 

@@ -166,7 +166,7 @@ class CoverageView(QWidget):
     def _board(
         self, painter: QPainter, place: QRectF, slant_x: float, slant_y: float, size: float, seen: int
     ) -> None:
-        """Return a board; with a positive slant its right (lower) edge is nearer."""
+        """Draw a board; with a positive slant its right (lower) edge is nearer."""
         half_x, half_y, middle = (
             place.width() / 2 * size * 0.92,
             place.height() / 2 * size * 0.7,

@@ -236,7 +236,7 @@ class TaskStack(QWidget):
         self.hide()
 
     def event(self, event: QEvent | None) -> bool:
-        """Notice that the rows need another height, which the style sheet says only once they are shown."""
+        """Emit `changed` for another height of the rows, which the style sheet sets when they are shown."""
         done = super().event(event)
         if event is not None and event.type() == QEvent.Type.LayoutRequest:
             self.changed.emit()

@@ -301,7 +301,7 @@ class PaneArea(QWidget):
             self._arrange()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Notice that the layout moved the canvas."""
+        """Follow the canvas when the layout moves it."""
         if event is not None and event.type() in (QEvent.Type.Move, QEvent.Type.Resize):
             self.caption.arrange()
             self.canvasPlaced.emit()

@@ -290,7 +290,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
 # -- drawing on it -------------------------------------------------------------------------------
 LEAST_DRAG = 2.0
-"Shortest drag, in pixels of the picture; a shorter one was a slip."
+"Shortest drag in pixels of the picture; a shorter one is ignored."
 
 
 class Purpose(Enum):
