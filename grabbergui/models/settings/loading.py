@@ -1,4 +1,4 @@
-"""Settings back onto a camera, with a report of what became of each."""
+"""Loading a set of settings onto a camera, with a report on each of them."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from grabbergui.core.settings import SettingKey, Settled, is_number, same_value,
 from grabbergui.core.sfnc import as_editable, enabler_of, is_on
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.sensor_region import stream_paused
+from grabbergui.models.features.shown import access_text
 from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 
@@ -33,32 +34,32 @@ class Outcome(Enum):
     WOULD_WRITE = "would write"
     "It differs and the camera would accept it; this was a dry run."
     DEPENDS = "depends"
-    "The camera does not accept it as it is set now; it may, once other settings of the set are written."
+    "The camera does not accept it now, but may once other settings of the set are written."
     REFUSED = "refused"
     DIFFERENT = "different"
     "It was written, but the camera has another value: it rounded, or another setting changed it."
     LEFT_ALONE = "left alone"
-    "An automatic mode sets it, or its switch is off; writing it would undo that."
+    "The set has its automatic mode on or its switch off; writing it would change that."
     UNKNOWN = "unknown"
     "The camera has no such feature."
     CANCELLED = "cancelled"
     NOT_WRITTEN = "not written"
-    "The camera was lost first; or while it was written, as the reason says then."
+    "The camera was lost before, or while it was written; the reason tells which."
 
 
 PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
-"Outcomes of looking: these are written."
+"Outcomes of the comparison whose settings are then written."
 
-_THOUSAND = 1000
-"The steps of a whole load, for its progress."
+_PROGRESS_STEPS = 1000
+"Progress steps of a whole load."
 
 SETTLED = frozenset({Outcome.WRITTEN, Outcome.EQUAL, Outcome.WOULD_WRITE, Outcome.LEFT_ALONE})
-"Outcomes that nobody needs to look at."
+"Outcomes that need no attention."
 
 
 @dataclass(frozen=True)
 class SettingReport:
-    """One setting, and what became of it."""
+    """One setting and its outcome."""
 
     key: SettingKey
     wanted: FeatureValue
@@ -66,7 +67,7 @@ class SettingReport:
     before: FeatureValue | None = None
     after: FeatureValue | None = None
     reason: str = ""
-    "Reason for a difference from the request, as display text."
+    "Why the camera does not have the wanted value, as display text."
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"
@@ -82,13 +83,13 @@ class LoadReport:
 
     settings: tuple[SettingReport, ...]
     before: FeatureSet
-    "The camera as it was; loading this rolls back."
+    "The camera's settings before; loading them rolls back."
     problem: str = ""
     "Reason for an interruption, or for a stream that could not be restarted."
     interrupted: bool = False
-    "Whether the camera was lost meanwhile. What was written is set again when it is back, the rest is not."
+    "Whether the camera was lost while loading. On its return only the settings written so far are restored."
     lost_lines: tuple[str, ...] = ()
-    "Lines of the file that make no sense, a sentence each."
+    "Invalid lines of the file, a sentence each."
 
     def count(self, *outcomes: Outcome) -> int:
         """Return the number of settings with one of these outcomes."""
@@ -96,7 +97,7 @@ class LoadReport:
 
     @property
     def written(self) -> int:
-        """The number of settings that were written, also with another result than wanted."""
+        """The number of settings that were written, including those that came out different."""
         return self.count(Outcome.WRITTEN, Outcome.DIFFERENT)
 
     @property
@@ -108,7 +109,7 @@ class LoadReport:
     def lines(self) -> list[str]:
         """Return a line for each setting that was not equal, and the summary.
 
-        If the camera was lost before anything was written, one line says it for all.
+        If the camera was lost before the first write, `problem` replaces the lines of all unwritten settings.
         """
         omitted = {Outcome.EQUAL}
         if not self.written:
@@ -130,13 +131,13 @@ def load_onto(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> LoadReport:
-    """Set a camera as the set requires, and report the outcome for each setting.
+    """Write a set to a camera, and report the outcome for each setting.
 
-    Equal values are not written; selectors are restored. A running stream is stopped while anything is
-    written and started again with the set's trigger modes. With `dry_run` only selectors are moved. With
-    `cancelled` set, the remaining settings are reported as cancelled; rolling back restores the others. If
-    the camera is lost meanwhile, the report contains what was written until then, and what was not. Raises
-    AccessDeniedError without control, and TransportError from a dry run.
+    Equal values are not written; selectors are restored. A running stream is stopped for the writes and
+    started again with the set's trigger modes. With `dry_run` only selectors are moved. With `cancelled` set,
+    the remaining settings are reported as cancelled; rolling back restores the others. If the camera is lost,
+    the report tells which settings were written before. Raises AccessDeniedError without control, and
+    TransportError from a dry run.
     """
     cancelled = cancelled or threading.Event()
     work = _Loading(grabber, features, cancelled)
@@ -144,7 +145,8 @@ def load_onto(
 
     def stays(error: GrabberError) -> None:
         if not isinstance(error, DeviceLostError):  # otherwise it starts when the camera is back
-            problems.append(translate("Settings", "the stream does not start again: {0}").format(error))
+            text = translate("Settings", "the stream does not start again: {0}")
+            problems.append(text.format(error_text(error)))
 
     try:
         before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
@@ -169,7 +171,7 @@ def roll_back(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> LoadReport:
-    """Set the camera as it was before a set was loaded."""
+    """Restore the camera's settings from before a set was loaded."""
     return load_onto(grabber, report.before, progress=progress, cancelled=cancelled)
 
 
@@ -224,20 +226,20 @@ class _Loading:
                 done.add(key)
                 progress(len(done), len(self.pending))
 
-        # Equal ones are looked at again: the next write may move them.
+        # Including equal ones: a write may change them.
         wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, Outcome.EQUAL)}
         wanted |= {key: self._reports[key].wanted for key in left_alone}
         settle(self.grabber, wanted, report=note, reluctantly=left_alone, cancelled=self.cancelled.is_set)
 
     def give_up(self, reason: str) -> None:
-        """Report all settings that are not decided as not written, for this reason."""
+        """Report all pending settings as not written, for this reason."""
         for key, wanted in self.features.settings.items():
             report = self._reports.get(key) or SettingReport(key, wanted, Outcome.DEPENDS)
             if report.outcome in PENDING:
                 self._reports[key] = _replaced(report, Outcome.NOT_WRITTEN, report.after, reason)
 
     def reports(self, *, dry_run: bool = False) -> Iterator[SettingReport]:
-        """Give what became of each setting, in the set's order."""
+        """Yield the report of each setting, in the set's order."""
         for report in self._reports.values():
             unfinished = report.outcome in PENDING and not dry_run
             reason = translate("Settings", "cancelled")
@@ -251,33 +253,33 @@ class _Loading:
         try:
             feature = self.grabber.read_setting(key)
         except FeatureError as error:
-            # The entry may come with another setting.
+            # The selector's entry may become available with another setting.
             return Outcome.DEPENDS, None, error_text(error)
         if feature.value is not None and same_value(feature.value, wanted):
             return Outcome.EQUAL, feature.value, ""
         if feature.kind is FeatureKind.COMMAND:
             return Outcome.REFUSED, None, translate("Settings", "it is a command; loading settings runs none")
-        if reason := self._held(key, feature):
+        if reason := self._inactive(key, feature):
             return Outcome.LEFT_ALONE, feature.value, reason
         if not (feature.access.readable or feature.access.writable):
-            return Outcome.DEPENDS, None, feature.access_problem()
+            return Outcome.DEPENDS, None, access_text(feature)
         try:
-            # Locks end with the stream, or with earlier writes; ranges may change with them.
+            # Whether it is locked does not matter here: the stream or an earlier write may unlock it.
             replace(feature, access=AccessMode.READ_WRITE).validated(wanted)
         except FeatureError as error:
-            return _doubted(feature, wanted), feature.value, error_text(error, feature=feature)
+            return _refusal(feature, wanted), feature.value, error_text(error, feature=feature)
         if not (feature.access.writable or self._may_be_unlocked(feature)):
-            return Outcome.DEPENDS, feature.value, feature.access_problem()
+            return Outcome.DEPENDS, feature.value, access_text(feature)
         return Outcome.WOULD_WRITE, feature.value, ""
 
     def _may_be_unlocked(self, feature: Feature) -> bool:
-        """Return whether writing the feature stops what locks it: the stream, or its automatic mode."""
+        """Return whether a write of the feature ends its lock: by the stream or by its automatic mode."""
         mode = self.grabber.feature(feature.auto) if feature.auto else None
-        stops = self.grabber.streaming and self.grabber.pauses_for(feature.name)
-        return stops or as_editable(feature, mode).access.writable
+        pauses = self.grabber.streaming and self.grabber.pauses_for(feature.name)
+        return pauses or as_editable(feature, mode).access.writable
 
-    def _held(self, key: SettingKey, feature: Feature) -> str:
-        """Return the mode or switch in the set that makes this value inactive; empty if it is active."""
+    def _inactive(self, key: SettingKey, feature: Feature) -> str:
+        """Return why this value has no effect in the set, by a mode or switch; empty if it has one."""
         mode = self._of_set(feature.auto, key)
         if mode is not None and is_on(mode) and not same_value(mode, False):
             return translate("Settings", "{0} sets it").format(f"{feature.auto}={mode}")
@@ -289,7 +291,7 @@ class _Loading:
         return ""
 
     def _of_set(self, name: str | None, beside: SettingKey) -> FeatureValue | None:
-        """Return the set's value of another feature, under the same selectors or under none."""
+        """Return the set's value of another feature, with the same selectors or without."""
         if name is None:
             return None
         settings = self.features.settings
@@ -307,8 +309,8 @@ def _replaced(
     return SettingReport(report.key, report.wanted, outcome, report.before, after, reason)
 
 
-def _doubted(feature: Feature, wanted: FeatureValue) -> Outcome:
-    """Return whether a refused value may be accepted later: ranges change, types and entries do not."""
+def _refusal(feature: Feature, wanted: FeatureValue) -> Outcome:
+    """Return DEPENDS if an invalid value may become valid: ranges change, types and entries do not."""
     if feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
         return Outcome.DEPENDS if is_number(wanted) else Outcome.REFUSED
     known = any(entry.name == str(wanted) for entry in feature.entries)
@@ -316,6 +318,7 @@ def _doubted(feature: Feature, wanted: FeatureValue) -> Outcome:
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:
-    """Return the progress of a part of the work as progress of the whole."""
-    span = end - begin
-    return lambda done, of: progress(round(_THOUSAND * (begin + span * done / max(of, 1))), _THOUSAND)
+    """Return a callback that reports the progress of a part as progress of the whole."""
+    scale = _PROGRESS_STEPS * (end - begin)
+    first = _PROGRESS_STEPS * begin
+    return lambda done, of: progress(round(first + scale * done / max(of, 1)), _PROGRESS_STEPS)

@@ -14,6 +14,7 @@ from grabbergui.core.errors import DeviceLostError, MissingFileError, UsageError
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access
 from grabbergui.core.settings import SettingKey, same_value
+from grabbergui.models.language import set_translator
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.files import BAG_GUID, parse
@@ -463,3 +464,14 @@ def test_format_and_region_are_set_while_it_streams(camera):
     assert {name: camera.feature(name).value for name in wanted} == wanted
     assert camera.streaming
     assert roll_back(camera, report).settled
+
+
+def test_the_reason_for_an_open_outcome_is_in_the_users_language(camera):
+    locked = FeatureSet({SettingKey("DeviceTemperature"): 5.0})
+    set_translator(lambda context, text: f"<{text}>")
+    try:
+        (report,) = load_onto(camera, locked, dry_run=True).settings
+    finally:
+        set_translator(None)
+    assert report.outcome is Outcome.DEPENDS
+    assert report.reason == "<is read-only; streaming or another feature may lock it>"
