@@ -1,4 +1,4 @@
-"""The open sources of a window: which there are, which is current, how they are opened and closed."""
+"""The open sources of a window: opening, closing, and the current one."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from grabbergui.models.messages import Cause, LinkMessages, MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 
 CLOSE_PATIENCE = 10.0
-"Seconds to wait for a camera to close before it is opened again by another name."
+"Seconds to wait for a camera to close before it is opened again under another URI."
 
 
 class Connection:
     """Opens and closes sources; one of them is current.
 
     Methods return immediately; signals are emitted on the sources' threads. `connect_to` replaces the current
-    source once the other is open, so that a wrong address does no harm; `open_additional` keeps it. A source
-    that is slow to close does not delay the next one; its late answers are ignored.
+    source once the new one is open, so that a wrong address does no harm; `open_additional` keeps it. A
+    source that is slow to close does not delay the next one; its late answers are ignored.
     """
 
     state_changed = Signal(LinkState, str)
     """The new state of the current source, and the reason as display text."""
     opened = Signal(OpenSource)
-    """A source has become current and can be used: its grabber is open."""
+    """A source has become current and its grabber is open."""
     closing = Signal(OpenSource)
     """The current source is about to be closed or to move to the background: release its grabber."""
     ending = Signal(OpenSource)
@@ -41,7 +41,7 @@ class Connection:
     sources_changed = Signal(tuple)
     """All sources (tuple[OpenSource, ...]): one was added, removed, made current, or changed its state."""
     pending_changed = Signal(object)
-    """The source (OpenSource) that will replace the current one; None once it has, or was cancelled."""
+    """The source (OpenSource) that will replace the current one; None after that, or if it is cancelled."""
     failed = Signal(str)
     """A request failed; a sentence as display text."""
 
@@ -59,7 +59,7 @@ class Connection:
         self._why_closed = ""
         self._lock = threading.Lock()
         self._switching = threading.RLock()
-        "Held while one current source follows another: `closing` of each comes before the next."
+        "Held while the current source changes, so that `closing` of each is emitted before the next one."
         self._leaving: list[OpenSource] = []
 
     @property
@@ -70,7 +70,7 @@ class Connection:
 
     @property
     def reason(self) -> str:
-        """Reason of the state, as display text."""
+        """Reason for the state, as display text."""
         source = self._source
         return source.reason if source is not None else self._why_closed
 
@@ -86,15 +86,15 @@ class Connection:
 
     @property
     def sources(self) -> tuple[OpenSource, ...]:
-        """All sources that are open or being opened, in that order."""
+        """All sources that are open or being opened, in the order of opening."""
         return self._sources
 
     # -- opening ---------------------------------------------------------------------------------
     def connect_to(self, uri: str, *, start: bool = True) -> None:
-        """Open a source in place of the current one, and `start` it; one in the background is made current.
+        """Open a source in place of the current one and `start` it; make a background source current.
 
-        The current source stays until the other is open, unless both are the same or it is not open itself.
-        Raises UsageError for a malformed URI; other failures are reported by `failed`.
+        The current source stays until the new one is open, unless it is the same or not open yet. Raises
+        UsageError for a malformed URI; `failed` reports other failures.
         """
         parsed = SourceUri.parse(uri)
         self.messages.end(None, Cause.OPENING)
@@ -114,12 +114,12 @@ class Connection:
         return None if self._in_background(SourceUri.parse(uri)) is not None else self._source
 
     def cancel_pending(self) -> None:
-        """Cancel the pending source and keep the current one. Does nothing if no source is pending."""
+        """Cancel the pending source, if any, and keep the current one."""
         if (source := self._pending) is not None and self._drop(source):
             self.pending_changed.emit(None)
 
     def open_additional(self, uri: str, *, start: bool = True) -> None:
-        """Open one more source and keep the current one. Raises UsageError as `connect_to`."""
+        """Open one more source and keep the current one. Raises UsageError for a malformed URI."""
         parsed = SourceUri.parse(uri)
         self.messages.end(None, Cause.OPENING)
         current = self._source
@@ -129,9 +129,9 @@ class Connection:
             self._begin(parsed, start, current=current is None)
 
     def take_control(self) -> None:
-        """Open the current source again, if it is open for reading only, to control it.
+        """Reopen the current source to control it, if it is open for reading only.
 
-        The other program may have closed it meanwhile, or yield control on request, as ours do.
+        The other program may have closed it by now, or yield control on request, as grabbergui does.
         """
         if (source := self._source) is not None and source.read_only:
             self._end(source, "")
@@ -216,7 +216,7 @@ class Connection:
             self._end(source, "")
 
     def wait_closed(self, timeout: float) -> bool:
-        """Wait up to `timeout` seconds; return whether every released source has ended its thread."""
+        """Wait up to `timeout` seconds; return whether the threads of all released sources have ended."""
         deadline = time.monotonic() + timeout
         with self._lock:
             leaving = list(self._leaving)
@@ -243,7 +243,7 @@ class Connection:
                 grabber.open(source.access)
             elif isinstance(error, AccessDeniedError):
                 source.open_read_only(error)
-                if self._make_way(source, grabber.info):  # only now does it report its identity
+                if self._make_way(source, grabber.info):  # its identity is known only when it is open
                     grabber.close()
                     source.read_only = ""
                     grabber.open(source.access)
@@ -254,7 +254,7 @@ class Connection:
         source.features.failed.connect(lambda error: self._link_messages.feature_failed(source, error))
 
     def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
-        """Close the current source if it is the same camera, and wait. Return whether it was."""
+        """Close the current source and wait if it is the same camera. Return whether it was closed."""
         before = source.replaces
         if before is None or not before.is_device(info):
             return False
@@ -296,7 +296,7 @@ class Connection:
     # -- any thread ------------------------------------------------------------------------------
     def _on_grabber_connection_changed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
         if state is ConnectionState.LOST and (source.state, source.reason) != (LinkState.LOST, reason):
-            if source.lost_since is None:  # otherwise it is still lost, for another reason
+            if source.lost_since is None:  # otherwise the same loss has a new reason
                 source.losses += 1
                 source.lost_since = time.monotonic()
             self._change(source, LinkState.LOST, reason)
@@ -310,11 +310,11 @@ class Connection:
             source.lost_since = None
 
     def _reach(self, source: OpenSource, state: LinkState) -> bool:
-        """Set the state in which a call left a source, unless it was lost before the call ended."""
+        """Set the state that a call resulted in, unless the source was lost before the call ended."""
         return self._change(source, state, "", keeps_loss=True)
 
     def _change(self, source: OpenSource, state: LinkState, reason: str, *, keeps_loss: bool = False) -> bool:
-        """Set and announce a source's state. Return whether it is the current one."""
+        """Set and announce a source's state. Return whether the source is the current one."""
         with self._lock:
             if source is self._pending:
                 source.state, source.reason = state, reason
@@ -330,7 +330,7 @@ class Connection:
         return current
 
     def _announce(self, source: OpenSource) -> None:
-        """Announce that the current source can be used, and with which restriction."""
+        """Announce that the current source can be used, and any restriction."""
         self.opened.emit(source)
         self._link_messages.ready(source, self.take_control)
 

@@ -1,12 +1,11 @@
-"""Health of a stream (losses since the start, and now), and the diagnosis of a missing image. Pure logic.
+"""Health of a stream, and the diagnosis of a missing image. Pure logic.
 
-A diagnosis is the stage at which the image stops, and the likely cause.
+A diagnosis names the stage at which the image stops, and the likely cause.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -19,9 +18,9 @@ from grabbergui.models.features.numbers import quantity_text
 from grabbergui.models.language import counted, localized, translate
 
 WINDOW = 5.0
-"Seconds that count as now."
+"Seconds over which health is judged."
 NOTABLE = 0.001
-"Share of resent packets that is worth a colour: a few are lost on any network."
+"Fraction of resent packets that is worth a colour: a few are lost on any network."
 
 
 class Health(Enum):
@@ -38,13 +37,13 @@ class Health(Enum):
 
 @dataclass(frozen=True)
 class StreamHealth:
-    """The display text for a stream's quality."""
+    """A stream's quality with its display texts."""
 
     health: Health = Health.WHOLE
     text: str = ""
-    "Short, for the status strip."
+    "A few words for the status strip."
     detail: str = ""
-    "Every counter since the start, in words."
+    "All counters since the start."
 
 
 class HealthMeter:
@@ -54,7 +53,7 @@ class HealthMeter:
         self._seen: deque[tuple[float, StreamStatistics]] = deque()
 
     def judge(self, now: float, statistics: StreamStatistics) -> StreamHealth:
-        """Note the counters of this moment, in seconds of any clock that only grows."""
+        """Return the health at `now`, in seconds of any monotonic clock; call it several times a second."""
         if self._seen and _restarted(self._seen[-1][1], statistics):
             self._seen.clear()
         self._seen.append((now, statistics))
@@ -131,11 +130,11 @@ def _detail(statistics: StreamStatistics) -> str:
 PATIENCE = 2.0
 "Seconds without a frame before a diagnosis is shown."
 BLACK = 2.0
-"A mean of 8-bit pixels below which an image seems black."
+"Mean of 8-bit pixels below which an image seems black."
 
 
 class Stage(Enum):
-    """The stages of an image, in order; each needs those before it."""
+    """The stages that an image passes, in order."""
 
     CONTROL = "control"
     PACKETS = "packets"
@@ -146,7 +145,7 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class CameraFacts:
-    """The camera's features that matter for the diagnosis; None for those it does not have."""
+    """The camera's features that matter for the diagnosis; None for those that it lacks."""
 
     trigger_source: str | None = None
     "TriggerSource while TriggerMode is On; None otherwise."
@@ -157,15 +156,15 @@ class CameraFacts:
     exposure: str = ""
     "The exposure with its unit, as display text."
     period: float | None = None
-    "Seconds between two frames as the camera is set."
+    "Frame period in seconds by the camera's settings."
     software_trigger: bool = False
-    "Whether TriggerSoftware triggers it now."
+    "Whether TriggerSoftware triggers it with the present settings."
     playing: bool | None = None
-    "Whether a recording plays; None of a camera."
+    "Whether a recording plays; None for a camera."
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
-        """Read the facts on the thread of the camera's calls. Features that cannot be read are left out."""
+        """Read the facts, omitting features that cannot be read. On the thread of the camera's calls."""
         trigger = _value(grabber, "TriggerMode") == "On"
         rate = _of_role(grabber, Role.FRAME_RATE)
         exposure = _of_role(grabber, Role.EXPOSURE)
@@ -188,7 +187,7 @@ class CameraFacts:
 
 @dataclass(frozen=True)
 class Observation:
-    """The observations of a streaming source."""
+    """What the window observes of a streaming source."""
 
     source: str
     "Its display name."
@@ -196,9 +195,9 @@ class Observation:
     "Its IP address, USB path or port."
     bus: str = ""
     seconds: float = 0.0
-    "Since it was started."
+    "Seconds since it was started."
     silent: float = 0.0
-    "Seconds since the last frame, or since the start before the first one."
+    "Seconds since the last frame, or since the start."
     statistics: StreamStatistics = field(default_factory=StreamStatistics)
     received: int = 0
     "Frames that reached the window."
@@ -206,13 +205,13 @@ class Observation:
     "Why frames cannot be converted."
     painted: int = 0
     mean: float | None = None
-    "Mean of the 8-bit pixels painted last."
+    "Mean of the 8-bit pixels of the last painted frame."
     facts: CameraFacts = CameraFacts()
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The stage at which frames stop and what to do, as display text."""
+    """The stage at which frames stop, and the remedy; texts as display text."""
 
     stage: Stage
     summary: str
@@ -220,7 +219,7 @@ class Diagnosis:
 
 
 def diagnose(seen: Observation) -> Diagnosis | None:
-    """Return the fault; None if there is none, or if it is too early to know."""
+    """Return the fault; None if there is none or if it is too early to know."""
     if seen.problem:
         return Diagnosis(
             Stage.CONVERSION,
@@ -323,7 +322,7 @@ def _value(grabber: FrameGrabber, name: str) -> FeatureValue | None:
 
 
 def _of_role(grabber: FrameGrabber, role: Role) -> Feature | None:
-    name = role.find(_has(grabber))
+    name = role.find(grabber.has_feature)
     return None if name is None else _feature(grabber, name)
 
 
@@ -332,10 +331,6 @@ def _feature(grabber: FrameGrabber, name: str) -> Feature | None:
         return grabber.feature(name) if grabber.has_feature(name) else None
     except GrabberError:
         return None
-
-
-def _has(grabber: FrameGrabber) -> Callable[[str], bool]:
-    return grabber.has_feature
 
 
 def _integer(value: FeatureValue | None) -> int | None:

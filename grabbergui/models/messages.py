@@ -1,6 +1,6 @@
-"""Messages of the window, each with the source it is about, its cause and its end; the program's log.
+"""Messages of the window, each about a source, with its cause and its end; the program's log.
 
-`LinkMessages` are about the connection to a source: lost, back, read-only, or refusing something.
+`LinkMessages` posts those about the connection to a source: lost, back, read-only, or refusing a request.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 NOTICE_SECONDS = 6.0
 "Seconds for which a notice stays."
 ERROR_SECONDS = 30.0
-"Seconds for which the failure of one action stays; the log keeps it."
+"Seconds for which the failure of an action stays; it remains in the log."
 MOST_MESSAGES = 20
 "Most messages kept; the oldest are dropped."
 
@@ -42,7 +42,7 @@ class Severity(Enum):
 
 
 class Cause(Enum):
-    """A lasting cause: its message is shown once, and removed when the cause ends."""
+    """A lasting cause: its message is shown once and removed when the cause ends."""
 
     LINK = "link"
     "The source does not answer, or has just come back."
@@ -51,14 +51,14 @@ class Cause(Enum):
     TRIGGER = "trigger"
     "Frames come only when the camera is triggered."
     PICTURE = "picture"
-    "Frames do not come, or cannot be seen, though the camera streams."
+    "Frames do not arrive or cannot be seen although the camera streams."
     OPENING = "opening"
-    "A source could not be opened; over with the next attempt."
+    "A source could not be opened; ends with the next attempt."
 
 
 @dataclass(frozen=True)
 class Offer:
-    """A button that does something about a message."""
+    """A remedy that a message offers as a button."""
 
     label: str
     act: Callable[[], None] = field(compare=False)
@@ -66,35 +66,37 @@ class Offer:
 
 @dataclass(frozen=True)
 class Message:
-    """One line. Messages with the same source, cause and, where there is no cause, text are one."""
+    """One message. Equal source and cause make two messages the same; without a cause, equal source and text.
+
+    A message about a source is shown while that source is the current one, others are always shown.
+    """
 
     text: str
     severity: Severity = Severity.NOTICE
     source: OpenSource | None = None
-    "The source it is about: it is shown while that is the current one. None: the window."
     cause: Cause | None = None
     offers: tuple[Offer, ...] = ()
     count: int = 1
     "Number of occurrences."
     ends: float | None = None
-    "Time of its end on the model's clock; None: it ends with its cause, or when its source is closed."
+    "Time of its end on the model's clock; None if it ends with its cause or when its source is closed."
 
     @property
     def sentence(self) -> str:
-        """The text with a capital letter, unless it begins with a name, and with the count."""
+        """The text with a capital letter, unless it begins with a name, and with the count above 1."""
         first, _, _ = self.text.partition(" ")
         capital = first.isalpha() and first.islower()
         text = self.text[0].upper() + self.text[1:] if capital else self.text
         return text if self.count == 1 else f"{text}  (×{self.count})"
 
-    def is_as(self, other: Message) -> bool:
-        """Return whether the other is about the same event."""
+    def is_same(self, other: Message) -> bool:
+        """Return whether two messages are the same."""
         same_text = self.cause is not None or self.text == other.text
         return (self.source, self.cause) == (other.source, other.cause) and same_text
 
 
 class MessageModel:
-    """The messages of a window. Any thread may call; `changed` comes from the thread that called."""
+    """The messages of a window. Any thread; `changed` is emitted on the calling thread."""
 
     changed = Signal()
 
@@ -104,7 +106,7 @@ class MessageModel:
         self._messages: tuple[Message, ...] = ()
         "The newest first."
         self._dismissed: list[tuple[OpenSource | None, Cause]] = []
-        "Causes whose messages the user dismissed while they last."
+        "Sources and causes whose messages the user dismissed before the cause ended."
 
     def shown(self, source: OpenSource | None) -> tuple[Message, ...]:
         """Return the messages to show while `source` is the current one, the newest first."""
@@ -120,21 +122,21 @@ class MessageModel:
         self.post(Message(text, Severity.ERROR, source), seconds=ERROR_SECONDS)
 
     def notice(self, text: str, source: OpenSource | None = None) -> None:
-        """Report for a moment that something was done, or that something changed by itself."""
+        """Report for a moment that something was done or changed by itself."""
         self.post(Message(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
 
     def post(self, message: Message, seconds: float | None = None, *, logged: bool = False) -> None:
-        """Show a message, in place of one about the same event, for `seconds` or until it is ended.
+        """Show a message in place of the same one, for `seconds` or until `end`.
 
-        It goes into the log, unless whoever caused it has `logged` it. Without a cause, the same message once
-        more only counts up. A cause that was dismissed stays silent until it has ended.
+        The message is logged unless it has been `logged` before. Without a cause, the same message again only
+        counts up. A cause that was dismissed stays silent until it ends.
         """
         with self._lock:
             if message.cause is not None and (message.source, message.cause) in self._dismissed:
                 return
             now = self._clock()
             known = [m for m in self._messages if m.ends is None or m.ends > now]
-            before = next((m for m in known if m.is_as(message)), None)
+            before = next((m for m in known if m.is_same(message)), None)
             if before is not None and message.cause is None:
                 message = replace(message, count=before.count + 1)
             message = replace(message, ends=None if seconds is None else now + seconds)
@@ -150,7 +152,7 @@ class MessageModel:
         self.changed.emit()
 
     def end(self, source: OpenSource | None, cause: Cause) -> None:
-        """Remove the messages about a cause that no longer exists."""
+        """Remove the messages about a cause that has ended."""
         with self._lock:
             self._dismissed = [each for each in self._dismissed if each != (source, cause)]
             self._keep(lambda message: (message.source, message.cause) != (source, cause))
@@ -162,11 +164,11 @@ class MessageModel:
             self._keep(lambda message: message.source is not source)
 
     def dismiss(self, message: Message) -> None:
-        """Remove a message that the user has read. A lasting cause stays silent until it has ended."""
+        """Remove a message that the user has read. A lasting cause then stays silent until it ends."""
         with self._lock:
             if message.cause is not None and message.ends is None:
                 self._dismissed.append((message.source, message.cause))
-            self._keep(lambda other: not other.is_as(message))
+            self._keep(lambda other: not other.is_same(message))
 
     def dismiss_all(self) -> None:
         """Dismiss every message."""
@@ -174,7 +176,7 @@ class MessageModel:
             self.dismiss(message)
 
     def expire(self) -> None:
-        """Remove expired messages; to be called periodically."""
+        """Remove expired messages. Call it periodically."""
         now = self._clock()
         self._keep(lambda message: message.ends is None or message.ends > now)
 
@@ -189,7 +191,7 @@ class MessageModel:
 
 # -- messages about one source -------------------------------------------------------------------
 class CurrentMessages:
-    """Posts messages about the source that is current at the time. Any thread."""
+    """Posts messages about the source that is the current one at that moment. Any thread."""
 
     def __init__(self, model: MessageModel, current: Callable[[], OpenSource | None]) -> None:
         self._model = model
@@ -205,7 +207,7 @@ class CurrentMessages:
 
     @contextmanager
     def saving(self, path: Path, done: str) -> Iterator[None]:
-        """Report `done`, with the path for `{0}`, once the block has written a file, or why it could not."""
+        """Report that the block wrote a file (`done`, with the path for `{0}`), or why it could not."""
         try:
             yield
         except OSError as error:
@@ -218,25 +220,25 @@ class CurrentMessages:
 
 
 BACK_SECONDS = 10.0
-"Seconds for which a message stays that a source is back, or failed to answer once."
+"Seconds for which the message stays that a source is back or failed to answer once."
 
 
 class LinkMessages:
     """Posts messages about the connections of open sources. Any thread.
 
-    Sources log their losses and returns themselves, also without a window.
+    Not logged here: sources log their losses and returns themselves, with or without a window.
     """
 
     def __init__(self, messages: MessageModel) -> None:
         self.model = messages
 
     def lost(self, source: OpenSource, reason: str) -> str:
-        """Post that a source does not answer any more; return the text."""
+        """Post that a source no longer answers; return the text."""
         text = translate("Connection", "reconnecting since {0}: {1}")
         passed = time.monotonic() - source.lost_since if source.lost_since is not None else 0.0
         since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
         text = text.format(since, lost_text(source.title, reason))
-        self.model.end(source, Cause.LINK)  # shown again to users who dismissed the one before
+        self.model.end(source, Cause.LINK)  # show it even if the user dismissed the previous one
         lost = Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
         self.model.post(lost, logged=True)
         return text
@@ -252,14 +254,14 @@ class LinkMessages:
         severity = Severity.WARNING if differs else Severity.NOTICE
         message = Message(text, severity, source, Cause.LINK, count=source.losses)
         self.model.end(source, Cause.LINK)
-        # A difference stays until the user has judged and dismissed it.
+        # Differences stay until the user dismisses them.
         self.model.post(message, seconds=None if differs else BACK_SECONDS, logged=True)
 
     def ready(self, source: OpenSource, take_control: Callable[[], None]) -> None:
-        """Post the restriction with which a source became current: it may be open for reading only."""
+        """Post that a source is open for reading only, if so, and offer to take control."""
         if not source.read_only:
             return
-        reason, _, _ = source.read_only.partition(";")  # the remedy is on the button
+        reason, _, _ = source.read_only.partition(";")  # the button offers the remedy
         text = translate("Connection", "read only: {0}; values follow here but cannot be changed")
         if source.access is Access.TAKE_OVER:
             text = translate("Connection", "control was not given: {0}; still read only")
@@ -267,12 +269,12 @@ class LinkMessages:
         self.model.post(Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,)))
 
     def took_control(self, source: OpenSource) -> None:
-        """Post that this window controls a source that it could only read."""
+        """Post that this window now controls a source that it could only read before."""
         text = translate("Connection", "this window has control now: values can be changed")
         self.model.notice(text, source)
 
     def feature_failed(self, source: OpenSource, error: GrabberError) -> None:
-        """Post that a write, command or read failed. While a source is lost, only the loss is posted."""
+        """Post that a write, command or read failed, unless the source is lost, which is posted already."""
         if isinstance(error, DeviceLostError):
             return
         feature = None
@@ -301,14 +303,14 @@ class LogLine:
     time: float
     "Seconds since the epoch."
     level: int
-    "`logging`'s number."
+    "The level's number in `logging`."
     origin: str
     "The logger's name."
     text: str
 
 
 class LogBook(logging.Handler):
-    """Keeps the last entries of `logging` from all threads, between `open` and `close`."""
+    """Keeps the last log entries of all threads between `open` and `close`."""
 
     added = Signal(LogLine)
     """A new entry; emitted on the thread that logged."""
@@ -330,11 +332,11 @@ class LogBook(logging.Handler):
             self.release()
 
     def open(self, logger: logging.Logger | None = None) -> None:
-        """Begin to listen to a logger (the root), at the level that this book keeps."""
+        """Begin to listen to a logger, by default the root, at this handler's level."""
         self._logger = logger = logger or logging.getLogger()
         self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
         for handler in logger.handlers:
-            # Other handlers print as much as before, though the logger itself passes more.
+            # Other handlers print no more than before, although the logger now passes more.
             handler.setLevel(max(handler.level, logger.level))
         logger.setLevel(min(logger.level or logging.WARNING, self.level))
         logger.addHandler(self)
@@ -350,7 +352,7 @@ class LogBook(logging.Handler):
         super().close()
 
     def clear(self) -> None:
-        """Forget all entries."""
+        """Remove all entries."""
         self.acquire()
         try:
             self._lines.clear()
@@ -358,7 +360,7 @@ class LogBook(logging.Handler):
             self.release()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep an entry; entries that a listener logs while it is notified are kept without a signal."""
+        """Keep an entry. If a listener of `added` logs, that entry is kept without a signal."""
         try:
             line = LogLine(record.created, record.levelno, record.name, self.format(record))
         except Exception:

@@ -1,4 +1,4 @@
-"""One source from being opened to being closed."""
+"""An open source of the window: its state, its thread, and the operator's handle on its grabber."""
 
 from __future__ import annotations
 
@@ -40,33 +40,33 @@ class OpenSource:
     def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
         self.uri = uri
         self.access = access
-        "Requested on opening."
+        "The access requested on opening."
         self.state = LinkState.OPENING
         self.reason = ""
-        "Reason of the state, as display text."
+        "Reason for the state, as display text."
         self.worker = FeatureWorker(f"features {uri}")
         self.grabber: FrameGrabber | None = None
         "None until it is created, on the worker."
         self.tracked_grabber: ChangeTrackingGrabber | None = None
-        "The operator's handle on the grabber: changes made through it are recorded and can be undone."
+        "The operator's handle on the grabber, which records changes so that they can be undone."
         self.features: FeatureTreeModel | None = None
-        "None until the grabber is open, and so is `tracked_grabber`."
+        "None until the grabber is open, like `tracked_grabber`."
         self.journal = ChangeJournal()
-        "The changes of its features."
+        "The history of its features."
         self.read_only = ""
         "Reason for read-only access as display text; empty if values can be changed."
         self.losses = 0
         "Number of losses since it was opened."
         self.lost_since: float | None = None
-        "`time.monotonic` of the last loss, while it lasts."
+        "`time.monotonic` of the present loss; None if it is not lost."
         self.no_frames = ""
         "Why frames are not available while another program has control."
         self.replaces: OpenSource | None = None
-        "The source that stays current until this one is open, and is closed then."
+        "The source that stays current until this one is open and is closed then."
         self.reopen_on_failure: SourceUri | None = None
-        "The source that was closed to open this one, and is opened again if that fails."
+        "The source that was closed in order to open this one, to be reopened if that fails."
         self.abandoned = threading.Event()
-        "Set when the source is released; a job that has not begun then does nothing."
+        "Set when the source is released; later jobs do nothing."
 
     @property
     def title(self) -> str:
@@ -75,29 +75,29 @@ class OpenSource:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Display names for less and less room: the title, without the vendor, and the shortest."""
+        """Display names from the longest to the shortest: the title, without the vendor, a short mark."""
         if self.grabber is None:
             return (str(self.uri),)
         info = self.grabber.info
         return info.title, info.short_title, info.mark
 
     def is_named(self, uri: SourceUri) -> bool:
-        """Return whether a URI is the requested one, or the camera's own."""
+        """Return whether a URI is the requested one or the camera's own."""
         return self.uri == uri or (self.grabber is not None and self.grabber.info.uri == str(uri))
 
     def is_device(self, other: DeviceInfo) -> bool:
-        """Return whether `other` is this camera, as far as it reports its identity."""
+        """Return whether `other` is this camera, as far as its identity is known."""
         return self.grabber is not None and is_same(self.grabber.info, other)
 
     @property
     def exact_uri(self) -> SourceUri:
-        """The URI of exactly this camera: its own if only the first camera found was requested."""
+        """The URI of exactly this camera: its own if the requested URI means the first camera found."""
         if self.uri.name or self.grabber is None:
             return self.uri
         return SourceUri.parse(self.grabber.info.uri)
 
     def open_read_only(self, denied: AccessDeniedError) -> None:
-        """Open a source that another program controls for reading. Raises `denied` if that fails, too."""
+        """Open a source for reading only, because another program controls it. Raises `denied` on failure."""
         assert self.grabber is not None
         try:
             self.grabber.open(Access.MONITOR)
@@ -107,7 +107,7 @@ class OpenSource:
         self.read_only = held_text(denied)
 
     def load_features(self) -> None:
-        """Make the operator's handle and the feature tree of the open grabber."""
+        """Create the operator's handle and the feature tree of the open grabber."""
         assert self.grabber is not None
         grabber = ChangeTrackingGrabber(self.grabber, self.journal)
         grabber.open()
@@ -116,7 +116,7 @@ class OpenSource:
         self.tracked_grabber, self.features = grabber, features
 
     def release(self) -> None:
-        """Close the source on its own thread after the current job; the thread then ends. Never waits."""
+        """Close the source on its own thread after the jobs before, and end the thread. Never waits."""
         self.abandoned.set()
         if self.features is not None:
             self.features.close()
@@ -125,7 +125,7 @@ class OpenSource:
 
     def _close(self) -> None:
         if self.features is not None:
-            self.features.close()  # made by a job that was in progress when the source was released
+            self.features.close()  # a job in progress may have created it after `release`
         if self.tracked_grabber is not None:
             self.tracked_grabber.close()
         if self.grabber is not None:

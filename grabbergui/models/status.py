@@ -1,7 +1,6 @@
 """Status of each open source.
 
-Status strip, title, tile and messages derive from this state, so that they cannot contradict each
-other.
+Status strip, title, tiles and messages all show this one state, so they cannot contradict each other.
 """
 
 from __future__ import annotations
@@ -25,11 +24,11 @@ STALLED = 1.0
 STARTING = 2.0
 "Seconds that the first frame may take."
 MOST_STEP = 0.5
-"""Seconds that count at most from one observation to the next: while the window was busy, a source had
-no chance to be seen."""
+"""Most seconds of silence that count between two observations: while the window is busy, it may miss the
+frames of a source."""
 FACTS_PERIOD = 1.0
 "Seconds between two reads from a source that sends no frames."
-_TELLING = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "PlaybackActive"})
+_DECISIVE = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "PlaybackActive"})
 "Features whose change may change the condition."
 
 
@@ -50,7 +49,7 @@ class Condition(Enum):
 
 
 class Tone(Enum):
-    """Quality of a condition."""
+    """Colour class of a condition."""
 
     IDLE = "idle"
     BUSY = "busy"
@@ -66,17 +65,17 @@ _TONES = {
     Condition.PLAYING: Tone.GOOD,
     Condition.LOST: Tone.BAD,
 }
-"All others are busy."
+"All other conditions are busy."
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """The observations of a source at a moment; `condition` derives from them."""
+    """Observations of a source at one moment, from which `condition` follows."""
 
     link: LinkState
     read_only: bool = False
     frames: int = 0
-    "Seconds since the stream was started."
+    "Frames since the stream was started."
     silent: float = 0.0
     "Seconds without a frame."
     period: float = 0.0
@@ -84,9 +83,9 @@ class Sighting:
     triggered: bool = False
     "Whether frames come only when the camera is triggered."
     playing: bool | None = None
-    "Whether a recording plays; None of a camera."
+    "Whether a recording plays; None for a camera."
     held: bool = False
-    "Whether the window shows a frame of the past."
+    "Whether the window shows a past frame."
 
     @property
     def condition(self) -> Condition:
@@ -113,11 +112,11 @@ class Sighting:
 
 @dataclass(frozen=True)
 class SourceStatus:
-    """The display text for a source."""
+    """A source's status as the window shows it."""
 
     condition: Condition = Condition.CLOSED
     seconds: float = 0.0
-    "Seconds for which it has been lost, or silent."
+    "Duration of the loss or the silence in seconds."
     rate: float = 0.0
     "Frames per second."
     health: StreamHealth = field(default_factory=StreamHealth)
@@ -129,7 +128,7 @@ class SourceStatus:
 
     @property
     def text(self) -> str:
-        """The condition as display text of a word or two."""
+        """The condition as display text, a few words."""
         return {
             Condition.CLOSED: translate("Status", "Not connected"),
             Condition.CONNECTING: translate("Status", "Connecting"),
@@ -146,18 +145,18 @@ class SourceStatus:
 
     @property
     def tone(self) -> Tone:
-        """Quality of the condition; a stream with losses is never good."""
+        """Colour class of the condition; a stream with losses is never good."""
         tone = _TONES.get(self.condition, Tone.BUSY)
         return Tone.BUSY if tone is Tone.GOOD and self.health.health is not Health.WHOLE else tone
 
     @property
     def loss_tone(self) -> Tone:
-        """The severity of the losses."""
+        """Colour class of the losses."""
         return {Health.WHOLE: Tone.IDLE, Health.RESENT: Tone.BUSY}.get(self.health.health, Tone.BAD)
 
     @property
     def tile(self) -> str:
-        """Status in a few letters: the rate while frames arrive."""
+        """The status in a few letters: the frame rate while frames arrive."""
         rate = self.text.lower()  # "0 fps" would contradict "live"
         if self.rate >= LEAST_RATE:
             digits = f"{self.rate:.0f}" if self.rate >= 1 else localized(f"{self.rate:.1f}")
@@ -169,7 +168,7 @@ class SourceStatus:
         return self.text.lower()
 
     def title(self, name: str) -> str:
-        """Return the title of a window that shows the source of this name."""
+        """Return the title of a window that shows the source under this name."""
         parts = [name]
         if self.recorded:
             parts.insert(0, translate("Status", "● Recording"))
@@ -179,14 +178,14 @@ class SourceStatus:
 
 
 class StatusModel:
-    """Observes every open source, several times a second. One thread; no call waits."""
+    """Observes every open source with each `refresh`. One thread; no call waits."""
 
     def __init__(self, connection: Connection, clock: Callable[[], float] = time.monotonic) -> None:
         self._connection = connection
         self._clock = clock
         self._watches: dict[OpenSource, _Watch] = {}
         self.held = False
-        "Whether the window shows a frame of the current source's past."
+        "Whether the window shows a past frame of the current source."
         self.recorded: Callable[[OpenSource], bool] = lambda source: False
         "Whether a source is being recorded."
 
@@ -198,10 +197,10 @@ class StatusModel:
         for source in sources:
             if source not in self._watches:
                 self._watches[source] = _Watch(source)
-            self._watches[source].look(self._clock())
+            self._watches[source].observe(self._clock())
 
     def of(self, source: OpenSource | None) -> SourceStatus:
-        """Return the status of a source; that of the current one includes what the window shows."""
+        """Return the status of a source. Only the current one can be paused by a past frame."""
         if source is None:
             return SourceStatus()
         watch = self._watches.get(source)
@@ -218,7 +217,7 @@ class StatusModel:
 
 
 class _Watch:
-    """The observations of one source."""
+    """Observes one source."""
 
     def __init__(self, source: OpenSource) -> None:
         self._source = source
@@ -227,16 +226,16 @@ class _Watch:
         self._meter = HealthMeter()
         self._health = StreamHealth()
         self._facts = CameraFacts()
-        self._looked: float | None = None
+        self._observed: float | None = None
         self._silent = 0.0
         self._changed = True
         "Whether the facts may have changed. Set by any thread."
-        self._asked = -FACTS_PERIOD
+        self._requested = -FACTS_PERIOD
 
-    def look(self, now: float) -> None:
-        """Read the counters; read the rest on the source's own thread if it matters."""
-        step = min(now - self._looked, MOST_STEP) if self._looked is not None else 0.0
-        self._looked = now
+    def observe(self, now: float) -> None:
+        """Read the counters; request the camera's facts on its own thread if they may have changed."""
+        step = min(now - self._observed, MOST_STEP) if self._observed is not None else 0.0
+        self._observed = now
         grabber = self._source.grabber
         if grabber is None or self._source.features is None:
             return
@@ -246,15 +245,16 @@ class _Watch:
         before, self._statistics = self._statistics, grabber.statistics()
         self._health = self._meter.judge(now, self._statistics)
         streams = self._source.state is LinkState.STREAMING
-        came = before is None or before.frames != self._statistics.frames
-        self._silent = self._silent + step if streams and not came else 0.0
+        arrived = before is None or before.frames != self._statistics.frames
+        self._silent = self._silent + step if streams and not arrived else 0.0
+        silent = streams and self._silent >= STALLED
         if not self._source.state.connected:
             self._changed = True
-        elif self._changed or (streams and self._silent >= STALLED and now - self._asked >= FACTS_PERIOD):
-            self._ask(grabber, now)
+        elif self._changed or (silent and now - self._requested >= FACTS_PERIOD):
+            self._request_facts(grabber, now)
 
     def status(self, now: float, held: bool, recorded: bool) -> SourceStatus:
-        """Return the status that follows from them."""
+        """Return the status that follows from the observations."""
         source, statistics = self._source, self._statistics
         sighting = Sighting(
             source.state,
@@ -281,13 +281,13 @@ class _Watch:
         if self._grabber is not None:
             self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
-    def _ask(self, grabber: FrameGrabber, now: float) -> None:
-        self._asked, self._changed = now, False
+    def _request_facts(self, grabber: FrameGrabber, now: float) -> None:
+        self._requested, self._changed = now, False
         self._source.worker.submit(lambda: CameraFacts.read(grabber), key="facts", done=self._on_facts)
 
     def _on_facts(self, facts: CameraFacts) -> None:
         self._facts = facts
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        if not names.isdisjoint(_TELLING):
+        if not names.isdisjoint(_DECISIVE):
             self._changed = True

@@ -1,8 +1,8 @@
-"""Sets of settings: captured from a camera and compared, and those that a camera keeps itself.
+"""Sets of settings, captured from a camera or kept in the camera itself.
 
-A `FeatureSet` has a value for each instance that the selectors select. It is plain data, taken from any
-frame grabber; its file formats are in `files`, how it comes back onto a camera by `loading`. A `UserSet`
-stays in the camera (SFNC, UserSetControl).
+A `FeatureSet` has a value for each setting, that is, for each instance of a feature that selectors select.
+It is plain data from any frame grabber; `files` writes and reads it, `loading` writes it to a camera. A
+`UserSet` stays in the camera (SFNC, UserSetControl).
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
 
 Progress = Callable[[int, int], None]
-"Called with how much is done and of how much."
+"Called with the number of steps done and the total."
 SelectorsOf = Callable[[str], Sequence[str]]
-"The names of the features that select which instance of a feature is seen, outermost first."
+"Returns the selectors of a feature, outermost first."
 
 
 @dataclass(frozen=True)
 class FeatureSet:
-    """Settings in the order in which they are set."""
+    """Settings in the order in which they are written."""
 
     settings: Mapping[SettingKey, FeatureValue]
     device: str = ""
     "Vendor, model and serial number of their camera, as display text."
     left_out: tuple[str, ...] = ()
-    "Settings that could not be saved and why, a sentence each."
+    "Settings that could not be captured and why, a sentence each."
     lost_lines: tuple[str, ...] = ()
-    "Lines of the file it was read from that make no sense, a sentence each."
+    "Invalid lines of the file it was read from, a sentence each."
 
     def __len__(self) -> int:
         return len(self.settings)
 
     def only(self, keys: Collection[SettingKey] | None) -> FeatureSet:
-        """Return the set reduced to these settings; None keeps all."""
+        """Return the set reduced to these settings; with None, all of it."""
         if keys is None:
             return self
         settings = {key: value for key, value in self.settings.items() if key in keys}
@@ -69,11 +69,11 @@ class FeatureSet:
 
 @dataclass(frozen=True)
 class Difference:
-    """One setting that two sets do not agree on."""
+    """A setting in which two sets differ."""
 
     key: SettingKey
     first: FeatureValue | None
-    "None where the first set does not have it."
+    "None if the first set does not have it; likewise `second`."
     second: FeatureValue | None
 
     def __str__(self) -> str:
@@ -97,11 +97,11 @@ def capture(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> FeatureSet:
-    """Return every streamable setting; selectors are stepped through and then restored.
+    """Return every streamable setting of a camera, stepping through the selectors and restoring them.
 
-    Selectors are written if the grabber is open for control; with read-only access, only the present entries
-    are read. A source without streamable features returns all that can be read and written. Raises
-    TransportError; with `cancelled` set, returns the settings read until then.
+    With read-only access selectors are not written, and only their present entries are captured. For a source
+    without streamable features, returns everything that can be read and written. With `cancelled` set,
+    returns the settings captured so far. Raises TransportError.
     """
     selectors = grabber.selectors
     wanted = setting_names(selectors)
@@ -147,22 +147,22 @@ def _value_of(
 ) -> Iterator[tuple[SettingKey, FeatureValue]]:
     """Yield a feature's value if it is a setting."""
     try:
-        feature = grabber.offered(grabber.read_setting(key))  # also what only the stream locks
-    except FeatureError as error:  # an entry that cannot be selected
+        feature = grabber.offered(grabber.read_setting(key))  # writable even if the stream locks it
+    except FeatureError as error:  # the entry cannot be selected
         left_out.append(f"{key}: {error}")
         return
     if feature.problem:
         left_out.append(f"{key}: {feature.problem}")
-    reading = grabber.access is not Access.CONTROL and feature.access is AccessMode.READ_ONLY
-    if feature.value is not None and (feature.access.writable or reading):
+    monitored = grabber.access is not Access.CONTROL and feature.access is AccessMode.READ_ONLY
+    if feature.value is not None and (feature.access.writable or monitored):
         yield key, feature.value
 
 
 def _in_tree_order(
     settings: dict[SettingKey, FeatureValue], names: Sequence[str]
 ) -> dict[SettingKey, FeatureValue]:
-    place = {name: index for index, name in enumerate(names)}
-    return dict(sorted(settings.items(), key=lambda item: place[item[0].name]))
+    order = {name: index for index, name in enumerate(names)}
+    return dict(sorted(settings.items(), key=lambda item: order[item[0].name]))
 
 
 def _shown(value: FeatureValue | None) -> str:
@@ -174,21 +174,21 @@ _SELECTOR = "UserSetSelector"
 _LOAD = "UserSetLoad"
 _SAVE = "UserSetSave"
 _STARTS_WITH = ("UserSetDefault", "UserSetDefaultSelector", "DefaultStartupSet")
-"Feature for the set loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
+"Names of the feature for the set loaded at power-on: SFNC 2, SFNC 1, and older."
 _FACTORY = ("Default", "Factory")
 "Prefixes of the names of sets that cannot be overwritten."
 
 
 @dataclass(frozen=True)
 class UserSet:
-    """One of the camera's sets."""
+    """One of the camera's user sets."""
 
     name: str
     "The selector's entry, e.g. `UserSet1`."
     title: str
     tooltip: str = ""
     savable: bool = False
-    "Whether the present settings can be saved in it; false for the factory's."
+    "Whether the present settings can be saved in it; false for factory sets."
     startable: bool = False
     "Whether the camera can start with it."
     starts: bool = False
@@ -196,15 +196,15 @@ class UserSet:
 
 
 def has_user_sets(grabber: FrameGrabber) -> bool:
-    """Return whether the camera keeps sets that can be loaded."""
+    """Return whether the camera has user sets that can be loaded."""
     return grabber.has_feature(_SELECTOR) and grabber.has_feature(_LOAD)
 
 
 def user_sets(grabber: FrameGrabber) -> list[UserSet]:
-    """Return the camera's sets in its order; the selector is moved and restored.
+    """Return the camera's user sets in its order; the selector is moved and restored.
 
-    While it streams a camera may refuse to save; then any set but the factory's is taken for savable.
-    Raises FeatureError, TransportError.
+    A streaming camera may refuse to save; then all sets but the factory's are assumed to be savable. Raises
+    FeatureError, TransportError.
     """
     _require_user_sets(grabber)
     starting = _power_on_choice(grabber)
@@ -244,10 +244,10 @@ def load_user_set(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> int:
-    """Let the camera load one of its sets, and record the changes, so that they can be undone.
+    """Load one of the camera's user sets, and record the changes so that they can be undone.
 
-    Returns how many settings are other than before; with `cancelled` set in time, nothing is loaded.
-    Raises FeatureError, TransportError.
+    Returns the number of settings that changed; with `cancelled` set in time, loads nothing. Raises
+    FeatureError, TransportError.
     """
     _require_user_sets(grabber)
     camera = grabber.plain
@@ -265,16 +265,16 @@ def load_user_set(
 
 
 def save_user_set(grabber: ChangeTrackingGrabber, name: str) -> None:
-    """Save the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
+    """Save the present settings in one of the camera's user sets. Raises FeatureError, TransportError."""
     _require_user_sets(grabber)
     camera = grabber.plain
-    # Not every camera saves while it streams.
+    # Some cameras refuse to save while they stream.
     with stream_paused(camera):
         grabber.execute_setting(_of_set(_SAVE, name))
 
 
 def start_with_user_set(grabber: ChangeTrackingGrabber, name: str) -> None:
-    """Let the camera start with this set from its next power-on. Raises FeatureError, TransportError."""
+    """Let the camera load this set at power-on. Raises FeatureError, TransportError."""
     starting = _power_on_choice(grabber)
     if starting is None:
         raise FeatureNotFoundError(f"{grabber.info.title} always starts with the same set", _STARTS_WITH[0])

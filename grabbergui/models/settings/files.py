@@ -1,11 +1,11 @@
-"""Settings as files: GenICam's persistence format, and human-readable YAML.
+"""Settings files: GenICam's persistence format, and human-readable YAML.
 
-GenApi's feature bag writes the persistence format, and so do pylon (`.pfs`) and other viewers: a first line
-with a GUID, comment lines, then `Name<TAB>Value` lines, a script that is written to a camera from top to
-bottom. A selector's line precedes the lines of the features it selects. Enumerations are written by entry,
+GenApi's feature bag, pylon (`.pfs`) and other viewers write the persistence format: a first line with a
+GUID, comment lines, then `Name<TAB>Value` lines, which are written to a camera from top to bottom. A
+selector's line precedes the lines of the features that it selects. Enumerations are written by entry,
 booleans as 0 and 1.
 
-The YAML has one line a setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, so that versions compare well.
+The YAML has one line for each setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, which suits `diff`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ BAGGER_GUID = "{4709CB3C-7322-4460-84C3-DA11DDA09939}"
 MAX_FILE_BYTES = 4 * 1024 * 1024
 YAML_SUFFIXES = (".yaml", ".yml")
 SETTINGS_SUFFIXES = (*YAML_SUFFIXES, ".pfs")
-"Endings that only settings have among the files that the window opens."
+"Suffixes of settings files among the files that the window opens."
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _YAML_LINE = re.compile(r"( *)((?:[^\s:\[\]#]+(?:\[[^\]]*\])?))\s*:(?:\s+(.*))?")
@@ -38,18 +38,18 @@ _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII)
 _INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
 _YAML_WORDS = frozenset(["true", "false", "yes", "no", "on", "off", "null", "y", "n"])
-"Plain scalars that YAML 1.1 does not take for text."
+"Plain scalars that YAML 1.1 does not read as text."
 
 
 class SettingsFileError(GrabberError):
-    """A file of settings could not be read or written."""
+    """A settings file could not be read or written."""
 
 
 def save(features: FeatureSet, path: Path) -> None:
     """Write a set: `.yaml` and `.yml` as YAML, anything else in GenICam's format.
 
-    The file appears whole or not at all; one that is there and holds something else is not overwritten.
-    Raises SettingsFileError, MissingFileError, UsageError.
+    The file is replaced as a whole, and only if it is empty or a settings file. Raises SettingsFileError,
+    MissingFileError, UsageError.
     """
     if path.is_file() and path.stat().st_size:
         load(path)
@@ -63,12 +63,12 @@ def save(features: FeatureSet, path: Path) -> None:
 
 
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
-    """Read a set of either kind, which the content shows.
+    """Read a set in either format, recognised by its content.
 
-    The persistence format does not contain the features that a selector selects: `selectors_of` returns them,
-    best from the camera itself. Without it, a feature that occurs repeatedly is assumed to be selected by the
-    features that changed in between. An invalid line is skipped and named in `lost_lines`. Raises
-    SettingsFileError, MissingFileError, and UsageError for anything but a settings file.
+    The persistence format does not tell which selectors a feature has: `selectors_of` returns them, best from
+    the camera itself. Without it, a feature that occurs repeatedly is assumed to be selected by the selectors
+    that changed in between. An invalid line is skipped and named in `lost_lines`. Raises SettingsFileError,
+    MissingFileError, and UsageError for anything but a settings file.
     """
     try:
         with path.open("rb") as file:
@@ -89,7 +89,7 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
 
 
 def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> FeatureSet:
-    """Return the set in a text of either kind; `where` names it in errors. Raises UsageError."""
+    """Return the set in a text of either format; `where` names it in errors. Raises UsageError."""
     first, _, _ = text.partition("\n")
     if BAGGER_GUID in first:
         raise UsageError(
@@ -97,10 +97,10 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
         )
     if BAG_GUID in first:
         lost: list[str] = []
-        steps = list(_script(text, where, lost))
-        if lost and not steps:
+        lines = list(_persistence_lines(text, where, lost))
+        if lost and not lines:
             raise UsageError(lost[0])
-        return replace(_from_script(steps, _device_of(text), selectors_of), lost_lines=tuple(lost))
+        return replace(_from_persistence(lines, _device_of(text), selectors_of), lost_lines=tuple(lost))
     return _from_yaml(text, where)
 
 
@@ -115,7 +115,7 @@ def to_persistence(features: FeatureSet) -> str:
     selected: dict[str, str] = {}
     for key, value in features.settings.items():
         if "\n" in str(value) or "\r" in str(value):
-            continue  # the format cannot express it; YAML can
+            continue  # only YAML can express it
         for selector, entry in key.selected:
             if selected.get(selector) != entry:
                 lines.append(f"{selector}\t{entry}")
@@ -126,7 +126,7 @@ def to_persistence(features: FeatureSet) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _script(text: str, where: str, lost: list[str]) -> Iterator[tuple[str, str]]:
+def _persistence_lines(text: str, where: str, lost: list[str]) -> Iterator[tuple[str, str]]:
     for number, line in enumerate(text.split("\n"), 1):
         line = line.removesuffix("\r")
         if not line.strip() or line.startswith("#"):
@@ -138,34 +138,36 @@ def _script(text: str, where: str, lost: list[str]) -> Iterator[tuple[str, str]]
         yield name, value
 
 
-def _from_script(steps: list[tuple[str, str]], device: str, selectors_of: SelectorsOf | None) -> FeatureSet:
-    """Return the settings that a script leaves on a camera, each selected instance apart."""
-    selectors_of = selectors_of or _guessed_selectors(steps)
-    choosing = {selector for name, _ in steps for selector in selectors_of(name)}
-    standing: dict[str, str] = {}
+def _from_persistence(
+    lines: list[tuple[str, str]], device: str, selectors_of: SelectorsOf | None
+) -> FeatureSet:
+    """Return the settings that a camera has after these names and values were written to it."""
+    selectors_of = selectors_of or _guessed_selectors(lines)
+    selectors = {selector for name, _ in lines for selector in selectors_of(name)}
+    entries: dict[str, str] = {}
     settings: dict[SettingKey, FeatureValue] = {}
-    for name, value in steps:
-        selected = tuple((s, standing[s]) for s in selectors_of(name) if s in standing)
-        if name in choosing:
-            standing[name] = value
+    for name, value in lines:
+        selected = tuple((s, entries[s]) for s in selectors_of(name) if s in entries)
+        if name in selectors:
+            entries[name] = value
         else:
             settings[SettingKey(name, selected)] = value
     return FeatureSet(settings, device)
 
 
-def _guessed_selectors(steps: Iterable[tuple[str, str]]) -> SelectorsOf:
-    """Return each feature's selectors (by their SFNC names) that moved between its occurrences."""
-    standing: dict[str, str] = {}
-    seen: dict[str, dict[str, str]] = {}
-    moved: dict[str, tuple[str, ...]] = {}
-    for name, value in steps:
+def _guessed_selectors(lines: Iterable[tuple[str, str]]) -> SelectorsOf:
+    """Return for each feature the selectors (by their SFNC names) that changed between its lines."""
+    entries: dict[str, str] = {}
+    first: dict[str, dict[str, str]] = {}
+    guessed: dict[str, tuple[str, ...]] = {}
+    for name, value in lines:
         if name.endswith("Selector"):
-            standing[name] = value
+            entries[name] = value
             continue
-        before = seen.setdefault(name, dict(standing))
-        changed = tuple(s for s, entry in standing.items() if before.get(s, entry) != entry)
-        moved[name] = tuple(dict.fromkeys((*moved.get(name, ()), *changed)))
-    return lambda name: moved.get(name, ())
+        before = first.setdefault(name, dict(entries))
+        changed = tuple(s for s, entry in entries.items() if before.get(s, entry) != entry)
+        guessed[name] = tuple(dict.fromkeys((*guessed.get(name, ()), *changed)))
+    return lambda name: guessed.get(name, ())
 
 
 def _device_of(text: str) -> str:
@@ -177,7 +179,7 @@ def _device_of(text: str) -> str:
 
 # -- YAML ----------------------------------------------------------------------------------------
 def to_yaml(features: FeatureSet) -> str:
-    """Return the text of a set as YAML 1.2 that YAML 1.1 reads alike."""
+    """Return the text of a set as YAML, with the same meaning in versions 1.1 and 1.2."""
     lines = [f"device: {json.dumps(features.device)}", "features:"]
     lines += [f"  {key}: {_to_scalar(value)}" for key, value in features.settings.items()]
     if len(lines) == 2:
@@ -220,7 +222,7 @@ def _to_scalar(value: FeatureValue) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):
-        # YAML 1.1 takes 1e-05 for text: a number needs its point.
+        # YAML 1.1 reads 1e-05 as text: a number needs a point.
         text = repr(value) if math.isfinite(value) else json.dumps(repr(value))
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
     if _PLAIN.fullmatch(value) and value.lower() not in _YAML_WORDS:
