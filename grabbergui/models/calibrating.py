@@ -1,4 +1,4 @@
-"""Calibrates the current camera: views are taken automatically, on a thread of their own."""
+"""Calibration of the current camera from views that are taken automatically."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ from grabbergui.models.picture.rendering import DisplaySettings, render
 log = logging.getLogger(__name__)
 
 WANTED = 20
-"Views after which the calibration is computed automatically."
+"Number of views after which the calibration is computed automatically."
 FRAME_WAIT = 0.2
 SILENCE = 2.0
 "Seconds without a frame after which the silence is reported."
 TAKE_WAIT = 0.5
-"Seconds to wait for the window, which takes no frames while it is hidden."
+"Seconds to wait for the window; a hidden window takes no previews."
 KEPT_SIZE = (960, 720)
-"Largest size in pixels in which the images of views are kept."
+"Largest width and height in pixels of the images kept of views."
 
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """The newest frame in a dialog that calibrates, with the corners detected in it."""
+    """The newest frame in a calibration dialog, with the corners detected in it."""
 
     image: DisplayImage | None
-    "None if no frames come."
+    "None if no frames arrive."
     size: tuple[int, int]
     "Width and height of the whole image."
     corners: NDArray[np.floating[Any]] | None
@@ -56,12 +56,12 @@ class Preview:
 
 @dataclass(frozen=True, eq=False)
 class BoardPreview(Preview):
-    """What the newest frame adds to the views."""
+    """The newest frame and the state of the collection."""
 
     verdict: Verdict | None
     coverage: Coverage
     views: int
-    "Kept so far."
+    "Number of views kept so far."
     hint: str
     "The next step for the user, as display text."
 
@@ -76,11 +76,14 @@ class Solution:
     corners: list[NDArray[np.float32]]
     "(n, 2) of each view."
     request: int = 0
-    "How many requests to solve the model had when it was computed."
+    "Number of the request that it answers, from 1."
 
 
 class CalibratingModel:
-    """Examines a source's frames. Only `close` blocks; signals are emitted on the model's own thread."""
+    """Collects views from a source's frames and computes the calibration, on a thread of its own.
+
+    Only `close` waits; signals are emitted on that thread.
+    """
 
     ready = Signal()
     """`take` returns a new preview."""
@@ -94,19 +97,19 @@ class CalibratingModel:
     def __init__(self, grabber: FrameGrabber, settings: BoardSettings | None = None) -> None:
         self.settings = settings or BoardSettings()
         self.name = camera_name(grabber.info)
-        "The camera's name, as the file will have it."
+        "The camera's name in the calibration file."
         self.wanted = WANTED
         self.pictures: list[DisplayImage] = []
-        "Images of the kept views, reduced."
+        "Reduced images of the kept views."
         self.requests = 0
-        "How often `solve` was called; a solution of an earlier request is out of date."
+        "Number of calls of `solve`; a solution of an earlier request is outdated."
         self._grabber = grabber
         self._board = self.settings.board()
         self._collector = Collector(self._board, self.wanted, still=True)
         self._collecting = False
         self._result: Result | None = None
         self._left_out: frozenset[int] = frozenset()
-        "Numbers of the views that the user does not want."
+        "Numbers of the views that the user excluded."
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
         self._offer: BoardPreview | None = None
@@ -118,7 +121,7 @@ class CalibratingModel:
         "Time of the last frame on the monotonic clock."
 
     def open(self) -> None:
-        """Start to examine frames. The source must stream."""
+        """Start to examine frames. The source must be streaming."""
         self._seen = time.monotonic()
         self._sink = FrameSink(
             self._grabber,
@@ -149,7 +152,7 @@ class CalibratingModel:
         self._view = region, size
 
     def choose(self, settings: BoardSettings) -> None:
-        """Choose a board and discard the views of the previous one. Raises UsageError for an invalid one."""
+        """Choose a board, and discard the views of the previous one. Raises UsageError for an invalid one."""
         board = settings.board()
         self.settings = settings
 
@@ -160,7 +163,7 @@ class CalibratingModel:
         self._jobs.put(change)
 
     def collect(self, on: bool) -> None:
-        """Take views, or only show what is detected."""
+        """Collect views, or only show what is detected."""
 
         def change() -> None:
             if on and self._collector.complete:
@@ -171,13 +174,13 @@ class CalibratingModel:
         self._jobs.put(change)
 
     def begin_again(self) -> None:
-        """Forget all views."""
+        """Discard all views."""
         self._jobs.put(self._begin)
 
     def solve(self, used: Collection[int] | None = None) -> None:
-        """Compute the calibration from these views, by default from all that fit and were not left out.
+        """Compute the calibration from these views, by default from all that fit and were not excluded.
 
-        The answer is `solved` or `unsolved`; none comes to a request that is followed by another.
+        `solved` or `unsolved` follows, unless another request does.
         """
         chosen = None if used is None else frozenset(used)
         self.requests += 1
@@ -185,7 +188,7 @@ class CalibratingModel:
         self._jobs.put(lambda: self._solve(chosen, request))
 
     def save(self, path: Path) -> None:
-        """Write the calibration as camera_info YAML; the answer is `saved`."""
+        """Write the calibration as camera_info YAML; `saved` or `failed` follows."""
 
         def write() -> None:
             if self._result is None:
@@ -208,7 +211,7 @@ class CalibratingModel:
             return False
         try:
             self._see(frame)
-        except UsageError:  # another size: the views so far are useless
+        except UsageError:  # the image size changed, which makes the earlier views useless
             self._begin()
             raise
         return True
@@ -221,7 +224,7 @@ class CalibratingModel:
         self.failed.emit(text.format(frame.frame_id, error))
 
     def _work(self) -> None:
-        """Do the queued jobs, and report a source that is silent."""
+        """Run the queued jobs, and report a silent source."""
         while True:
             try:
                 job = self._jobs.get_nowait()
@@ -267,7 +270,7 @@ class CalibratingModel:
         self._result, self._left_out = None, frozenset()
 
     def _solve(self, used: frozenset[int] | None, request: int) -> None:
-        if request != self.requests:  # the views were chosen anew meanwhile
+        if request != self.requests:  # a newer request follows
             return
         try:
             result = self._collector.solve(self.name, used, self._left_out)

@@ -1,8 +1,8 @@
 """Errors in the user's language.
 
 In English, an error's own text is used. In other languages, the most common errors are worded here by their
-kind and by the source or the feature concerned; for all others at least the sentence around the English text
-is translated.
+class and the source or feature concerned; for others, only the sentence around the English text is
+translated.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MOST_PROBLEMS = 3
 def error_text(error: Exception, source: object = "", feature: Feature | None = None) -> str:
     """Return an error as display text.
 
-    `source` is what was asked for, a URI or a title; `feature` is the one it is about, as last known.
+    `source` is the URI or title of the source concerned, `feature` the last known state of the feature.
     """
     if not is_translated():
         return str(error)
@@ -55,9 +55,10 @@ def lost_text(title: str, reason: str) -> str:
 
 
 def returned_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
-    """Return the message that a lost source is back; `problems` are the differences, a sentence each.
+    """Return whether a source that is back is set as before.
 
-    `changed` are settings that others changed meanwhile.
+    `problems` are the settings that could not be restored, `changed` those that others changed during the
+    loss; a sentence each.
     """
     text = translate("Errors", "set as before")
     if problems:
@@ -118,7 +119,7 @@ _KINDS: tuple[tuple[type[GrabberError], Callable[[], str]], ...] = (
     (SourceNotFoundError, lambda: translate("Errors", "not found: {0}")),
     (UsageError, lambda: translate("Errors", "this cannot be understood: {0}")),
 )
-"""From the special to the general; texts are looked up when they are needed, in the language of then."""
+"""From the special to the general; functions, as the language may change."""
 
 
 def _by_kind(error: Exception) -> str:

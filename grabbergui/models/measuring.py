@@ -1,4 +1,4 @@
-"""Measures frames (histogram, profile, sharpness) on a thread of its own while a result is wanted."""
+"""Measurements of frames: histogram, profile, sharpness."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from grabbergui.core.pixels import Region, for_display
 log = logging.getLogger(__name__)
 
 LEFT_OUT = 0.005
-"Share of the samples at either end that levels fitted to an image leave out."
+"Fraction of the samples at either end that lie outside of levels fitted to an image."
 
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Counts of a whole frame by channel, as the sensor gave them."""
+    """Counts of the sensor's values in a whole frame, by channel."""
 
     channels: dict[str, NDArray[np.int64]]
     "`grey`, `Y`, or `R`, `G`, `B`: a count for each value 0 … 2^depth - 1."
@@ -61,7 +61,7 @@ class Histogram:
     def levels(self, share: float = LEFT_OUT) -> tuple[float, float]:
         """Return black and white as fractions of the range; `share` of the samples lies beyond each.
 
-        Over all channels, and with the same levels for each, so that no colour cast comes of it.
+        They are the same for all channels, so that levels add no colour cast.
         """
         counts = sum(self.channels.values(), np.zeros(1 << self.depth, np.int64))
         sums = np.cumsum(counts)
@@ -87,9 +87,9 @@ def measure_histogram(frame: Frame) -> Histogram:
 
 
 def measurable(frame: Frame, region: Region | None = None) -> tuple[NDArray[Any], PixelFormat]:
-    """Return the values to measure of a region (all of the frame if None), and the format they are in.
+    """Return the values to measure in a region (None: the whole frame), and their pixel format.
 
-    They are the sensor's own where its channels share a depth and have a white; of all else they are what the
+    They are the sensor's own values if its channels share a depth and a white level; otherwise what the
     display shows, as Mono8 or RGB8. Raises PixelFormatError.
     """
     region = region or Region(0, 0, frame.width, frame.height)
@@ -115,7 +115,7 @@ def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, 
     elif family is Family.YUV:
         yield "Y", raw[:, :, pixel_format.raw_order.index("Y")]
     elif family is Family.BAYER:
-        # The first line's two colours, and the second line's: red and blue lie on a diagonal.
+        # The colours of even lines, then those of odd lines.
         for line, colours in enumerate((order, BAYER_SECOND_LINE[order])):
             for column, name in enumerate(colours):
                 yield name, raw[line::2, column::2]
@@ -132,7 +132,7 @@ def _counts(values: NDArray[Any], size: int) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Line:
-    """From one pixel to another, both included; in the frame's own pixels."""
+    """A line from one pixel of the frame to another, both included."""
 
     x0: int
     y0: int
@@ -141,7 +141,7 @@ class Line:
 
     @property
     def samples(self) -> int:
-        """Pixels along it: steps of the longer side."""
+        """Number of pixels along the line: steps of its longer side."""
         return max(abs(self.x1 - self.x0), abs(self.y1 - self.y0)) + 1
 
     def clipped(self, width: int, height: int) -> Line:
@@ -152,18 +152,18 @@ class Line:
 
 
 def measure_profile(frame: Frame, line: Line, *, raw: bool = False) -> dict[str, NDArray[Any]]:
-    """Return values along the line by channel: the sensor's own of mono, 8-bit `R`, `G`, `B` of all else.
+    """Return the values along a line by channel: the sensor's own for mono, 8-bit `R`, `G`, `B` otherwise.
 
-    With `raw` they are the sensor's own values of any format: components unchanged, and for a Bayer pattern
-    each pixel's value under the colour of its filter, NaN under the others. Nearest pixels are used, without
-    interpolation along the line. Raises PixelFormatError.
+    With `raw`, return the sensor's own values for any format: components unchanged; of a Bayer pattern each
+    pixel's value under the colour of its filter, and NaN under the others. Takes the nearest pixels without
+    interpolation. Raises PixelFormatError.
     """
     line = line.clipped(frame.width, frame.height)
     x = np.rint(np.linspace(line.x0, line.x1, line.samples)).astype(int)
     y = np.rint(np.linspace(line.y0, line.y1, line.samples)).astype(int)
     if frame.pixel_format.family in (Family.MONO, Family.COORDINATES):
         values = frame.raw()[y, x]
-        # Of coordinates it is the last, the distance.
+        # The last of several coordinates is the distance.
         return {"grey": values if values.ndim == 1 else values[:, -1]}
     if raw:
         return _raw(frame, x, y)
@@ -180,7 +180,7 @@ def _raw(frame: Frame, x: NDArray[Any], y: NDArray[Any]) -> dict[str, NDArray[An
     if frame.pixel_format.family is Family.YUV and len(order) == 3:
         return {name: values[:, order.index(name)] for name in "YUV"}
     if frame.pixel_format.family is Family.YUV:
-        # The chroma of two neighbours: U beside the left one, V beside the right one.
+        # Two neighbours share their chroma: U beside the left one, V beside the right one.
         luma = order.index("Y")
         return {"Y": values[:, luma], **_parted(values[:, 1 - luma], x % 2, ("U", "V"))}
     if frame.pixel_format.family is Family.BICOLOR:
@@ -193,24 +193,24 @@ def _raw(frame: Frame, x: NDArray[Any], y: NDArray[Any]) -> dict[str, NDArray[An
 
 
 def _parted(values: NDArray[Any], place: NDArray[Any], names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Return the values by name, given by their place in `names`."""
+    """Return the values by name; `place` is the index of each value's name in `names`."""
     kinds = np.array(names)[place]
     return {name: np.where(kinds == name, values, np.nan) for name in sorted(set(names), key="RGBUV".find)}
 
 
 HISTORY_SECONDS = 60.0
 HISTORY_MOST = 1200
-"Scores kept at most."
+"Most scores kept."
 
 
 def sharpness(frame: Frame, region: Region | None = None) -> float:
-    """Return a score that is highest where the lens is in focus; for comparing images of one scene.
+    """Return a score that is highest when the lens is in focus, to compare images of one scene.
 
-    The variance of the Laplacian, over the square of the mean, in percent: a brighter image of the same
-    scene has about the same score. Raises PixelFormatError.
+    It is the variance of the Laplacian over the square of the mean, in percent, so that brightness hardly
+    matters. Raises PixelFormatError.
     """
     region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
-    # A mosaic's own pattern would pass for sharpness, so Bayer is taken in colour first.
+    # A Bayer pattern itself would look like sharpness, so convert it to colour first.
     pixels = for_display(frame, region).pixels
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY) if pixels.ndim == 3 else pixels
     if frame.pixel_format.family is Family.BAYER:
@@ -221,7 +221,7 @@ def sharpness(frame: Frame, region: Region | None = None) -> float:
 
 
 class FocusHistory:
-    """Scores over the last minute, and the best one. Times are seconds of any one clock."""
+    """Scores of the last minute, and the best one. Times are seconds of any one clock."""
 
     def __init__(self) -> None:
         self._scores: deque[tuple[float, float]] = deque(maxlen=HISTORY_MOST)
@@ -234,7 +234,7 @@ class FocusHistory:
         return list(self._scores)
 
     def add(self, score: float, now: float | None = None) -> None:
-        """Note a score."""
+        """Add a score."""
         now = time.monotonic() if now is None else now
         self._scores.append((now, score))
         while self._scores[0][0] < now - HISTORY_SECONDS:
@@ -248,7 +248,7 @@ class FocusHistory:
 
 
 PERIOD = 0.1
-"Seconds between two measurements: as fast as a figure can be read."
+"Seconds between two measurements: faster figures cannot be read."
 
 
 @dataclass(frozen=True)
@@ -258,10 +258,10 @@ class Wanted:
     histogram: bool = False
     focus: bool = False
     focus_region: Region | None = None
-    "In the frame's pixels; None for all of it."
+    "In the frame's pixels; None for the whole frame."
     line: Line | None = None
     raw_line: bool = False
-    "Whether the sensor's own values along the line are wanted instead of the colours shown."
+    "Whether the line shows the sensor's own values instead of the displayed colours."
 
     @property
     def anything(self) -> bool:
@@ -280,7 +280,10 @@ class Measurement:
 
 
 class MeasuringModel:
-    """Measures the frames that `newest` returns, each once. No call waits; the thread emits the signal."""
+    """Measures each frame that `newest` returns, on a thread of its own while anything is wanted.
+
+    No call but `close` waits; the thread emits the signal.
+    """
 
     measured = Signal(Measurement)
 
@@ -345,7 +348,7 @@ class MeasuringModel:
         except PixelFormatError as error:
             log.debug("frame %d is not measured: %s", frame.frame_id, error)
         except Exception:
-            # A damaged frame must not end the measuring of those that follow.
+            # A damaged frame must not end the measurement of later ones.
             log.exception("frame %d could not be measured", frame.frame_id)
         else:
             self.measured.emit(measurement)

@@ -1,7 +1,7 @@
-"""One-push exposure and white balance: one at a time, undone if it fails or is cancelled.
+"""One-push exposure and white balance, which restore the camera if they fail or are cancelled.
 
-Exposure: the mean of the region is brought to a target by exposure time, then gain. White balance: red and
-blue are brought to green in a region that should be grey.
+Exposure brings the mean of a region to a target by exposure time, then gain. White balance brings red and
+blue to the level of green in a region that should be grey.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class OnePush:
     succeeded = Signal(str)
     """The result, as display text."""
     failed = Signal(str)
-    """The reason of the failure; everything is restored, or the text names the exceptions."""
+    """The reason for the failure; everything is restored, or the text names the exceptions."""
     ended = Signal()
     """The tuning ended, with or without success."""
 
@@ -104,7 +104,7 @@ class OnePush:
 
     @staticmethod
     def _restored(name: str, run: TuningRun, error: Exception) -> str:
-        """Restore the changes; return the reason of the failure as display text."""
+        """Restore the changes; return the reason for the failure as display text."""
         if not isinstance(error, GrabberError):
             log.exception("%s failed", name)
             error = GrabberError(f"internal error, see the log: {error}")
@@ -121,20 +121,20 @@ class OnePush:
 
 
 PATIENCE = 10.0
-"Seconds a camera may take; it needs a few frames."
+"Seconds that a camera's own mode may take; it needs a few frames."
 LOOK = 0.1
 "Seconds between two reads of the automatic mode."
 
 
 def has_once(grabber: FrameGrabber, role: Role) -> bool:
-    """Return whether the camera has an automatic mode for this that runs once."""
+    """Return whether the camera has an automatic mode for this role that runs once."""
     return automatic_once(grabber, role) is not None
 
 
 def let_camera(run: TuningRun, role: Role) -> str:
-    """Let the camera regulate once, wait until it is done, and return the result as display text.
+    """Let the camera regulate once, wait for the end, and return the result as display text.
 
-    Raises TuningError if it does not end, FeatureError, TransportError.
+    Raises TuningError if it does not end in time, FeatureError, TransportError.
     """
     auto = run.call(lambda grabber: automatic_once(grabber, role))
     if auto is None:
@@ -156,20 +156,20 @@ def let_camera(run: TuningRun, role: Role) -> str:
 
 
 EXPOSURE_TARGET = 0.5
-"Mean of the region, as a part of white."
+"Mean of the region as a fraction of white."
 EXPOSURE_TOLERANCE = 0.02
-"Difference from the target that is good enough."
+"Largest difference from the target that is good enough."
 EXPOSURE_STEPS = 16
 
 _MICROSECONDS = ("us", "µs", "usec", "")
 
 
 def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGET) -> str:
-    """Set exposure time and gain so that a region of the frame has the target's mean; return the outcome.
+    """Set exposure time and gain so that the mean of a region reaches the target; return the outcome.
 
-    The time is lengthened before gain is raised, as far as the frame rate allows, and gain is lowered
-    before the time is shortened. Automatic modes are switched off. Raises TuningError where it does not
-    settle, FeatureError, FrameTimeoutError, TransportError.
+    Lengthens the time before raising gain, as far as the frame rate allows, and lowers gain before shortening
+    the time. Switches automatic modes off. Raises TuningError if the light does not settle, FeatureError,
+    FrameTimeoutError, TransportError.
     """
     parameters = run.call(_exposure_parameters)
     if not parameters:
@@ -193,7 +193,7 @@ def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGE
 
 
 def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
-    """Return exposure time and gain, as far as the camera has them."""
+    """Return exposure time and gain, if the camera has them."""
     found: list[TuningParameter | None] = []
     if (name := Role.EXPOSURE.find(grabber.has_feature)) is not None:
         found.append(
@@ -208,7 +208,7 @@ def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
 
 
 def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
-    """Return the longest exposure time that the current frame rate allows; None if it is not known."""
+    """Return the longest exposure time that the current frame rate allows; None if unknown."""
     rate = Role.FRAME_RATE.find(grabber.has_feature)
     hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
     if not isinstance(hertz, int | float) or hertz <= 0:
@@ -217,7 +217,7 @@ def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
 
 
 def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: float) -> bool:
-    """Adjust the first parameter that has an effect; return whether there was one."""
+    """Adjust the first parameter that can still change; return whether there is one."""
     for parameter in parameters if factor > 1 else reversed(parameters):
         value = parameter.proposed(factor)
         if value is None:
@@ -249,21 +249,21 @@ def _exposure_text(parameters: list[TuningParameter]) -> str:
 
 
 BALANCE_TOLERANCE = 0.01
-"Difference of red and blue from green, as a part of green, that is good enough."
+"Largest difference of red and blue from green, as a fraction of green, that is good enough."
 BALANCE_STEPS = 12
 DARKEST = 0.03
-"Part of white below which noise decides on the colour."
+"Fraction of white below which noise determines the colour."
 MOST_SATURATED = 0.1
-"Fraction of white pixels above which their colour is lost."
+"Fraction of saturated pixels above which the colour is lost."
 
 COLOURS = {"R": "Red", "B": "Blue"}
-"Channel to the entry of BalanceRatioSelector; green stays."
+"Entry of BalanceRatioSelector for each adjusted channel; green stays."
 
 
 def balance(run: TuningRun, region: Region | None) -> str:
     """Set the balance ratios of red and blue so that a region of the frame is grey; return the outcome.
 
-    The automatic mode is switched off. Raises TuningError if the region is not measurable or does not settle,
+    Switches the automatic mode off. Raises TuningError if the region cannot be measured or does not settle,
     FeatureError, FrameTimeoutError, TransportError.
     """
     parameters = run.call(_balance_parameters)
@@ -286,7 +286,7 @@ def balance(run: TuningRun, region: Region | None) -> str:
 
 
 def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
-    """Return the ratio of each channel to adjust."""
+    """Return the balance ratios to adjust, by channel."""
     name = Role.BALANCE_RATIO.find(grabber.has_feature)
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
@@ -295,10 +295,9 @@ def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
     found: dict[str, TuningParameter] = {}
     for channel, entry in COLOURS.items():
         key, parameter = SettingKey(name, tuple((selector, entry) for selector in path)), None
-        with suppress(FeatureError):
-            parameter = (
-                TuningParameter.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key) if path else None
-            )
+        if path:
+            with suppress(FeatureError):
+                parameter = TuningParameter.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key)
         if parameter is None:
             raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
         found[channel] = parameter
@@ -331,7 +330,7 @@ def _usable(light: Light) -> Light:
 
 
 def _adjust_colours(run: TuningRun, parameters: dict[str, TuningParameter], wanted: dict[str, float]) -> bool:
-    """Adjust the ratios of these channels; return whether any of them has an effect."""
+    """Adjust the ratios of these channels; return whether any of them can still change."""
     values = {channel: parameters[channel].proposed(factor) for channel, factor in wanted.items()}
 
     def write(grabber: ChangeTrackingGrabber) -> None:

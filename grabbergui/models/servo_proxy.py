@@ -1,9 +1,9 @@
-"""A run as another process sees it: its window gets reports of it and sends requests.
+"""The servo loop's connection to a window in another process, which receives reports and sends requests.
 
-A window paints for a quarter of the time, mostly with Python's global lock. In the loop's process that delays
-commands, longest on a busy computer, which takes the core from the painter while it holds the lock.
-`RunnerServer` is the loop's end, `RunnerProxy` the window's, which looks like a `Runner`. Two pipes carry
-pickles: `Report`s one way, `Request`s the other.
+A window paints for a quarter of the time, mostly with Python's global lock. In the loop's process that would
+delay commands, most of all on a busy computer, which may preempt the painting thread while it holds the lock.
+`RunnerServer` is the loop's end, `RunnerProxy` the window's, with the interface of a `Runner`. Two pipes
+carry pickles: `Report`s one way, `Request`s the other.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ PERIOD = 0.04
 HEARTBEAT_PERIOD = 0.1
 "Seconds between two heartbeats of the window."
 HEARTBEAT_TIMEOUT = 2.0
-"Seconds without one after which the robot is stopped: nobody could stop it in the window."
+"Seconds without a heartbeat after which the robot is stopped, because the window's stop button is dead."
 CONFIRMATION_TIMEOUT = 0.5
-"Seconds in which the loop confirms a stop."
+"Seconds within which the loop confirms a stop."
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 NOT_ANSWERING = "the window does not answer"
@@ -57,23 +57,23 @@ class Report:
     moments: list[Moment]
     running: bool
     halted: str
-    "Why the emergency stop is on."
+    "Why the emergency stop is on; empty if it is off."
     config: Config
     confirmed: int
-    "The newest stop that was carried out."
+    "Number of the newest stop that was carried out."
     failures: list[str]
-    "What ended the loop, or kept it from starting."
+    "Why the loop ended or did not start."
     frame: Frame | None = None
-    "The newest image, once the one before was taken."
+    "The newest image, if the window has taken the previous one."
     calibration: Calibration | None = None
-    "Of `frame`."
+    "The calibration of `frame`."
     skeleton: tuple[NDArray[np.float64], ...] = ()
     camera: Pose | None = None
     "The camera in the robot's base."
 
 
 class RequestKind(Enum):
-    """The requests and announcements of a window."""
+    """Kinds of messages from a window."""
 
     STOP = "stop"
     START = "start"
@@ -82,13 +82,13 @@ class RequestKind(Enum):
     "End the window and calibrate hand and eye."
     HEARTBEAT = "heartbeat"
     IMAGE_TAKEN = "image taken"
-    "The next image may come."
+    "The loop may send the next image."
     CLOSED = "closed"
 
 
 @dataclass(frozen=True)
 class Request:
-    """A message of the window; `reason` and `number` are of a stop, `config` of tuning."""
+    """A message from the window; STOP has `reason` and `number`, TUNE has `config`."""
 
     kind: RequestKind
     reason: str = ""
@@ -103,7 +103,7 @@ def write(pipe: IO[bytes], message: Report | Request) -> None:
 
 
 def read(pipe: IO[bytes]) -> Any:
-    """Wait for the next message; None at the end, also one in the midst of a message."""
+    """Wait for the next message; return None at the end of the pipe, even within a message."""
     try:
         return pickle.load(pipe)
     except (EOFError, OSError, ValueError, pickle.UnpicklingError):
@@ -111,15 +111,15 @@ def read(pipe: IO[bytes]) -> Any:
 
 
 class RunnerServer:
-    """The loop's end. The robot is stopped when the window ends or hangs."""
+    """The loop's end. Stops the robot when the window ends or hangs."""
 
     def __init__(
         self, runner: Runner, calibration: CalibrationFor, to_window: IO[bytes], from_window: IO[bytes]
     ) -> None:
         self.closed = threading.Event()
-        "Set once the window is gone, after the robot was stopped for it."
+        "Set when the window has ended, after the robot was stopped for it."
         self.hand_eye_wanted = False
-        "Whether the window was closed to calibrate hand and eye."
+        "Whether the window requested a hand–eye calibration."
         self._runner, self._calibration = runner, calibration
         self._to, self._from = to_window, from_window
         self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)
@@ -136,14 +136,14 @@ class RunnerServer:
         ]
 
     def open(self) -> None:
-        """Report from now on."""
+        """Begin to send reports and to receive requests."""
         self._runner.cycle_done.connect(self._on_cycle)
         self._runner.failed.connect(self._on_failed)
         for thread in self._threads:
             thread.start()
 
     def close(self) -> None:
-        """Report no more; the threads end with the window. May be called twice."""
+        """Stop sending reports; the threads end with the window. May be called twice."""
         self.closed.set()
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._runner.failed.disconnect(self._on_failed, missing_ok=True)
@@ -153,7 +153,7 @@ class RunnerServer:
         if frame is not None:
             self._frame = frame
         self._moments.append(self._runner.loop.moment(cycle))
-        self._check_heartbeat()  # here, as the thread that reports may wait for a window that hangs
+        self._check_heartbeat()  # here, because a hanging window may block the reporting thread
 
     def _on_failed(self, reason: str) -> None:
         self._failures.append(reason)
@@ -164,7 +164,7 @@ class RunnerServer:
             while not self.closed.wait(PERIOD):
                 write(self._to, self._report())
         except (OSError, ValueError):
-            log.debug("the window takes no more reports")
+            log.debug("the window has closed its pipe")
 
     def _report(self) -> Report:
         runner, moments, failures = self._runner, _emptied(self._moments), _emptied(self._failures)
@@ -191,7 +191,7 @@ class RunnerServer:
         )
 
     def _check_heartbeat(self) -> None:
-        """Stop the robot for a window that hangs: its button would not do it."""
+        """Stop the robot if the window hangs, because its stop button is dead then."""
         silent = (
             self._last_heartbeat is not None and time.monotonic() - self._last_heartbeat > HEARTBEAT_TIMEOUT
         )
@@ -205,18 +205,18 @@ class RunnerServer:
         while (request := read(self._from)) is not None:
             self._last_heartbeat = time.monotonic()
             if request.kind is RequestKind.STOP:
-                # A thread for each: a robot whose network hangs must not hold up a second stop.
+                # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")
             elif request.kind is RequestKind.HAND_EYE:
                 self.hand_eye_wanted = True
                 _start_thread(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
             elif request.kind is RequestKind.START:
                 _start_thread(self._start, "start")
-            elif request.config is not None:
+            elif request.kind is RequestKind.TUNE and request.config is not None:
                 self._runner.tune(request.config)
             elif request.kind is RequestKind.IMAGE_TAKEN:
                 self._taken = True
-            elif request.kind is RequestKind.CLOSED:  # whoever showed it stops the run
+            elif request.kind is RequestKind.CLOSED:  # the process that showed the window stops the run
                 self.closed.set()
         self._last_heartbeat = None
         if not self.closed.is_set():
@@ -225,26 +225,26 @@ class RunnerServer:
 
     def _stop(self, request: Request) -> None:
         self._runner.emergency_stop(request.reason)
-        with self._confirming:  # a later stop may have been carried out first
+        with self._confirming:  # a later stop may be carried out first
             self._confirmed = max(self._confirmed, request.number)
 
     def _start(self) -> None:
         runner = self._runner
         if not runner.running:
-            runner.stop()  # its threads have ended; this releases them
+            runner.stop()  # releases the threads, which have ended
             runner.start()
         if why_not := runner.resume():
             self._failures.append(why_not)
 
 
 class RunnerProxy:
-    """The window's end: as much of a `Runner` as a window needs. The camera is out of its reach.
+    """The window's end: the part of a `Runner` that a window needs, without the camera.
 
-    Reports arrive on a thread of its own, on which its signals are emitted.
+    Reports arrive on a thread of its own, which emits the signals.
     """
 
     cycle_done = Signal(object, object)
-    """As a Runner's, but not of every frame."""
+    """As `Runner.cycle_done`, but not with every frame."""
     failed = Signal(str)
     """The loop ended, did not start, or did not confirm a stop; the reason as display text."""
 
@@ -256,10 +256,10 @@ class RunnerProxy:
         *,
         calibrates_hand_eye: bool = False,
     ) -> None:
-        """`ended` is called when the loop's process closes its end or dies. Waits for the first report."""
+        """Wait for the first report. `ended` is called when the loop's process closes its end or dies."""
         self.running = True
         self.calibrates_hand_eye = calibrates_hand_eye
-        "Whether the loop's process does on request."
+        "Whether the loop's process calibrates hand and eye on request."
         self.loop, self.robot, self.gate = _Loop(), _Robot(), _Gate()
         self._from, self._to = from_loop, to_loop
         self._ended = ended
@@ -277,7 +277,7 @@ class RunnerProxy:
         self._thread = threading.Thread(target=self._receive, name="servo reports", daemon=True)
 
     def open(self) -> None:
-        """Take reports from now on."""
+        """Begin to receive reports."""
         self._thread.start()
 
     def close(self) -> None:
@@ -286,22 +286,22 @@ class RunnerProxy:
         self._thread.join(HEARTBEAT_TIMEOUT)
 
     def calibration(self, width: int, height: int) -> Calibration:
-        """Return that of the newest image. Raises SourceUnavailableError before there is one."""
+        """Return the newest image's calibration. Raises SourceUnavailableError if the size differs."""
         known = self._calibration
         if known is None or (known.width, known.height) != (width, height):
             raise SourceUnavailableError(f"the loop has no calibration for images of {width}×{height}")
         return known
 
     def heartbeat(self) -> None:
-        """Show that the window lives; call it on the GUI thread, every `HEARTBEAT_PERIOD`.
+        """Send a heartbeat; call it on the GUI thread, every `HEARTBEAT_PERIOD`.
 
-        A loop that hangs reads nothing: heartbeats would fill the pipe, and the GUI thread would then wait.
+        Does nothing while the loop hangs: unread heartbeats would fill the pipe and block the GUI thread.
         """
         if time.monotonic() - self._reported < HEARTBEAT_TIMEOUT:
             self._request(Request(RequestKind.HEARTBEAT))
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
-        """Stop the robot; waits until the loop confirms it, or reports that it does not. Any thread."""
+        """Stop the robot and wait for the loop's confirmation; emit `failed` without one. Any thread."""
         number = next(self._numbers)
         self._request(Request(RequestKind.STOP, reason, number))
         with self._confirmed:
@@ -309,22 +309,22 @@ class RunnerProxy:
                 self.failed.emit(f"the loop has not confirmed the stop within {CONFIRMATION_TIMEOUT:g} s")
 
     def start(self) -> None:
-        """Do nothing: `resume` starts a loop that has ended, too."""
+        """Do nothing: `resume` also starts a loop that has ended."""
 
     def resume(self) -> str:
-        """Let the robot move; why it may not is reported by `failed`, later."""
+        """Let the robot move; if it may not, `failed` follows with the reason."""
         self._request(Request(RequestKind.START))
         return ""
 
     def stop(self) -> None:
-        """Do nothing: the loop is stopped by its own process."""
+        """Do nothing: the loop's own process stops it."""
 
     def calibrate_hand_eye(self) -> None:
-        """Let the loop's process stop the robot and calibrate hand and eye once this window is closed."""
+        """Request that the loop's process stops the robot, and calibrates hand and eye after this window."""
         self._request(Request(RequestKind.HAND_EYE))
 
     def tune(self, config: Config) -> None:
-        """Other gains, limits and rate from the next cycle on."""
+        """Use other gains, limits and rate from the next cycle on."""
         self._request(Request(RequestKind.TUNE, config=config))
 
     def _request(self, request: Request) -> None:
@@ -332,7 +332,7 @@ class RunnerProxy:
             with self._lock:
                 write(self._to, request)
         except (OSError, ValueError):
-            log.debug("the loop takes no more requests")
+            log.debug("the loop has closed its pipe")
 
     # -- the reports' thread ---------------------------------------------------------------------
     def _receive(self) -> None:
@@ -369,7 +369,7 @@ class _Loop:
         self.newest: Moment | None = None
 
     def moment(self, cycle: ControlCycle) -> Moment:
-        """Return the newest; `cycle` is its own."""
+        """Return the newest moment, which is that of `cycle`."""
         return self.newest or Moment(cycle)
 
 
@@ -381,11 +381,11 @@ class _Robot:
         self.camera: Pose = np.eye(4)
 
     def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
-        """As `Robot.skeleton`."""
+        """Return the newest lines, see `Robot.skeleton`."""
         return self.lines
 
     def camera_pose(self, head: Vector) -> Pose:
-        """As `Robot.camera_pose`."""
+        """Return the newest pose, see `Robot.camera_pose`."""
         return self.camera
 
 
@@ -396,11 +396,11 @@ class _Gate:
 
 
 Run = Runner | RunnerProxy
-"A run in this process or in another."
+"A run in this process or in another one."
 
 
 def _emptied(waiting: deque[Any]) -> list[Any]:
-    """Take all that waits; others may add meanwhile."""
+    """Remove and return the present items; other threads may append in the meantime."""
     return [waiting.popleft() for _ in range(len(waiting))]
 
 

@@ -1,9 +1,9 @@
-"""A tuning run: adjusts features of a camera until its frames measure what is wanted.
+"""A tuning run: adjusts features of a camera until a measurement of its frames reaches a target.
 
-The run measures frames, and calls the camera on its own thread. The search for a value decides and touches no
-camera. It expects of the measurement that it grows with the parameter, not more: it copes with a black level,
-a gamma curve, saturation and a scene that moves. Each proposal is a guess by the parameter's law, held
-between the values that were found too small and too large.
+The run measures frames, and calls the camera on the camera's own thread. The search for a value is pure
+logic. It only assumes that the measurement increases with the parameter, and so copes with a black level, a
+gamma curve, saturation and a moving scene. Each proposal is a guess by the parameter's law, kept between the
+values that were too small and too large.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ from grabbergui.models.measuring import measurable, planes
 STRONGEST = 8.0
 "Largest factor by which one step changes the light."
 NEARLY_BLACK = 0.01
-"Part of white below which a measurement shows only that it is dark."
+"Fraction of white below which a measurement shows only that it is dark."
 ROOM = 1e-3
-"Relative distance of the bounds below which they are forgotten: the scene has changed since."
+"Relative distance below which the bounds are forgotten: the scene must have changed."
 FLATTEST, STEEPEST = 0.25, 2.0
-"Bounds, in logarithms, within which a step's effect is believed."
+"Plausible range of the measured slope, light over parameter in logarithms."
 LEAST_STEP = 0.02
-"Relative: what a smaller step did is lost in noise."
+"Smallest relative step whose effect stands out from noise."
 
 
 class Law(Enum):
@@ -85,7 +85,7 @@ class ParameterSearch:
         return guess
 
     def accept(self, value: float) -> None:
-        """Note the value that the camera made of the proposal."""
+        """Set the value that the camera has after the proposal was written."""
         self.value = value
 
     def _guess(self, factor: float) -> float:
@@ -94,20 +94,20 @@ class ParameterSearch:
             return (self.value + end) / 2 if abs(end - self.value) > 1 else end
         if self._law is Law.DECIBEL:
             return self.value + _decibels(self._step(_nepers(self.value), math.log(factor)))
-        # From zero no factor has an effect.
+        # Zero cannot be multiplied.
         value = max(self.value, (self._high - self._low) * 1e-6)
         return value * math.exp(self._step(math.log(value), math.log(factor)))
 
     def _step(self, light: float, wanted: float) -> float:
-        """Return the step as a logarithm: longer than `wanted` if the previous step did too little.
+        """Return the step as a logarithm: longer than `wanted` if the previous step had too little effect.
 
         A black level or a gamma curve makes every step fall short; two measurements show by how much.
         """
         slope = 1.0
         if self._last is not None:
-            moved, achieved = light - self._last[0], self._last[1] - wanted
-            if abs(moved) > LEAST_STEP:
-                slope = min(max(achieved / moved, FLATTEST), STEEPEST)
+            step, effect = light - self._last[0], self._last[1] - wanted
+            if abs(step) > LEAST_STEP:
+                slope = min(max(effect / step, FLATTEST), STEEPEST)
         self._last = light, wanted
         return min(max(wanted / slope, -math.log(STRONGEST)), math.log(STRONGEST))
 
@@ -134,7 +134,7 @@ def _decibels(nepers: float) -> float:
 
 
 def light_factor(mean: float, saturated: float, target: float) -> float:
-    """Return the factor by which the light has to change, as far as one measurement shows.
+    """Return the factor by which the light has to change, estimated from one measurement.
 
     Saturated pixels hide how bright they are, so an image with many of them is darkened by more.
     """
@@ -162,9 +162,9 @@ class TuningParameter:
         highest: float | None = None,
         key: SettingKey | None = None,
     ) -> TuningParameter | None:
-        """Make a parameter over the feature's range, or up to `highest`; None without a range or value.
+        """Return a parameter over the feature's range, or up to `highest`; None without a range or value.
 
-        Without a `key` it is the instance that the selectors currently select.
+        Without a `key` it is the instance that is selected at present.
         """
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or not isinstance(feature.value, int | float):
@@ -176,14 +176,14 @@ class TuningParameter:
         return cls(feature, ParameterSearch(feature.value, low, high, law), key or SettingKey(feature.name))
 
     def proposed(self, factor: float) -> FeatureValue | None:
-        """Return the value to write for `factor` times as much; None if there is none."""
+        """Return the value to write for `factor` times the light; None at the end of the range."""
         before = self.search.value
         wanted = self.search.propose(factor)
         if wanted is None:
             return None
         allowed = nearest_allowed(self.feature, wanted)
         if allowed == before:
-            # A coarse step: the next value on that side, if it is still on that side.
+            # The increment is coarse: propose the next value on that side, if there is one.
             step = self.feature.increment or 0
             allowed = nearest_allowed(self.feature, before + (step if factor > 1 else -step))
         self.search.accept(before)
@@ -191,7 +191,7 @@ class TuningParameter:
 
 
 def switch_to_manual(grabber: FrameGrabber, name: str) -> Feature:
-    """Switch a feature's automatic mode off, and read the feature."""
+    """Switch a feature's automatic mode off, and return the feature."""
     auto = automatic_mode_of(name, grabber.has_feature)
     if auto is not None and (off := switched_off(grabber.feature(auto))) is not None:
         grabber.write_feature(*off)
@@ -211,16 +211,16 @@ def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
 
 # -- measuring light -----------------------------------------------------------------------------
 NEARLY_WHITE = 0.98
-"Part of the highest value from which a pixel counts as saturated: not every sensor reaches the top."
+"Fraction of the highest value from which a pixel counts as saturated: some sensors do not reach the top."
 
 
 @dataclass(frozen=True)
 class Light:
-    """A measurement, all values as parts of white."""
+    """A measurement of brightness; all values are fractions of white."""
 
     mean: float
     saturated: float
-    "Fraction of the samples that are white, or nearly."
+    "Fraction of the samples that are white or nearly white."
     channels: dict[str, float]
     "Mean of `R`, `G` and `B`; of `grey` or `Y` without colour."
 
@@ -231,7 +231,7 @@ class Light:
 
 
 def measure_light(frame: Frame, region: Region | None = None) -> Light:
-    """Measure the sensor's own values in a region of the frame, or in all of it. Raises PixelFormatError."""
+    """Measure the sensor's values in a region of the frame, by default all of it. Raises PixelFormatError."""
     region = region or Region(0, 0, frame.width, frame.height)
     region = _whole_cells(region.clipped(frame.width, frame.height), frame)
     raw, pixel_format = measurable(frame, region)
@@ -252,7 +252,7 @@ def measure_light(frame: Frame, region: Region | None = None) -> Light:
 
 
 def _whole_cells(region: Region, frame: Frame) -> Region:
-    """Begin on an even line and column and hold each colour of a Bayer pattern at least once."""
+    """Return a region that begins on an even line and column and has every colour of a Bayer pattern."""
     x, y = region.x & ~1, region.y & ~1
     right, bottom = min(max(region.right, x + 2), frame.width), min(max(region.bottom, y + 2), frame.height)
     return Region(x, y, right - x, bottom - y)
@@ -262,11 +262,11 @@ def _whole_cells(region: Region, frame: Frame) -> Region:
 T = TypeVar("T")
 
 STALE_FRAMES = 3
-"Frames after a write that may have been exposed before it: one exposing, one being read out, one on its way."
+"Frames after a write that may be from before: one being exposed, one being read out, one in transit."
 MOST_COMPARED = 6
 "Most frames compared until two are alike; under flickering light none are."
 STEADY = 0.01
-"Difference of two frames' means, as a part of white, that counts as none."
+"Difference of the means of two frames, as a fraction of white, that counts as none."
 FRAME_PATIENCE = 5.0
 "Seconds to wait for a frame."
 CALL_PATIENCE = 20.0
@@ -284,7 +284,10 @@ class TuningCancelledError(TuningError):
 
 
 class TuningRun:
-    """The context of one tuning, on its own thread. Once cancelled, calls raise TuningCancelledError."""
+    """What a tuning uses, on its own thread. Once cancelled, all calls but two raise TuningCancelledError.
+
+    `restore` and `close` still work then.
+    """
 
     def __init__(
         self,
@@ -307,9 +310,9 @@ class TuningRun:
         self._frames.close()
 
     def call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:
-        """Run a job on the camera's own thread and wait for it; its writes are one undo step.
+        """Run a job on the camera's own thread and wait for it; all writes of the run form one undo step.
 
-        Writes that the operator requested before are sent before.
+        Writes that the operator requested before are sent first.
         """
         self._check()
         return self._call(job)
@@ -332,7 +335,7 @@ class TuningRun:
         return light
 
     def restore(self) -> list[str]:
-        """Restore all values, also when cancelled; return what could not be restored, a sentence each."""
+        """Restore all values; return a sentence for each that could not be restored."""
         values = dict(self._step.values(Direction.UNDO))
         return list(self._call(lambda grabber: write_values(grabber, values)).values())
 
@@ -352,12 +355,12 @@ class TuningRun:
     def _call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:
         answers: queue.Queue[tuple[T | None, GrabberError | None]] = queue.Queue()
 
-        def noted() -> T:
+        def recorded() -> T:
             with self._grabber.journal.within(self._step):
                 return job(self._grabber)
 
         if not self._features.run(
-            noted,
+            recorded,
             done=lambda result: answers.put((result, None)),
             failed=lambda error: answers.put((None, error)),
         ):

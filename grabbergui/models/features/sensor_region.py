@@ -1,6 +1,6 @@
-"""The part of the sensor that a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1).
+"""The region of the sensor that a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1).
 
-Features that cannot be changed while the stream runs are written while it is paused.
+Cameras lock these features while they stream, so the stream is paused for the writes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from grabbergui.core.pixels import Region
 def stream_paused(
     grabber: FrameGrabber, needed: bool = True, stays: Callable[[GrabberError], None] | None = None
 ) -> Iterator[None]:
-    """Stop a running stream for the block, and start it again with triggers as they are then.
+    """Stop a running stream for the block, and start it again with the trigger modes set by then.
 
-    Does nothing where it does not run, or is not `needed`. Raises what stopping and starting raises; with
-    `stays`, that is called instead when the stream does not start again. A camera that is lost within the
-    block streams again when it is back.
+    Does nothing if the stream does not run or the pause is not `needed`. Raises GrabberError; if the stream
+    does not start again, calls `stays` with the error instead. A camera that is lost within the block streams
+    again when it is back.
     """
     if not needed or not grabber.streaming:
         yield
@@ -43,15 +43,15 @@ _AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
 
 
 def has_region(grabber: FrameGrabber) -> bool:
-    """Return whether the camera lets its region be chosen."""
+    """Return whether the camera's region can be chosen."""
     return all(grabber.has_feature(name) for axis in _AXES for name in axis)
 
 
 def apply(grabber: FrameGrabber, region: Region) -> Region:
-    """Send only a part of the current region; the stream continues. Returns the camera's region afterwards.
+    """Reduce the camera's region to a part of the present frames, and return the resulting region.
 
-    `region` is in the pixels of the present frames and is made to fit the camera's increments, never
-    smaller than its least size. On the thread that makes the camera's calls. Raises FeatureError,
+    `region` is in pixels of the present frames; it is adjusted to the camera's increments and minimum size. A
+    running stream continues afterwards. On the thread that makes the camera's calls. Raises FeatureError,
     TransportError.
     """
     _require(grabber)
@@ -59,16 +59,16 @@ def apply(grabber: FrameGrabber, region: Region) -> Region:
 
 
 def apply_full(grabber: FrameGrabber) -> Region:
-    """Send the whole sensor. As `apply`."""
+    """Set the camera's region to the whole sensor, and return it. Thread and errors as in `apply`."""
     _require(grabber)
     return _paused(grabber, lambda axis: _full(grabber, axis))
 
 
 def fitted(start: int, length: int, size: Feature, offset: Feature) -> tuple[int, int]:
-    """Return size and offset along one axis for `length` pixels that begin `start` pixels into the frame.
+    """Return size and offset along one axis for `length` pixels from pixel `start` of the frame on.
 
-    The size is on its increment and not less than its minimum; the offset is moved down to its increment
-    and so far that the region stays within the current one.
+    The size is rounded to its increment and at least its minimum; the offset is rounded down to its
+    increment, and reduced until the region lies within the current one.
     """
     before, first = _number(size.value), _number(offset.value)
     step, least = max(1, _number(size.increment)), max(1, _number(size.minimum))
@@ -86,7 +86,7 @@ def _cut(grabber: FrameGrabber, axis: tuple[str, str], region: Region) -> None:
     size, offset = grabber.feature(size_name), grabber.feature(offset_name)
     start, length = (region.x, region.width) if size_name == "Width" else (region.y, region.height)
     new_size, new_offset = fitted(start, length, size, offset)
-    # Offset and size limit each other: never let their sum pass the sensor's edge on the way.
+    # Offset and size limit each other, so their sum must stay within the sensor after each write.
     writes = [(size_name, new_size), (offset_name, new_offset)]
     if new_size > _number(size.value):
         writes.reverse()

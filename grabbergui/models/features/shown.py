@@ -1,7 +1,7 @@
-"""What is shown of features: which of them, and their values, ranges and tooltips in the user's language.
+"""Features as the window shows them: which of them, and their values, ranges and tooltips as display text.
 
-In English, range and reason are those of `Feature.range_text` and `Feature.access_problem`, with units as
-people write them. Pure functions.
+In English, the texts are those of `Feature.range_text` and `Feature.access_problem`, but with typographic
+units. Pure functions.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from grabbergui.models.language import counted, driver_text, localized, translat
 
 # -- which features ------------------------------------------------------------------------------
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
-"""Commands that beginners have buttons for, which also start and stop receiving."""
+"""Commands with buttons in the window, which also start and stop reception."""
 
 
 def visible_names(
@@ -37,9 +37,8 @@ def visible_names(
 ) -> list[str]:
     """Return the features up to a visibility that match the text, in the tree's order, each once.
 
-    A category for experts hides everything below it, as GenApi defines it. Beginners see a feature once:
-    unless they search for it, the list omits features with controls `elsewhere` in the window and commands
-    that have buttons.
+    A category for experts hides everything below it, as GenApi defines. For beginners, unless they search,
+    the list omits features with controls `elsewhere` in the window and commands with buttons.
     """
     words = tuple(text.lower().split())
     hidden = HAS_BUTTONS.union(elsewhere) if visibility < Visibility.EXPERT and not words else frozenset()
@@ -76,15 +75,15 @@ MOST_PINNED = 12
 
 
 def controlled_by(pinned: Collection[str], has: Callable[[str], bool]) -> frozenset[str]:
-    """Return the features that pinned controls set: those that are pinned, and their automatic modes."""
+    """Return the features that pinned controls set: the pinned features and their automatic modes."""
     modes = (automatic_mode_of(name, has) for name in pinned)
     return frozenset(pinned).union(mode for mode in modes if mode is not None)
 
 
 def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
-    """Return the names with one of them at the place before which it was dropped; it may be there already.
+    """Return the names with one of them, new or known, moved before the name at `index`.
 
-    A place beyond the end is the end. With `MOST_PINNED` names, one that is not among them is not taken.
+    An index beyond the end means the end. With `MOST_PINNED` names, no new name is added.
     """
     if name not in names and len(names) >= MOST_PINNED:
         return tuple(names)
@@ -114,7 +113,7 @@ _ZERO_WIDTH_SPACE = "\u200b"
 
 
 def breakable(title: str) -> str:
-    """Return a title that may be broken into lines between its words, also where it is one CamelCase word."""
+    """Return a title that can be broken into lines between the words of a CamelCase name."""
     return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
 
 
@@ -128,7 +127,7 @@ def coded_text(number: int, representation: Representation) -> str:
 
 
 def parse_coded(text: str, representation: Representation) -> int:
-    """Parse a typed integer; also plain or hexadecimal digits. Raises ValueError."""
+    """Parse a typed integer, in the representation or as plain or hexadecimal digits. Raises ValueError."""
     bare = text.strip()
     if representation is Representation.IPV4_ADDRESS and "." in bare:
         return int(ipaddress.IPv4Address(bare))
@@ -185,7 +184,7 @@ def range_text(feature: Feature) -> str:
 
 
 def value_text(feature: Feature) -> str:
-    """Return the value with its unit, as a read-only row shows it; a dash where there is none."""
+    """Return the value with its unit, as a read-only row shows it; a dash without a value."""
     value: FeatureValue | None = feature.value
     if value is None:
         return "–"
@@ -199,7 +198,7 @@ def value_text(feature: Feature) -> str:
 
 
 def tooltip_html(feature: Feature) -> str:
-    """Return a feature's tooltip: the reason for which it cannot be used, help, range, name."""
+    """Return a feature's tooltip: why it cannot be used, help, range, name."""
     parts = [f"<b>{html.escape(feature.title)}</b>"]
     if not feature.access.writable:
         why = translate("Features", "It {0}.").format(access_text(feature))
@@ -223,7 +222,7 @@ def _line(text: str, value: str) -> str:
 
 
 def _exact(feature: Feature) -> str:
-    """Return the value with all its digits, which the control may have no room for."""
+    """Return the value with all its digits, for which the control may lack room."""
     text = format_value(feature.value)
     number = isinstance(feature.value, int | float)
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
