@@ -20,7 +20,7 @@ from grabbergui.net.yarp.os.link import RpcClient, administer, greet
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
-from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
+from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
 from patience import PATIENCE, until
 from yarp_bytes import reply_to
 
@@ -151,6 +151,14 @@ def test_administration(names):
         assert ask("prop", "set", "b", "x" * 5000)[0] == Vocab("fail")
         assert ask("nonsense")[0] == Vocab("fail")
         assert administer(reader.contact.address, Bottle([Vocab("add"), "/out"]))[0] == -1
+
+
+def test_a_property_that_yarp_3_cannot_express_is_refused():
+    """It would break every list of the properties, which any peer may request."""
+    with OutputPort("/out") as output:
+        vocab64 = [Vocab("prop"), Vocab("set"), "a", Vocab64("longword")]
+        assert output.commands.administer(vocab64)[0] == Vocab("fail")
+        assert administer(output.contact.address, Bottle(["prop", "get"])) == []
 
 
 def test_a_slow_reader_slows_nobody():

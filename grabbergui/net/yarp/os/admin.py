@@ -14,7 +14,7 @@ from typing import Final, Protocol
 from grabbergui.core.errors import GrabberError, LocalProtocolError, RemoteProtocolError, SourceNotFoundError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import STREAM_PATH, Target
-from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+from grabbergui.net.yarp.os.values import Item, Vocab, word
 
 log = logging.getLogger(__name__)
 
@@ -75,10 +75,10 @@ class Administered(Protocol):
         """Connect. Raises GrabberError."""
 
     def remove_output(self, name: str) -> bool:
-        """Drop the connections to `name`; whether there were any."""
+        """Close the connections to `name`; return whether there were any."""
 
     def remove_input(self, name: str) -> bool:
-        """Drop the connections from `name`; whether there were any."""
+        """Close the connections from `name`; return whether there were any."""
 
 
 class PortCommands:
@@ -212,7 +212,11 @@ def _properties(port: Administered, words: list[str], request: list[Item]) -> Bo
         return Bottle([Vocab("fail")])
     if words[2] not in port.properties and len(port.properties) >= _MANY_PROPERTIES:
         return Bottle([Vocab("fail"), f"a port keeps {_MANY_PROPERTIES} properties"])
-    if len(words[2]) + len(Bottle([request[3]]).encode(Dialect.YARP4)) > _PROPERTY_BYTES:
+    try:
+        size = len(words[2]) + len(Bottle([request[3]]).encode())
+    except LocalProtocolError as error:  # a vocab of 4.0, which would break every list of the properties
+        return Bottle([Vocab("fail"), str(error)])
+    if size > _PROPERTY_BYTES:
         return Bottle([Vocab("fail"), f"a property has at most {_PROPERTY_BYTES} bytes"])
     port.properties[words[2]] = request[3]
     return Bottle([Vocab("ok")])
