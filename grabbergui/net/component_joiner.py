@@ -1,4 +1,4 @@
-"""Components of a frame, one by one over a network: named, in metres, and joined again by their stamps."""
+"""Components of a frame that travel one by one over a network: names, metres, and joining by stamps."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import Scan3d
 
 WAIT: Final = 0.1
-"""Seconds that an image waits for components that came in time before."""
+"""Seconds that an image waits for a component that was in time for earlier images."""
 MOST_WAITING: Final = 4
 """Images of each kind that wait for the others of their frame. Beyond that the oldest frame is returned as it
 is, the oldest image of a component dropped."""
 MOST_COMPONENTS: Final = 16
 """Components of one camera, sent or received; further ones are ignored."""
 _MOST_AHEAD: Final = 1_000_000_000
-"""Nanoseconds by which a component's stamp may be later than its camera's newest image. One of a later stamp
-is from before the clock was set back, and would show for ever that the components of all images were lost."""
+"""Nanoseconds by which a component's stamp may be later than its camera's newest image. A later stamp is
+from before the clock was set back; it would make the component of every further image look lost."""
 _REMEMBERED: Final = 32
-"""Delivered images whose time of arrival is stored, by which the delay of a component is measured."""
+"""Delivered images whose arrival times are kept, to measure how late a component is."""
 
 _NAME = re.compile(r"([a-z]+)(?:_\d{1,2})?")
 _KINDS: Final = {kind.name.lower(): kind for kind in ComponentKind if kind is not ComponentKind.METADATA}
@@ -47,9 +47,9 @@ def kind_of(name: str) -> ComponentKind | None:
 
 
 def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:
-    """Give the images that a network offers beside a frame's own, by name.
+    """Yield the images, by name, that a network offers besides the frame's own.
 
-    A frame whose own image is one of distances has it as `range` as well.
+    If the frame's own image holds distances, it is yielded as `range`, too.
     """
     own = own_component(frame.components)
     if own is not None and own.pixel_format.is_coordinate:
@@ -70,9 +70,9 @@ class _Waiting:
 class ComponentJoiner:
     """Adds to each image the components with the same `timestamp_ns`. No I/O, no clock; one thread at a time.
 
-    An image waits only for components that came in time for the images before, at most `WAIT` seconds, and no
-    longer than until a later image of that component shows that its own was lost. Images are returned in the
-    order in which they came. A component that comes later is dropped.
+    An image waits at most `WAIT` seconds, and only for components that were in time for earlier images. It
+    gives a component up when a later image of that component arrives: its own was lost. Images are returned
+    in the order of their arrival, and late components are dropped.
     """
 
     def __init__(self, wait: float = WAIT) -> None:
@@ -82,13 +82,13 @@ class ComponentJoiner:
         self._punctual: set[str] = set()
         "The components that are waited for."
         self._arrivals: OrderedDict[int, float] = OrderedDict()
-        "Of images that were returned, by their stamps."
+        "Arrival times of returned images, by stamp."
         self.late = 0
-        "Components that came when their image had been returned."
+        "Components that arrived after their image had been returned."
 
     @property
     def deadline(self) -> float | None:
-        """When `due` has something to return; None while no image waits."""
+        """Time at which `due` returns an image; None while no image waits."""
         return self._waiting[0].arrived + self._wait if self._waiting else None
 
     def image(self, frame: Frame, now: float) -> list[Frame]:
@@ -137,7 +137,7 @@ class ComponentJoiner:
         return self._complete()
 
     def forget(self, name: str) -> list[Frame]:
-        """Wait no longer for a component that is not sent any more; return the complete images."""
+        """Stop waiting for a component that is no longer sent; return the complete images."""
         self._punctual.discard(name)
         self._parts.pop(name, None)
         for waiting in self._waiting:
@@ -145,13 +145,13 @@ class ComponentJoiner:
         return self._complete()
 
     def _forget_stamps(self, *, before: float = -math.inf, after: float = math.inf) -> None:
-        """Forget the images of components whose stamps lie outside."""
+        """Forget component images whose stamps are outside this range."""
         for images in self._parts.values():
             for stamp in [stamp for stamp in images if not before <= stamp <= after]:
                 del images[stamp]
 
     def _passed(self, name: str, stamp: int) -> bool:
-        """Whether a later image of a component has come already."""
+        """Return whether a later image of a component has arrived."""
         return any(other > stamp for other in self._parts.get(name, ()))
 
     def _complete(self) -> list[Frame]:
@@ -168,9 +168,9 @@ class ComponentJoiner:
 
 
 def joined(frame: Frame, parts: dict[str, Frame]) -> Frame:
-    """Return the frame with these images as its components after its own; without any, the frame itself.
+    """Return the frame with these images after its own component; without any, the frame itself.
 
-    An image of distances is its camera's `range` already.
+    A `range` is left out if the frame's own image holds distances.
     """
     (own,) = frame.components or (None,)
     if own is not None and own.kind is ComponentKind.RANGE:
@@ -214,7 +214,7 @@ def in_metres(image: Frame, scan: Scan3d) -> Frame:
 
 
 def in_camera_units(image: Frame, scan: Scan3d) -> Frame:
-    """Return an image of `in_metres` in the camera's own values again, as Coord3D_C32f, so that `scan` holds.
+    """Convert an image of `in_metres` back to the camera's own values, Coord3D_C32f, to which `scan` applies.
 
     NaN stays NaN. Other images, and those of a camera that reports no scale, are returned as they are. Raises
     PixelFormatError.

@@ -139,7 +139,7 @@ class NumberedFeatures:
         return role.find(self._grabber.has_feature) if role else None
 
     def require(self, number: int) -> str:
-        """Return the name of a feature that is there. Raises FeatureNotFoundError."""
+        """Return the name of a feature that the camera has. Raises FeatureNotFoundError."""
         name = self.name(number) if self.has(number) else None
         if name is None:
             what = label(number)
@@ -179,7 +179,7 @@ class NumberedFeatures:
         return self._to_yarp(self._feature(number))
 
     def set_value(self, number: int, value: float) -> None:
-        """Set a feature that has one value; what makes it take effect is switched on."""
+        """Set a feature that has one value; this also switches its enabler on."""
         self._refuse_two_values(number)
         self._write(self._feature(number), value)
 
@@ -187,7 +187,7 @@ class NumberedFeatures:
         """Return red and blue for white balance, the smallest and largest value for other features.
 
         Raises FeatureAccessError where a feature has no range, and for all but white balance where values
-        are normalised: clients take a range for the sign of a camera's own units.
+        are normalised: clients conclude from a range that values are in the camera's own units.
         """
         if number == FeatureId.WHITE_BALANCE:
             with self._grabber.exclusive([BALANCE_SELECTOR]):
@@ -214,7 +214,7 @@ class NumberedFeatures:
         return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
 
     def set_mode(self, number: int, mode: int) -> None:
-        """Let the camera regulate it, or keep it as it is."""
+        """Let the camera regulate it, or hold its current value."""
         name = self.require(number)
         if mode not in (FeatureMode.MANUAL, FeatureMode.AUTO):
             raise FeatureValueError(f"{name}: mode {mode} is neither 1 (manual) nor 2 (auto)", name)
@@ -297,7 +297,7 @@ def _from_yarp(feature: Feature, value: float) -> FeatureValue:
 
 
 def _span(feature: Feature) -> tuple[float, float] | None:
-    """Return the least and the greatest number, or None where there are no two."""
+    """Return the smallest and the largest number; None without a range."""
     if feature.kind is FeatureKind.BOOLEAN:
         return 0.0, 1.0
     if feature.kind is FeatureKind.ENUMERATION and len(feature.entries) > 1:
@@ -336,13 +336,13 @@ class FeatureModes:
         """Return whether it can be switched on and off."""
         return self._switch(name) is not None
 
-    # -- who regulates it ------------------------------------------------------------------------
+    # -- automatic mode --------------------------------------------------------------------------
     def automatic(self, name: str) -> bool:
         """Return whether the camera regulates it at the moment."""
         return regulating(self._automatic(name))
 
     def set_automatic(self, name: str, on: bool) -> None:
-        """Let the camera regulate it, or keep it as it is."""
+        """Let the camera regulate it, or hold its current value."""
         auto = self._automatic(name)
         if auto is None:
             if on:
@@ -358,7 +358,7 @@ class FeatureModes:
             raise FeatureAccessError(f"{name} cannot be regulated once on this camera", name)
         self._grabber.write_feature(auto.name, AUTO_ONCE)
 
-    # -- whether it acts -------------------------------------------------------------------------
+    # -- on and off ------------------------------------------------------------------------------
     def active(self, name: str) -> bool:
         """Return whether it is switched on; a feature without a switch is always on."""
         switch = self._switch(name)

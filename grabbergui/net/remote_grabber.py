@@ -20,16 +20,16 @@ from grabbergui.core.sfnc import Companions, regulating
 from grabbergui.net.tree import TreeFeatures
 
 MOST_SEEN = 500
-"Settings that are compared when the other end comes back; each is a request."
+"Settings that are compared after a reconnection; each costs a request."
 
 READS_AT_ONCE = 10
-"""Features read by one request. A write that comes meanwhile waits for the answer."""
+"""Features read by one request. A write in the meantime waits for its answer."""
 
 log = logging.getLogger(__name__)
 
 
 class RemoteFeatures(Protocol):
-    """A remote camera's features, however they cross the wire. One thread at a time."""
+    """A remote camera's features, over any protocol. One thread at a time."""
 
     tree: Category
 
@@ -96,18 +96,18 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         """Report that the other end, or the camera behind it, is lost; once for each reason."""
         if reason != self._lost:
             self._lost = reason
-            # As visible as the loss of a local camera: a command's log has no other sign of it.
+            # A warning, as for a local camera: a command's log shows the loss nowhere else.
             log.warning("%s: %s", self.info.uri, reason)
             self.connection_changed.emit(ConnectionState.LOST, reason)
 
-    def _be_back(self) -> None:
-        """Report that both are there again."""
+    def _report_return(self) -> None:
+        """Report that the server and its camera are available again."""
         self._lost, how = "", return_text(self.unlike_before, self.changed_meanwhile)
         log.warning("%s: back, %s", self.info.uri, how)
         self.connection_changed.emit(ConnectionState.OPEN, how)
 
     def _ask_for_loss(self) -> str:
-        """Return why the camera behind a server of ours is lost; empty if it is not. Others do not say."""
+        """Return why the camera behind a server of ours is lost; empty if it is not, or unknown."""
         features = self._connected()
         if not isinstance(features, TreeFeatures):
             return ""
@@ -115,9 +115,9 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         return features.lost
 
     def _report_camera(self, features: RemoteFeatures) -> None:
-        """Report the loss and the return of the camera behind a server of ours, once its changes were read.
+        """Report the loss or return of the camera behind a server of ours; call it after reading the changes.
 
-        On return the server knows best what is not as before: it set everything that anybody had written.
+        The server has restored all settings by then, so it reports which of them differ now.
         """
         if not isinstance(features, TreeFeatures):
             return
@@ -129,7 +129,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         if features.lost:
             self._lose(features.lost)
         elif self._lost:
-            self._be_back()
+            self._report_return()
 
     def _recognise(self, info: DeviceInfo) -> None:
         """Store the other end's description of its camera. Raises OtherCameraError for another unit.
@@ -234,9 +234,9 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         if self.access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: {self.info.title} was opened for reading only", name)
 
-    # -- what it was before the other end went away ----------------------------------------------
+    # -- values before a loss --------------------------------------------------------------------
     def _shown(self, name: str) -> SettingKey | None:
-        """Return the setting a feature shows as far as its selectors were read; None where they were not."""
+        """Return the setting that a feature shows; None if its selectors have not been read."""
         path = [SettingKey(selector) for selector in self.selectors.of(name)]
         if not all(key in self._seen for key in path):
             return None

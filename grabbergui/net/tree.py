@@ -44,8 +44,8 @@ TIMEOUT = 7.0
 class TreeFeatures:
     """Features of a server that knows our verbs. One thread at a time.
 
-    `ask` carries a verb and its arguments over, and gives the result as plain data or raises what the server
-    reported.
+    `ask` sends a verb with its arguments, and returns the result as plain data or raises the error that the
+    server reported.
     """
 
     def __init__(self, ask: Callable[..., Any]) -> None:
@@ -60,10 +60,10 @@ class TreeFeatures:
         self.changed_meanwhile: tuple[str, ...] = ()
         "After its return: other settings that changed meanwhile; as of the last `look`."
         self.missed = False
-        "Whether the last `changes` could not know what changed: the server is another one, or forgot it."
+        "Whether the last `changes` could not tell what changed: the server restarted, or has forgotten it."
         self._revision = 0
         self._version: int | None = None
-        "Of the server's verbs; asked for when it matters first."
+        "Version of the server's verbs; requested at its first use."
 
     def has(self, name: str) -> bool:
         """Return whether there is such a feature."""
@@ -97,7 +97,7 @@ class TreeFeatures:
         return self._version >= SELECTING_VERSION
 
     def look(self) -> dict[str, Any]:
-        """Ask the server how it and its camera are; return its answer, whose parts are kept here."""
+        """Ask the server for its state and its camera's; store it here and return the answer."""
         answer = table_of(self._ask("hello"))
         self.lost = str(answer.get("lost", ""))
         self.unlike_before, self.changed_meanwhile = (
@@ -126,11 +126,11 @@ class TreeFeatures:
 
 
 IDLE = 10.0
-"""Seconds without a question after which the grabber is no longer listened to: it may be polling its
-camera for our sake only."""
+"""Seconds without a request after which the log stops listening: the grabber may poll its camera for this
+listener only."""
 
 MEMORY = 256
-"""The number of changes that are kept. A client that asks later must take every feature as changed."""
+"""Number of changes kept. A client that asks for older ones must assume that every feature changed."""
 
 
 class ChangeLog:
@@ -138,7 +138,7 @@ class ChangeLog:
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
-        # Counting from the time of day, a client notices that the server was restarted.
+        # Starting at the time of day shows clients that the server restarted.
         self._revision = time.time_ns() // 1_000_000
         self._changes: deque[tuple[int, frozenset[str]]] = deque(maxlen=MEMORY)
         self._asked = 0.0
@@ -187,10 +187,10 @@ VERSION = 2
 "From version 2 on, names may contain selectors, and `set` exists."
 _ANY = -1
 _REVISION_DIGITS = 20
-"""More than any number of ours has. Python refuses to read thousands of digits."""
+"""More than any revision has; Python refuses to parse thousands of digits."""
 
 Terminal = Callable[[str], str]
-"""Runs a line typed from afar and gives what to print; raises GrabberError. Any thread."""
+"""Runs a line of a remote terminal and returns the text to print. Raises GrabberError. Any thread."""
 
 
 def no_terminal(line: str) -> str:
@@ -240,7 +240,7 @@ class TreeService:
         return {**answer, **self._loss(), **after_loss}
 
     def _loss(self) -> dict[str, str]:
-        """Return why the camera is lost, if it is: no images come meanwhile, and nobody else says so."""
+        """Return why the camera is lost, if it is. Clients would only see that no images arrive."""
         return {"lost": reason} if (reason := self._grabber.lost) else {}
 
     def _features(self, *names: str) -> list[Feature]:
@@ -321,7 +321,7 @@ def read_write_result(data: object) -> WriteResult:
         tuple(map(_change, _array(table.get(name, [])))) for name in ("written", "consequences")
     )
     if not written:
-        raise RemoteProtocolError(f"nothing says what was written to {feature.name}")
+        raise RemoteProtocolError(f"the reply does not contain what was written to {feature.name}")
     also_changed = tuple(map(read_feature, _array(table.get("also_changed", []))))
     return WriteResult(feature, written, consequences, also_changed)
 
@@ -354,7 +354,7 @@ def _plain(value: object) -> Any:
 
 
 def _built(kind: type[_Built], data: object) -> _Built:
-    """Return an object of the fields we know; a newer peer may send more."""
+    """Return an object made from the fields that we know; a newer peer may send more."""
     table = table_of(data)
     names = {field.name for field in fields(kind)}
     values = {key: value for key, value in table.items() if key in names}
@@ -402,6 +402,6 @@ def error_of(kind: str, message: str, feature: str) -> GrabberError:
         return GrabberError(message)
     if issubclass(found, FeatureError):
         return found(message, feature)
-    # Others are made of more than a message, such as the name of a file, which does not travel.
-    alike = found.__init__ is Exception.__init__
-    return found(message) if alike else GrabberError(message)
+    # Others need more than a message, such as a file's name, which is not transmitted.
+    message_only = found.__init__ is Exception.__init__
+    return found(message) if message_only else GrabberError(message)

@@ -53,7 +53,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     """
 
     def __init__(self, name: str, uri: str = "", *, reliable: bool = False, components: bool = True) -> None:
-        """With `components`, frames have what a node of ours publishes as range/image … too."""
+        """With `components`, frames also contain what a node of ours publishes as range/image …."""
         name = "/" + name.strip("/")
         super().__init__(DeviceInfo(uri or f"ros2:{name}", bus="ROS 2", address=name))
         self._name = name
@@ -62,7 +62,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._ros: Ros2Node | None = None
         self._link: CameraLink | None = None
         self._refused = ""
-        "Why what is published now is not ours: it is another camera's. Empty if it is ours."
+        "Why the present publisher is refused: it serves another camera. Empty if it is accepted."
         self._stream_lock = threading.RLock()
         "Guards the stream, and is never held while the other end is asked. Taken after `_lock`."
         self._closing = threading.Event()
@@ -124,7 +124,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     reliable=self._reliable,
                     components=components,
                 )
-                if not self._refused:  # else once ours is back
+                if not self._refused:  # otherwise once our camera is back
                     self._stream.open()
 
     @override
@@ -205,7 +205,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 log.info("%s: %s", self._name, error)
 
     def _refuse(self, reason: str) -> None:
-        """Take neither images nor features of another camera, until ours is back."""
+        """Accept neither images nor features of another camera until ours is back."""
         with self._stream_lock:
             self._refused = reason
             if self._stream is not None:
@@ -221,7 +221,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             if isinstance(features, TreeFeatures):
                 if len(self.features_changed):
                     changed = features.changes()
-                # A server that was killed seems to be there for 20 s more, in which another may have started.
+                # A killed server stays visible for 20 s, in which another may start.
                 if check or features.missed:
                     self._recognise(self._opened().described(self.info))
             self._forget_seen(changed)
@@ -240,7 +240,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         if camera_lost:
             self._lose(camera_lost)
         else:
-            self._be_back()
+            self._report_return()
         self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
 
     def _look_at_stream(self) -> None:
@@ -299,7 +299,7 @@ _NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
 
 @functools.cache
 def _listener(domain: str | None, reach: str | None) -> Ros2Node:
-    """Hears who is there in one domain, without a thread of ours, until the program ends."""
+    """Return a node that discovers one domain until the program ends, without a thread."""
     listener = Ros2Node(f"grabbergui_list_{time.time_ns() % 10**9}")
     atexit.register(listener.close)
     return listener

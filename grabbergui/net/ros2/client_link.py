@@ -20,7 +20,7 @@ SERVICE_TIMEOUT = 3.0
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 POLL_TIMEOUT = 1.0
-"""Seconds for one answer that is asked for again and again, and for any of a node that fell silent."""
+"""Seconds for one answer to a poll, and for any of a node that stopped answering."""
 _POLLED = ("hello", "changes")
 _LOOK_PERIOD = 0.2
 """Seconds between checks whether a service that owes us an answer is still there."""
@@ -42,7 +42,7 @@ class Publisher:
     topic_type: str
     reliable: bool
     durable: bool
-    "Whether it keeps its last messages for those who come late (transient local)."
+    "Whether it keeps its last messages for late subscribers (transient local)."
 
     @property
     def quality(self) -> str:
@@ -183,13 +183,13 @@ class CameraLink:
         deadline = time.monotonic() + SERVICE_TIMEOUT
         while True:
             try:
-                # By node: among all names are those that only somebody asks for, as we did a moment ago.
+                # By node: the list of all services includes those that have clients only, such as ours.
                 offered = dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
             except NodeNameNonExistentError:
                 offered = {}
             if _ASK_TYPE in offered.get(f"{self.publisher.node}/ask", ()):
                 return True
-            # Services are heard of one by one; our servers offer `ask` before their parameters.
+            # Services are discovered one by one; our servers offer `ask` before their parameters.
             if f"{self.publisher.node}/list_parameters" in offered or time.monotonic() > deadline:
                 return False
             time.sleep(0.02)
@@ -212,7 +212,7 @@ class CameraLink:
         client = self._client(service)
         if client is None:
             raise DeviceLostError(f"the node {self.publisher.node} offers no {service}")
-        # Of what is no camera server of ours nobody knows whether it ever answers.
+        # Another driver may never answer.
         return self._wait(client, request, CALL_TIMEOUT if self._answered else SERVICE_TIMEOUT)
 
     def _client(self, service: str) -> Any:
@@ -236,8 +236,8 @@ class CameraLink:
         A service may receive a request before it has discovered the reader of its answers, which are then
         lost. So a service that never answered is asked again: a first request may safely be repeated.
 
-        Of a program that was killed the services seem to be there for another 20 s. Whoever asks meanwhile
-        waits for all of `timeout` only once.
+        Services of a killed program stay visible for 20 s. Only the first request in that time waits for all
+        of `timeout`.
         """
         done = threading.Event()
         futures = [self._send(client, request, done)]

@@ -43,7 +43,7 @@ class ComponentSubscriptions:
         self._remarked: set[str] = set()
 
     def image(self, frame: Frame) -> None:
-        """Deliver a frame once its components are there, or are not waited for any more."""
+        """Deliver a frame once its components have arrived or their time is over."""
         now = time.monotonic()
         self._send(self._joiner.due(now) + self._joiner.image(frame, now))
 

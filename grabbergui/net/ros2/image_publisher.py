@@ -1,4 +1,4 @@
-"""Publishes a grabber's frames as images, each kind only while somebody listens.
+"""Publishes a grabber's frames as images, each kind only while somebody subscribes.
 
 Further components of the frames have topics of their own: images, and point clouds of range images.
 `ImageWriter` copies their pixels once, where rclpy does so three times.
@@ -47,7 +47,7 @@ class ImagePublisher:
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
-        """`calibration` is sent with each image, as it holds for that one."""
+        """`calibration` is adapted to each image and sent with it."""
         from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
         self._calibration = calibration
@@ -272,7 +272,7 @@ class ComponentTopics:
 
 # -- images without copies in between ------------------------------------------------------------
 _LENGTH_BYTES = 4
-"""Of the number of bytes, which comes before them."""
+"""Size of the length field in front of the pixels."""
 
 
 class ImageWriter:
@@ -342,7 +342,7 @@ class _Rcl:
     def publish(self, publisher: Any, serialized: NDArray[np.uint8]) -> bool:
         """Return whether rcl took the message; it has copied it by then."""
         message = _SerializedMessage(serialized.ctypes.data, serialized.size, serialized.size)
-        with publisher.handle:  # nobody destroys it meanwhile
+        with publisher.handle:  # keeps it from being destroyed
             if self._publish(publisher.handle.pointer, ctypes.byref(message), None) == 0:
                 return True
         self._reset_error()
@@ -351,7 +351,7 @@ class _Rcl:
 
 @functools.cache
 def _rcl() -> _Rcl | None:
-    """Return the library that rclpy has loaded, by its bare name; None where it is called otherwise."""
+    """Return the library that rclpy has loaded, by its bare name; None if it has another name."""
     try:
         return _Rcl(ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so"))
     except (OSError, AttributeError):

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 # -- values and descriptors ----------------------------------------------------------------------
 _NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
-"""Of `rcl_interfaces/msg/ParameterType`, whose rest are arrays. No feature is an array."""
+"""Codes of `rcl_interfaces/msg/ParameterType`. The others are arrays, which no feature is."""
 
 _TYPES = {
     FeatureKind.BOOLEAN: BOOL,
@@ -124,7 +124,7 @@ def _description(feature: Feature) -> str:
 
 
 def _fits_a_slider(low: float, high: float) -> bool:
-    """Return whether a range of fractions does, which rqt_reconfigure counts in hundredths of its span."""
+    """Return whether a range of floats does; rqt_reconfigure divides it into hundredths."""
     span = high - low
     return 0 < span < math.inf and max(abs(low), abs(high)) / span < _SLIDER.stop / 100
 
@@ -344,7 +344,7 @@ class FeatureParameters:
 
     @contextmanager
     def _together(self) -> Iterator[None]:
-        """Let nobody else move a selector between the parameters of one request."""
+        """Keep others from moving a selector between the parameters of one request."""
         with ExitStack() as stack:
             with suppress(GrabberError):  # each parameter reports the loss of the camera itself
                 stack.enter_context(self._grabber.exclusive())
@@ -358,7 +358,7 @@ class FeatureParameters:
         try:
             self._write(parameter)
         except GrabberError as error:
-            # Viewers show what they asked for, until they hear how it is.
+            # Viewers show the requested value until an event corrects it.
             self._events.publish(frozenset({parameter.name}))
             return SetParametersResult(successful=False, reason=sendable(str(error)))
         return SetParametersResult(successful=True)
@@ -403,7 +403,7 @@ class FeatureParameters:
         """Write a parameter file's values in the file's order, like an operator's."""
         for name, parameter in getattr(self._node, "_parameter_overrides", {}).items():
             if self._node.has_parameter(name) or name.startswith(_QOS_OVERRIDES):
-                continue  # rclpy has seen to it
+                continue  # rclpy has applied it
             if parameter.value == _NULL and self._current(name) is None:
                 continue
             result = self._set_one(parameter.to_parameter_msg())

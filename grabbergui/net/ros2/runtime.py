@@ -165,7 +165,7 @@ class Ros2Node:
         if self._closed.is_set():
             return
         self._closed.set()
-        # Something to do ends the wait for callbacks at once; a mere `wake` lets it run out.
+        # A task ends the wait for callbacks immediately; `wake` alone does not.
         self._executor.create_task(lambda: None)
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join()
@@ -183,7 +183,7 @@ class Ros2Node:
             except ExternalShutdownException:
                 return
             except Exception:
-                # Whatever went wrong in one callback, the others are still wanted.
+                # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)
 
 
@@ -211,11 +211,11 @@ def quality_of_service(name: str) -> Any:
 
 
 def use_transports(*, shared_memory: bool) -> None:
-    """Choose how Fast DDS sends, unless the user has a profile of their own. It asks once in a process.
+    """Choose how Fast DDS sends, unless the user has a profile of their own. It reads this once per process.
 
-    With room for images in shared memory; or by UDP alone, because a port in shared memory has a lock, which
-    a program that is frozen while it holds it never gives back. Also by UDP beside another user's programs:
-    Fast DDS prefers shared memory with them, although neither can open the other's, and nothing arrives.
+    Shared memory gets room for images. UDP alone is safer: a program that freezes while it holds the lock of
+    a shared-memory port never releases it. UDP is also used beside another user's programs: Fast DDS prefers
+    shared memory even then, neither user can open the other's, and nothing arrives.
     """
     folder = resources.files("grabbergui.resources") / "ros2"
     chosen = os.environ.get(_PROFILES)
@@ -266,7 +266,7 @@ def _is_ours(profiles: str) -> bool:
 
 # -- its log -------------------------------------------------------------------------------------
 _MOST_RECORDS = 100
-"""Records that wait to be published; more than that at once, and the rest is only in the log."""
+"""Records that may wait to be published; further ones are only in the log."""
 
 
 class RosoutHandler(logging.Handler):

@@ -77,7 +77,7 @@ class Ros2GrabberServer:
         try:
             self._declare(frame_id)
             self._find_calibration()
-            # Images last: who sees the topic finds the services there already.
+            # Images last: a client that sees the topic then finds the services, too.
             self._services = GrabberServices(node, grabber, terminal)
             self._parameters = FeatureParameters(node, grabber)
             node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
@@ -157,7 +157,7 @@ class Ros2GrabberServer:
                 raise UsageError(f"parameter {name}: {error}") from error
 
     def _find_calibration(self) -> None:
-        """Use the file that `camera_info_url` names. One that nobody asked for is no reason to stop."""
+        """Use the file that `camera_info_url` names. A default that fails is only logged."""
         url = self._ros.node.get_parameter("camera_info_url").value
         try:
             self._calibration.use(path_of(url, self.name))
@@ -210,7 +210,7 @@ class GrabberServices:
         """Release the grabber."""
         self._tree.close()
 
-    # -- the five --------------------------------------------------------------------------------
+    # -- single features -------------------------------------------------------------------------
     def _has(self, request: Any, answer: Any) -> None:
         if request.name:
             answer.has_feature = self._grabber.has_feature(request.name)

@@ -42,7 +42,7 @@ SLOW_WATCH_PERIOD = 0.4
 """Period for a server of YARP's own, which must be asked for every value."""
 
 LOOKS_PER_SEARCH = 10
-"""Checks between two searches for component ports of the camera, which take the list of the name server."""
+"""Checks per search for the camera's component ports. A search fetches the name server's list."""
 
 BUS = "YARP"
 
@@ -67,9 +67,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         components: bool = True,
         uri: str = "",
     ) -> None:
-        """A grabber for the port `name`; `nameserver` is HOST:PORT, by default the configured one.
+        """Make a grabber for the port `name`; `nameserver` is HOST:PORT, by default the configured one.
 
-        With `components`, frames have what a server of ours sends on NAME/range, NAME/confidence … too.
+        With `components`, frames also contain what a server of ours sends on NAME/range, NAME/confidence ….
         """
         super().__init__(DeviceInfo(uri or f"yarp:{name}", bus=BUS, address=name, user_name=name))
         self._name = name
@@ -83,9 +83,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self._stopping = threading.Event()
         self._watcher: threading.Thread | None = None
         self._looks = 0
-        "Since the stream was started."
+        "Checks since the stream was started."
         self._starts_on_return = False
-        "Whether the stream was to start while the server was away."
+        "Whether to start the stream once the server is back."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -145,7 +145,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """Receive frames, once the server is back if it is away; whether the camera runs, it decides."""
+        """Receive frames, once the server is back if it is away. It decides whether the camera runs."""
         with self._lock:
             if self._stream is not None:
                 return
@@ -178,7 +178,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self._starts_on_return = False
         super().stop()
 
-    # -- coming and going ------------------------------------------------------------------------
+    # -- loss and return -------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> tuple[GrabberLink, Features]:
         names.query(self._name)
         link = GrabberLink(self._name, names)
@@ -241,7 +241,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             if stream is not None and self._looks % LOOKS_PER_SEARCH == 0:
                 try:
                     stream.look()
-                except _GONE as error:  # without a name server what is open goes on
+                except _GONE as error:  # open connections do not need the name server
                     log.info("%s: its components are not searched for: %s", self._name, error)
             self._looks += 1
         if changed and late:  # a server may answer before it has its camera
@@ -268,12 +268,12 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 elif self._starts_on_return:
                     self.start()
             except BaseException:
-                self._disconnect()  # or nobody would report that it is back
+                self._disconnect()  # so that the next attempt reports the return
                 raise
         if camera_lost:
             self._lose(camera_lost)
         else:
-            self._be_back()
+            self._report_return()
         self.features_changed.emit(frozenset(d.name for d in self.feature_tree().descriptions()))
 
     def _lose_server(self, reason: str) -> None:
@@ -287,7 +287,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
 _RPC = "/rpc"
 _AT_ONCE = 16
 _MOST = 64
-"""Ports asked in one discovery; a network with more frame grabbers than that is not ours to search."""
+"""Ports that one discovery examines."""
 
 
 def create(uri: SourceUri) -> FrameGrabber:

@@ -23,7 +23,7 @@ from grabbergui.net.yarp.grabber_rpc import Operation, Reply
 from grabbergui.net.yarp.grabber_values import Value
 
 Ask = Callable[..., Reply]
-"""Performs an operation with its arguments on the server and gives its reply."""
+"""Performs an operation with its arguments on the server and returns its reply."""
 
 _NAMES = {
     **{feature: role.names[0] for feature, role in ROLES.items()},
@@ -31,10 +31,10 @@ _NAMES = {
     **{FeatureId.SHUTTER: "Shutter", FeatureId.TRIGGER: "Trigger"},
 }
 _UNITS = {FeatureId.EXPOSURE: "us", FeatureId.TRIGGER_DELAY: "us", FeatureId.FRAME_RATE: "Hz"}
-"""Of values in the camera's own units, as SFNC has them."""
+"""SFNC's units, for values in the camera's own units."""
 
 _SANE = 1e15
-"""A 3.x server that fails to read a value sends what lies in its memory."""
+"""Limit of valid values: a 3.x server that fails to read one sends uninitialised memory."""
 
 _MIRROR = ROLES[FeatureId.MIRROR].names[0]
 
@@ -105,13 +105,13 @@ class NumberFeatures:
         return self.read(name)
 
     def execute(self, name: str) -> None:
-        """YARP's interface has no commands."""
+        """Raise FeatureAccessError, as YARP's interface has no commands."""
         raise FeatureAccessError(f"{name} is no command; YARP's own servers have none", name)
 
     def changes(self) -> frozenset[str]:
         """Read all features that may change again, and return the names of those that others changed.
 
-        The first call gives all of it: nobody can know what changed between reading it and that call.
+        The first call returns all names, since earlier changes are unknown.
         """
         now = {name: entry.read() for name, entry in self._entries.items() if entry.write is not None}
         before, self._seen = self._seen, now

@@ -1,4 +1,4 @@
-"""Stream of a remote frame grabber: YARP images to frames, and those of its further components joined."""
+"""Stream of a remote frame grabber: decodes YARP images, and joins its further components to them."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class ImageReader:
         self._port.connect(self._source, self._carrier)
 
     def disconnect(self) -> None:
-        """Close the connection, also one that only seems to stand. Never raises."""
+        """Close the connection, even if it is dead already. Never raises."""
         self._port.remove_input(self._source)
 
     def _run(self) -> None:
@@ -180,8 +180,8 @@ class PictureStream(ImageReader):
     def reconnect(self) -> None:
         """Close the old connections and connect again. Raises as `open`.
 
-        A machine that lost its power closes no connection: all seem to stand when it is back. `look` connects
-        to the component ports.
+        A machine that lost its power did not close its connections, so they look alive when it is back.
+        `look` connects to the component ports.
         """
         if self._components is not None:
             self._components.disconnect()
@@ -189,7 +189,7 @@ class PictureStream(ImageReader):
         self.connect()
 
     def look(self) -> None:
-        """Connect to component ports that appeared, and leave those that are gone. Raises TransportError."""
+        """Connect to new component ports, and close those that disappeared. Raises TransportError."""
         if self._components is not None:
             self._components.look()
 
@@ -211,7 +211,7 @@ class PictureStream(ImageReader):
 
 
 _COORDINATES: Final = {"Mono16": "Coord3D_C16", "Mono8": "Coord3D_C8"}
-"""Formats that distances without a scale arrive in."""
+"""Formats of distances that arrive without a scale."""
 
 
 class ComponentReaders:
@@ -244,7 +244,7 @@ class ComponentReaders:
         self._closed = False
 
     def image(self, frame: Frame) -> None:
-        """Deliver a frame once its components are there, or are not waited for any more."""
+        """Deliver a frame once its components have arrived or their time is over."""
         with self._lock:
             self._send(self._joiner.image(frame, time.monotonic()))
 
@@ -257,7 +257,7 @@ class ComponentReaders:
         return most if deadline is None else min(most, max(0.0, deadline - now))
 
     def look(self) -> None:
-        """Connect to component ports that appeared, and leave those that are gone. Raises TransportError."""
+        """Connect to new component ports, and close those that disappeared. Raises TransportError."""
         prefix = f"{self._source}/"
         present = {
             contact.name.removeprefix(prefix)

@@ -242,7 +242,7 @@ TIMEOUT = 2.0
 
 
 class Features(RemoteFeatures, Protocol):
-    """Features that must be asked what became of them."""
+    """Features whose changes must be polled."""
 
     def changes(self) -> frozenset[str]:
         """Return the names of features that others changed since the last call."""
@@ -263,9 +263,9 @@ class GrabberLink:
         self.silent = False
         "True if the port answers no requests and only sends images."
         self.failed = ""
-        "Why a server of ours is gone, once a request for a feature got no answer."
+        "Why a request for a feature got no answer from a server of ours; empty if each got one."
         self._deaf = False
-        "Whether it does not even acknowledge one, so that none is sent."
+        "True if the port does not even acknowledge requests; then none is sent."
         self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
         try:
             self.dialect, self.ours = self._find_dialect()
@@ -273,7 +273,7 @@ class GrabberLink:
             self._rpc.close()
             if self._rpc.target != name:
                 raise
-            # A program's port for images takes a request for the beginning of one, and waits for the rest.
+            # A program's image port takes a request for the start of an image, and waits for the rest.
             self.silent = self._deaf = True
             self.dialect, self.ours = Dialect.YARP3, False
         except BaseException:
@@ -325,13 +325,13 @@ class GrabberLink:
             self.ask(Operation.WIDTH)
 
     def close(self) -> None:
-        """Hang up. May be called twice; never raises."""
+        """Close the connection. May be called twice; never raises."""
         self._rpc.close()
 
     def _find_dialect(self) -> tuple[Dialect, bool]:
         """Return the server's YARP version, and whether it knows our vocabulary.
 
-        Both kinds answer a word they don't know with a word, and none of these requests hangs one of them.
+        Servers of both versions reply to unknown requests, and none of these requests makes one hang.
         """
         reply = self._rpc.call(grabber_values.tree_request("hello"), self._timeout)
         self.silent = reply is None

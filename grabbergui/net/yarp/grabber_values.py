@@ -61,7 +61,7 @@ class Kind(Enum):
 
     @property
     def zero(self) -> Value:
-        """Return the value that takes its place in a reply that has none."""
+        """Return the value that a failed reply contains instead."""
         return _ZEROS[self]
 
 

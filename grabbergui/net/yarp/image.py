@@ -271,8 +271,8 @@ def encode_part(message: Buffer, envelope: str, quality: int = 75) -> list[Buffe
         raise LocalProtocolError(
             f"an image [{header.code}] cannot go as JPEG; mono, rgb, bgr and their kin can"
         )
-    fine, jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not fine:
+    encoded, jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not encoded:
         raise LocalProtocolError(f"an image of {header.width}×{header.height} cannot go as JPEG")
     data = memoryview(jpeg.reshape(-1).data)
     comment = _comment(envelope) if envelope else b""

@@ -65,7 +65,7 @@ class YarpGrabberServer:
         terminal: Terminal = no_terminal,
         calibration: FittedCalibration | None = None,
     ) -> None:
-        """Get ready to share an open grabber.
+        """Prepare to share an open grabber.
 
         `period` is the least time between two images in seconds, 0 for all. With `normalised` the values
         of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
@@ -197,7 +197,7 @@ class _Publisher:
         now = time.monotonic()
         if not self.port.connections or now < self._due:
             return False
-        # From the time it was due, so that the rate holds although frames come at times of their own.
+        # Count from the due time to keep the rate, whenever frames arrive.
         self._due += self._period
         if self._due <= now:
             self._due = now + self._period

@@ -1,4 +1,4 @@
-"""Carriers and what they lead to, the events of a connection, and their binary form. No I/O.
+"""Carriers, targets, the events of a connection, and their binary form. No I/O.
 
 A connection begins with a header, eight bytes that name its carrier and the sender's name, and the receiver's
 header reply. Messages follow: an index of block lengths, a port command, the body. All integers are little
@@ -92,7 +92,7 @@ STREAM_RESPONSE: Final = (
 
 REQUEST_LINES: Final = 100
 REQUEST_LINE_LIMIT: Final = 8192
-"""Of a browser's request: its lines, and the bytes of each."""
+"""Largest request of a browser: its lines, and the bytes of each."""
 
 NAME_SER = Carrier("name_ser", text=True)
 """A name server's line protocol: neither header nor header reply, one line a request."""
@@ -132,7 +132,7 @@ def modifiers_of(carrier: str) -> dict[str, str]:
     return {key: value for key, _, value in (part.partition(".") for part in carrier.split("+")[1:])}
 
 
-# -- what they lead to ---------------------------------------------------------------------------
+# -- targets -------------------------------------------------------------------------------------
 PORT_NAME_LIMIT: Final = 900
 """Characters of a port's name: with modifiers it still fits into a header."""
 
@@ -151,14 +151,14 @@ class Target:
 
     @classmethod
     def parse(cls, text: str, carrier: str = "") -> Target:
-        """Read it in YARP's spellings; an explicit `carrier` counts more. Raises LocalProtocolError."""
+        """Parse YARP's spellings; an explicit `carrier` takes precedence. Raises LocalProtocolError."""
         literal = literal_address(text)
         if literal:
             used, host, port = literal
             return cls(f"//{host}:{port}", carrier or used)
         prefix, found, rest = text.removeprefix("/").partition(":/")
         if found and "/" not in prefix:
-            # Of the two slashes the second begins the name; three are what a careful writer types.
+            # The second of the two slashes begins the name; some users type three.
             return cls("/" + rest.lstrip("/"), carrier or prefix)
         if not _PORT_NAME.fullmatch(text):
             raise LocalProtocolError(f"'{text}' names no port; names begin with / and have no blanks")

@@ -1,8 +1,8 @@
 """Find where messages, lines and Bottles end in a stream of bytes, and cut messages into datagrams. No I/O.
 
-Messages carry their length, lines their end. A Bottle in a reply shows its length only bit by bit, and one in
-text mode goes on while its brackets are open. Each class keeps its place, so that nothing is read twice. Over
-udp each datagram begins with a checksum and a counter, which starts at 0 for each message.
+Messages carry their length, lines their end. A Bottle in a reply shows its length only as it is scanned; one
+in text mode continues while brackets are open. Each class keeps its position, so that nothing is read twice.
+Over udp each datagram begins with a checksum and a counter, which starts at 0 for each message.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class LineReader:
 
 
 class TextBottle:
-    """Joins the lines of a Bottle, which goes on after a backslash and while brackets or quotes are open."""
+    """Joins a Bottle's lines, which continue after a backslash and while brackets or quotes are open."""
 
     def __init__(self) -> None:
         self._nesting = Nesting()

@@ -1,6 +1,6 @@
 """Connections that others opened to a port: one thread each, from the header to the last byte.
 
-What they bring for the owner of the port is a `Request`, with the identity of the peer.
+Messages reach the owner of the port as a `Request` with the identity of the peer.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class Owner(Protocol):
         """Forget a connection that has ended."""
 
     def warn(self, text: str) -> None:
-        """Log what a peer did wrong, unless such lines are too many."""
+        """Log a peer's fault, at a limited rate."""
 
     def allocate(self, size: int) -> memoryview:
         """Return memory for a message's body."""
@@ -295,7 +295,7 @@ class Input:
         self._owner.register(self)
 
     def _reply_to_header(self, header: Header, link: Link) -> bool:
-        """Send the header reply, and serve a carrier that goes on in another way; whether messages follow."""
+        """Send the header reply, serve carriers that switch the protocol; return whether messages follow."""
         if header.carrier is wire.NAME_SER:
             return True
         if header.carrier.datagrams:
@@ -361,7 +361,7 @@ class Input:
     def _reverse(self, link: Link) -> None:
         """Pass the connection to an output, whose thread reads the acknowledgements from now on."""
         sockets.set_deadline(self._sock, None)
-        # Our hold on the socket ends first: shutting it down with this thread would end it for both.
+        # Close our own socket first: this thread would shut the connection down for both at its end.
         passed_on = Link(self._sock.dup(), link.connection)
         self._sock.close()
         self._owner.attach(self.peer, self._carrier, passed_on, replaces=self)
@@ -384,7 +384,7 @@ class Input:
             self._images = output
 
         sockets.set_deadline(self._sock, None)
-        # Once the output is listed, a crowd may come: this connection must not be its idlest any more.
+        # Once the output is listed, newcomers may displace the idlest connection, which this is until then.
         images = self._owner.attach(
             self.info.place, wire.MJPEG, Link(self._sock.dup(), link.connection), on_made=count_by
         )

@@ -157,7 +157,7 @@ _ELSEWHERE = (
 
 
 class NameClient:
-    """One name server. Any thread; every question is a connection of its own.
+    """One name server. Any thread; each request opens a connection.
 
     All methods raise SourceUnavailableError where no name server answers, ResourceExhaustedError where this
     process has no descriptor left to ask it.
@@ -207,11 +207,11 @@ class NameClient:
         return contacts(self.ask(f"list {prefix}".strip()))
 
     def set_property(self, name: str, key: str, *values: str) -> None:
-        """Note something about a port, `accepts` for instance; users and tools read it."""
+        """Store a property of a port, such as `accepts`; users and tools read it."""
         self.ask(" ".join(("set", check_port_name(name), key, *values)))
 
     def announce(self, name: str) -> None:
-        """Say that a registered port is listening, so that kept connections to it are made."""
+        """Report that a registered port listens, so that persistent connections to it are made."""
         self.ask(f"announce {check_port_name(name)}")
 
     def ask(self, command: str) -> Lines:
@@ -254,12 +254,12 @@ def _checked(name: str) -> str:
     return name if name == "..." else check_port_name(name)
 
 
-# -- a name that is kept -------------------------------------------------------------------------
+# -- registration --------------------------------------------------------------------------------
 KEEP_SECONDS: Final = 5.0
 """Seconds between two checks whether the name server still knows a port."""
 
 LONGEST_PAUSE: Final = 300.0
-"""Between two registrations of a name that somebody else takes again and again."""
+"""Longest pause in seconds between two registrations of a disputed name."""
 
 
 GIVE_UP_SECONDS: Final = 2.0
@@ -338,7 +338,7 @@ class Registration:
                 if known.address == self._contact.address:
                     pause = max(KEEP_SECONDS, pause / 2)
                     continue
-                # The longer the dispute, the rarer: two ports of one name must not load the name server.
+                # Back off: two ports with one name must not load the name server.
                 pause = min(2 * pause, LONGEST_PAUSE)
                 log.warning(
                     "%s: %s:%d took this name at the name server; it is registered again, and if it is taken "

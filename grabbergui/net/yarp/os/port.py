@@ -105,7 +105,7 @@ class Port:
             self._registration.announce()
 
     def give_up_name(self) -> None:
-        """Begin to give the name up, so that `close`, which is to follow, need not wait long. Never waits."""
+        """Start to unregister the name, so that a later `close` hardly waits. Returns immediately."""
         if self._registration:
             self._registration.give_up()
 
@@ -260,7 +260,7 @@ class Port:
         self._registry.remove(connection)
 
     def warn(self, text: str) -> None:
-        """Log what a peer did wrong, unless such lines are too many."""
+        """Log a peer's fault, at a limited rate."""
         self._strangers.warn(text)
 
     def allocate(self, size: int) -> memoryview:
@@ -301,9 +301,9 @@ class Port:
 
 
 _PAUSE_SECONDS: Final = 0.2
-"""Before the next connection is accepted when descriptors or threads were used up."""
+"""Pause before the next connection is accepted after descriptors or threads ran out."""
 
-# Neither takes a descriptor of its own, and polling knows no highest one.
+# Neither needs a descriptor of its own, and poll has no highest one.
 _Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
 
 

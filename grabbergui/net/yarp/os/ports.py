@@ -106,7 +106,7 @@ class InputPort(Port):
         self.overwritten = 0
         "Messages that newer ones replaced before they were read."
         self._depth = depth
-        # Not a Condition: one lock that C waits for costs the reading thread far less than Python's.
+        # Not a Condition: waiting in C costs the reading thread far less.
         self._arrived: SimpleQueue[tuple[memoryview | bytes, str] | None] = SimpleQueue()
         "Messages and envelopes; a JPEG image as bytes; None once the port is closed."
         self._putting = threading.Lock()
@@ -122,13 +122,13 @@ class InputPort(Port):
             except Empty:
                 raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s") from None
             if arrived is None:
-                self._arrived.put(None)  # for the next who reads
+                self._arrived.put(None)  # for the next reader
                 raise FrameTimeoutError(f"{self.name} was closed")
             message, envelope = arrived
             if isinstance(message, memoryview):
                 return message, envelope
             try:
-                # On the owner's thread: an image that is never looked at costs no decoding.
+                # On the reading thread, so that an image that nobody reads is not decoded.
                 header, pixels, envelope = image.decode_jpeg(message)
             except RemoteProtocolError as error:
                 log.info("%s: %s", self.name, error)
@@ -136,7 +136,7 @@ class InputPort(Port):
             return memoryview(header + bytes(pixels)), envelope
 
     def connect(self, source: str, carrier: str = "fast_tcp") -> None:
-        """Ask a source to send to us; over mjpeg we fetch. Our own name must be registered for the first.
+        """Ask a source to connect to this port, which must be registered; over mjpeg, connect to the source.
 
         Raises SourceNotFoundError, SourceUnavailableError, TransportError where the source refuses.
         """
@@ -168,7 +168,7 @@ class InputPort(Port):
         return found if outgoing else found | dict.fromkeys(self._pulled, wire.MJPEG.name)
 
     def remove_input(self, name: str) -> bool:
-        """Drop the connections from `name`; whether there were any."""
+        """Close the connections from `name`; return whether there were any."""
         with self._pulling:
             puller = self._pulled.pop(name, None)
         if puller:
@@ -193,11 +193,11 @@ class InputPort(Port):
                 self._arrived.put((payload, envelope))
 
     def _prepare(self) -> None:
-        self._keep(0)  # of an earlier life
+        self._keep(0)  # what arrived before the last `close`
         super()._prepare()
 
     def _keep(self, count: int) -> int:
-        """Drop the oldest messages but `count`; returns how many."""
+        """Drop all but the newest `count` messages; return how many were dropped."""
         dropped = 0
         with suppress(Empty):  # somebody reads at the moment
             while self._arrived.qsize() > count:
@@ -245,7 +245,7 @@ class _Puller:
         self._thread.start()
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection and wait for the thread."""
         self._closed = True
         with suppress(OSError):
             self._link.sock.shutdown(socket.SHUT_RDWR)

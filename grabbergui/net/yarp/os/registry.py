@@ -1,7 +1,4 @@
-"""The connections of a port: how much peers may take of it, which it keeps, and on which it sends.
-
-Peers share connections, lines of the log, and the processor.
-"""
+"""The connections of a port, and limits on what peers may use: connections, log lines, processor time."""
 
 from __future__ import annotations
 
@@ -98,17 +95,17 @@ class StrangerLog:
         self._port = port
         self._clock = clock
         self._next = 0.0
-        self._unsaid = 0
+        self._suppressed = 0
 
     def warn(self, text: str) -> None:
-        """Log it, or count it where another was logged shortly before."""
+        """Log it as a warning; as info if another was logged shortly before."""
         now = self._clock()
         if now < self._next:
-            self._unsaid += 1
+            self._suppressed += 1
             log.info("%s: %s", self._port, text)
             return
-        more = f" ({self._unsaid} more since the last such line)" if self._unsaid else ""
-        self._next, self._unsaid = now + _QUIET_SECONDS, 0
+        more = f" ({self._suppressed} more since the last such line)" if self._suppressed else ""
+        self._next, self._suppressed = now + _QUIET_SECONDS, 0
         log.warning("%s: %s%s", self._port, text, more)
 
 

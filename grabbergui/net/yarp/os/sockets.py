@@ -31,7 +31,7 @@ _HANDSHAKE_BYTES = _NONCE_BYTES + _DIGEST_BYTES
 
 
 class Handshake:
-    """One side's part in it: send what `begin` and `received` give, until `done`."""
+    """One side of the authentication: send what `begin` and `received` return, until `done`."""
 
     def __init__(self, key: bytes, *, accepting: bool, nonce: Callable[[int], bytes] = os.urandom) -> None:
         self.done = False
@@ -41,11 +41,11 @@ class Handshake:
         self._nonces = b""
 
     def begin(self) -> bytes:
-        """Return the first message of the accepting side; the other begins with silence."""
+        """Return the first message of the accepting side; the other sends nothing first."""
         return self._message() if self._accepting else b""
 
     def received(self, message: bytes) -> bytes:
-        """Check 40 bytes of the peer; gives the next message, or nothing. Raises AccessDeniedError."""
+        """Check 40 bytes of the peer; return the next message, empty if none. Raises AccessDeniedError."""
         self._nonces += message[:_NONCE_BYTES]
         if not hmac.compare_digest(self._digest(), message[_NONCE_BYTES:]):
             raise AccessDeniedError("the peer does not know the key of auth.conf")
@@ -98,7 +98,7 @@ def connect(
 
 
 def listen(address: tuple[str, int]) -> socket.socket:
-    """Take calls there; port 0 is any that is free. Raises TransportError."""
+    """Listen at an address; port 0 means any free one. Raises TransportError."""
     host, port = address
     try:
         return socket.create_server(address, backlog=128)
@@ -178,9 +178,9 @@ def closed_by_peer(sock: socket.socket) -> bool:
 
 
 def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = False) -> int:
-    """Read what has come, or `all_of_it` unless the deadline passes before; 0 means the peer has closed.
+    """Read the bytes that have arrived, or `all_of_it` within the deadline; 0 means the peer has closed.
 
-    Raises AckTimeoutError when the deadline passed with nothing, TransportError.
+    Raises AckTimeoutError if nothing arrived within the deadline, TransportError.
     """
     try:
         return sock.recv_into(into, 0, wait_readable(sock) | (socket.MSG_WAITALL if all_of_it else 0))
@@ -213,7 +213,7 @@ def receive_body(sock: socket.socket, into: memoryview) -> int:
 
 
 def _wake_at(sock: socket.socket, size: int) -> None:
-    with suppress(OSError):  # it was closed, as the next read will tell
+    with suppress(OSError):  # it was closed, which the next read reports
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, size)
 
 
@@ -283,7 +283,7 @@ def local_address_towards(host: str, port: int) -> str:
 
 # -- datagrams -----------------------------------------------------------------------------------
 _BUFFER_BYTES = 4 << 20
-"""Of a socket for datagrams; the kernel sizes those of TCP itself."""
+"""Buffer size of a socket for datagrams; the kernel sizes those of TCP itself."""
 _POLL_SECONDS = 0.5
 _LONG_DATAGRAM = 49_000
 _GAP_SECONDS = 0.001

@@ -84,7 +84,7 @@ Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
 """An item of a Bottle. A ``bool`` is sent as the vocab that YARP uses for it."""
 
 MAX_DEPTH: Final = 64
-"""Lists within lists; YARP has no limit, we do not follow a peer into its stack overflow."""
+"""Lists within lists. YARP has no limit; without one, a peer could overflow the stack."""
 
 MAX_ITEMS: Final = 10_000
 """Items of one message. Reading one takes Python 1 to 2 µs, so no message holds it up for more than 20 ms."""
@@ -166,7 +166,7 @@ def parse_text(text: str, dialect: Dialect = Dialect.YARP3, nested: _Nested = li
 
 
 class Nesting:
-    """Follows brackets and quotes through a Bottle that goes on over several lines."""
+    """Follows brackets and quotes through a Bottle that spans several lines."""
 
     def __init__(self) -> None:
         self._depth = {"(": 0, "{": 0}
@@ -176,7 +176,7 @@ class Nesting:
 
     @property
     def open(self) -> bool:
-        """Whether the Bottle goes on in the next line: a bracket or quote is open, or closed too often."""
+        """Whether the Bottle continues in the next line: a bracket or quote is open, or closed too often."""
         return self._quoted or any(self._depth.values())
 
     def feed(self, line: str) -> None:
