@@ -14,7 +14,7 @@ from grabbergui.servo.hand_eye_stand import Plan
 
 
 def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> str:
-    """Return what the robot will do, as HTML paragraphs; `nominal`: the camera's calibration is assumed."""
+    """Return what the robot will do as HTML paragraphs; `nominal` if the camera is not calibrated."""
     sentences = [
         translate(
             "HandEye", "<b>{0} will move by itself</b> to {1} poses, one after another, for {2}."
@@ -61,7 +61,7 @@ def duration_text(seconds: float) -> str:
 
 
 def progress_text(progress: Progress) -> str:
-    """Return an event of a run."""
+    """Return an event of a run as display text."""
     if progress.step is Step.MOVING:
         return translate("HandEye", "moving to pose {0}").format(progress.views + 1)
     if progress.step is Step.VIEW:
@@ -88,7 +88,7 @@ def skip_text(skip: Skip | None) -> str:
 
 
 def ended_text(problem: str, views: int) -> str:
-    """Return how a run ended that has no result, and what can be done."""
+    """Return how a run without a result ended, and what the user can do."""
     if views >= FEWEST_VIEWS:
         text = translate(
             "HandEye", "{0}. The robot stands still. {1} poses were taken: compute from them, or start again"
@@ -99,7 +99,7 @@ def ended_text(problem: str, views: int) -> str:
 
 
 def result_rows(result: HandEyeResult, placement: Placement) -> list[tuple[str, str]]:
-    """Return names and values of a result, the values as HTML."""
+    """Return the names and values of a result, the values as HTML."""
     camera, covariance = placement.on_mount(result.camera), _on_mount(result, placement)
     spread = np.sqrt(np.diag(covariance))
     metres, radians = result.uncertainty
@@ -137,7 +137,7 @@ def result_rows(result: HandEyeResult, placement: Placement) -> list[tuple[str, 
 
 
 def comparison_text(origin: str, metres: float, radians: float) -> str:
-    """Return the difference from the transform in use, which is of the robot, its model, or a file."""
+    """Return the difference from the transform in use; `origin` is the robot, its model, or a file."""
     where = {
         "robot": translate("HandEye", "the calibration in use"),
         "model": translate("HandEye", "the robot's model, which is in use"),
@@ -147,7 +147,7 @@ def comparison_text(origin: str, metres: float, radians: float) -> str:
 
 
 def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
-    """Return degrees about the fixed axes x, y, z, as tf and URDF have them."""
+    """Return degrees about the fixed axes x, y, z, the convention of tf and URDF."""
     turn = pose[:3, :3]
     pitch = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
     roll, yaw = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
@@ -155,20 +155,20 @@ def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
 
 
 def signed(value: float, decimals: int) -> str:
-    """Return a number with a true minus sign, and no sign where it rounds to zero."""
+    """Return a number with a typographic minus sign, and without a sign if it rounds to zero."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if not float(text) else text.replace("-", "−")
 
 
 def with_spread(value: float, spread: float, fewest: int) -> str:
-    """Return both, with decimals down to the first digit of the spread, at most two more than the fewest."""
+    """Return value ± spread with decimals down to the spread's first digit, `fewest` to two more."""
     shown = -math.floor(math.log10(spread)) if spread > 0 else fewest
     decimals = min(max(shown, fewest), fewest + 2)
     return f"{signed(value, decimals)}\u00a0±\u00a0{spread:.{decimals}f}"
 
 
 def _on_mount(result: HandEyeResult, placement: Placement) -> Pose:
-    """Return the covariance along and about the axes of the mount's frame."""
+    """Return the covariance of a result in the axes of the mount's frame."""
     turn = np.kron(np.eye(2), placement.turned[:3, :3])
     turned: Pose = turn @ result.covariance @ turn.T
     return turned

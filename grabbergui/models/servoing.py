@@ -1,4 +1,4 @@
-"""Visual servoing as the window shows and tunes it."""
+"""Visual servoing as the window shows it, and its tuning."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Tuning:
-    """The settings of an operator; all others are in the configuration file."""
+    """The settings that an operator can change; all others are in the configuration file."""
 
     head_gain: float
     "Rad/s per radian off centre."
@@ -45,7 +45,7 @@ class Tuning:
     rate: float
     "Commands per second."
     speed: float
-    "Percent of the speed that all motion is slowed down to."
+    "Percentage to which all motion is slowed down."
 
     @classmethod
     def of(cls, config: Config) -> Tuning:
@@ -56,7 +56,7 @@ class Tuning:
         )
 
     def applied_to(self, config: Config) -> Config:
-        """Return the configuration with these values. Raises UsageError for those that cannot be together."""
+        """Return the configuration with these values. Raises UsageError for an invalid combination."""
         return replace(
             config,
             head=replace(config.head, gain=self.head_gain, fastest=self.head_fastest),
@@ -66,30 +66,30 @@ class Tuning:
 
 
 PERIOD = 0.04
-"Seconds between two images at least."
+"Least seconds between two views."
 PATIENCE = 0.1
-"Seconds after which a cycle without an image is shown too."
+"Seconds without an image after which a cycle is shown without one."
 TAKE_WAIT = 0.5
-"Seconds to wait for the window; it may be hidden, then nobody takes the offered frame."
+"Seconds to wait for the window; a hidden window takes no views."
 CURVE_SECONDS = 20.0
 CURVE_RATE = 50.0
 "Points per second that are kept of the curves."
 ENTRIES = 200
-"Of the history of states."
+"Most entries in the history of states."
 _COLUMNS = 9
 "Time, error (m, rad), twist (m/s, rad/s)."
 
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """Poses of robot, camera, marker and person in the robot's base, metres."""
+    """Robot, camera, marker and person in the robot's base frame, metres."""
 
     skeleton: list[NDArray[np.float64]]
     "Lines from joint to joint, each (n, 3)."
     hand: Pose
     camera: Pose
     sight: NDArray[np.float64]
-    "(4, 3): directions in the camera's frame through the corners of its image, z = 1; (0, 3) before one."
+    "(4, 3): directions through the image's corners in the camera's frame, z = 1; (0, 3) before an image."
     marker: Pose | None
     goal: Pose | None
     "Target pose of the hand for this marker."
@@ -102,7 +102,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class Entry:
-    """A state and since when."""
+    """A state and the time of its beginning."""
 
     time: float
     "Seconds since the first cycle."
@@ -112,27 +112,27 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The view of one moment."""
+    """One moment of the loop, ready to be painted."""
 
     cycle: ControlCycle
     image: DisplayImage | None
-    "None if there is no new image."
+    "None without a new image."
     size: tuple[int, int]
     "Width and height of the whole image."
     drawing: Drawing
     posture: Posture | None
-    "None while the robot has not answered."
+    "None until the robot has answered."
     nominal: bool = False
     "Whether the calibration is only assumed."
 
 
 class ServoModel:
-    """Follows a runner. `take`, `curves` and `entries` may be called from any thread and wait for nothing."""
+    """Follows a runner. `take`, `curves` and `entries` may be called from any thread and never wait."""
 
     ready = Signal()
-    """Something can be had from `take`; on the thread that made it."""
+    """`take` returns a new view. On the display thread."""
     entered = Signal(Entry)
-    """Another state; on the loop's thread."""
+    """The loop entered another state. On the loop's thread."""
 
     def __init__(self, runner: Run, calibration: CalibrationFor) -> None:
         self._runner = runner
@@ -153,14 +153,14 @@ class ServoModel:
         self._entries: deque[Entry] = deque(maxlen=ENTRIES)
 
     def open(self) -> None:
-        """Begin to follow."""
+        """Begin to follow the runner."""
         self._open = True
         self._runner.cycle_done.connect(self._on_cycle)
         self._thread = threading.Thread(target=self._show, name="servo display", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Release the runner; the thread has ended on return. May be called twice."""
+        """Release the runner, and wait for the display thread to end. May be called twice."""
         self._open = False
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._fresh.set()
@@ -175,7 +175,7 @@ class ServoModel:
             return list(self._entries)
 
     def curves(self) -> NDArray[np.float64]:
-        """Return (n, 9), newest last: seconds before now, error in m and rad, twist in m/s and rad/s."""
+        """Return (n, 9), the newest last: seconds up to 0, error in m and rad, twist in m/s and rad/s."""
         with self._lock:
             length = len(self._rows)
             rows = np.roll(self._rows, -(self._count % length), axis=0)[max(length - self._count, 0) :]
@@ -187,7 +187,7 @@ class ServoModel:
         self._view = region, size
 
     def take(self) -> Shown | None:
-        """Take the offered view; None if there is no new one."""
+        """Return the newest view, once; None without a new one."""
         with self._lock:
             offer, self._offer = self._offer, None
         self._taken.set()
@@ -230,7 +230,7 @@ class ServoModel:
             if newest is None or not self._open:
                 continue
             try:
-                shown = self._made(newest, frame)
+                shown = self._shown(newest, frame)
             except (GrabberError, ArithmeticError) as error:
                 log.warning("a moment of the loop cannot be shown: %s", error)
                 continue
@@ -241,7 +241,7 @@ class ServoModel:
             self._taken.wait(TAKE_WAIT)
             time.sleep(max(0.0, began + PERIOD - time.monotonic()))
 
-    def _made(self, newest: Moment, frame: Frame | None) -> Shown:
+    def _shown(self, newest: Moment, frame: Frame | None) -> Shown:
         cycle, image, size = newest.cycle, None, (0, 0)
         drawing, nominal = Drawing(), False
         if frame is not None:
@@ -287,7 +287,7 @@ def state_text(state: State) -> str:
 
 
 def _sight(calibration: Calibration) -> NDArray[np.float64]:
-    """Directions through the image's corners; distortion bends them too little to be seen."""
+    """Return the directions through the image's corners, without distortion, which is invisible here."""
     corners = [
         (x, y, 1.0)
         for x, y in (

@@ -1,6 +1,6 @@
-"""The components of a frame: by the labels that a user chooses from, as pictures, and their values as text.
+"""The components of a frame: their labels, their pictures, and their values as text.
 
-Also: the images of all stream channels as components of one frame, and facts about the current camera that
+Also the images of several stream channels as components of one frame, and facts about the current camera that
 the values need: whether its sensor is polarised, its Scan3d features.
 """
 
@@ -25,9 +25,9 @@ from grabbergui.models.picture.quantities import Quantity
 from grabbergui.models.picture.rendering import DisplaySettings, distorted_pixel
 
 
-# -- choosing one --------------------------------------------------------------------------------
+# -- labels --------------------------------------------------------------------------------------
 def labels(frame: Frame) -> tuple[str, ...]:
-    """Return the names of a frame's components in the user's language, each once; empty without a choice."""
+    """Return unique labels of a frame's components in the user's language; empty if it has only one."""
     if len(frame.parts) < 2:
         return ()
     seen: Counter[str] = Counter()
@@ -57,13 +57,13 @@ def _name(part: Component) -> str:
 
 
 def own_label(frame: Frame) -> str:
-    """Return the label of the frame's own image; empty without a choice."""
+    """Return the label of the frame's own image; empty if the frame has only one component."""
     own = own_component(frame.parts)
     return next((label for label, part in zip(labels(frame), frame.parts, strict=False) if part is own), "")
 
 
 def chosen(frame: Frame, label: str) -> Frame:
-    """Return the component of that label as a frame; the frame itself for its own image."""
+    """Return the component with this label as a frame; the frame itself for its own image."""
     known = labels(frame)
     if label not in known or label == own_label(frame):
         return frame
@@ -71,41 +71,41 @@ def chosen(frame: Frame, label: str) -> Frame:
 
 
 MOST_BESIDE = 9
-"""Components that are shown side by side; more would be too small to be seen."""
+"""Most components side by side; more would be too small to see."""
 
 
 def beside(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
-    """Return the labels of the components to show beside that of `label`, at most `MOST_BESIDE` in all."""
+    """Return the labels of the components to show beside `label`, at most `MOST_BESIDE` in all."""
     return tuple(other for other in labels if other != label)[: MOST_BESIDE - 1]
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A frame and what of it can be painted."""
+    """A frame and its visible part, ready to be painted."""
 
     frame: Frame
     "The component that is shown, as a frame of its own."
     image: DisplayImage
     width: int
     height: int
-    "Of the whole frame as it is seen: exchanged where it is turned on its side."
+    "Width and height of the whole view, exchanged if it is turned on its side."
     labels: tuple[str, ...] = ()
-    "The components to choose from; empty where there is only one."
+    "The components to choose from; empty if there is only one."
     label: str = ""
     "The component that is shown, one of `labels`."
     quantity: Quantity | None = None
-    "Meaning of the colours if they represent another quantity than light."
+    "The quantity that the colours represent; None for light."
     others: tuple[Picture, ...] = ()
-    "The components beside it, the same part of each; empty unless all are shown side by side."
+    "The same part of the other components; empty unless all are shown side by side."
 
 
 # -- values as text ------------------------------------------------------------------------------
 MOST_VALUES = 2500
-"Pixels of a region beyond which nothing is written; they would be too small to read."
+"Largest number of pixels whose values are written; more would be too small to read."
 
 
 def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
-    """Describe a pixel of the view: column and line in the frame, and the value there with its unit."""
+    """Describe a pixel of the view: its column and line in the frame, and the value with its unit."""
     frame = picture.frame
     x, y = _pixel_of_frame(frame, pixel, settings)
     place = f"x {x}  y {y}"
@@ -119,9 +119,9 @@ def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySetti
 
 
 def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
-    """Return the value of a component shown beside `main` at the place of one of main's pixels of the view.
+    """Return the value of a component beside `main` at a pixel of main's view; empty if it cannot be read.
 
-    Empty where it cannot be read. `settings` are those of `main`.
+    `settings` are those of `main`.
     """
     x = pixel[0] * other.width // max(1, main.width)
     y = pixel[1] * other.height // max(1, main.height)
@@ -141,9 +141,9 @@ def value_at_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySet
 
 
 def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, int], str]:
-    """Return the values of the region shown, by columns and lines of the view; one line a component.
+    """Return the values of the visible region by column and line of the view, one line for each sample.
 
-    Empty where the region is too large, is shown without its distortion, or the format cannot be read.
+    Empty if the region is too large or undistorted, or if the format cannot be read.
     """
     frame, region = picture.frame, picture.image.region
     if region.width * region.height > MOST_VALUES or settings.undistorts(frame) is not None:
@@ -165,7 +165,7 @@ def _sample_text(value: float) -> str:
 
 
 def _pixel_of_frame(frame: Frame, pixel: tuple[int, int], settings: DisplaySettings) -> tuple[int, int]:
-    """Return column and line of the frame of which a pixel of the view shows the value."""
+    """Return the column and line in the frame of a pixel of the view."""
     x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
     calibration = settings.undistorts(frame)
     return (x, y) if calibration is None else distorted_pixel(calibration, x, y)
@@ -183,25 +183,25 @@ def _pixel_text(frame: Frame, quantity: Quantity | None, x: int, y: int) -> str:
 
 # -- stream channels -----------------------------------------------------------------------------
 CHANNEL_SILENCE = 2.0
-"Seconds after which a channel that sends nothing is not shown any more."
+"Seconds without a frame after which a channel is no longer shown."
 MOST_CHANNELS = 16
 
 
 class StreamChannels:
-    """Merges the frames of several stream channels for display; with one channel, frames pass as they are.
+    """Merges the frames of several stream channels for display; with one channel, frames pass unchanged.
 
-    Channels need not run at one rate: each is shown as it was last. One thread at a time.
+    Channels may have different rates: the newest frame of each is shown. One thread at a time.
     """
 
     def __init__(self) -> None:
         self._latest: dict[int, tuple[Frame, float]] = {}
 
     def clear(self) -> None:
-        """Forget all frames: another stream begins."""
+        """Forget all frames, because another stream begins."""
         self._latest.clear()
 
     def merged(self, frame: Frame, now: float) -> Frame:
-        """Take a frame that arrived at `now` (seconds); return it with the other channels' newest images.
+        """Add a frame that arrived at `now` (seconds), and return it with the other channels' images.
 
         The result is the frame of the lowest channel; each component's `source` is its channel.
         """
@@ -225,14 +225,13 @@ class StreamChannels:
 
 # -- facts about the camera ----------------------------------------------------------------------
 _POLARISED = re.compile(r"Polar(i[sz]|Mono|Angle)", re.IGNORECASE)
-"""`PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`: the makers' names."""
+"""Vendors' names: `PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`."""
 
 
 def is_polarised(grabber: FrameGrabber) -> bool:
-    """Return whether a camera offers polarised pixel formats, or has features of polarisation.
+    """Return whether a camera has polarised pixel formats or features of polarisation.
 
-    Blocks while the camera answers. The convention (PFNC 2.4) marks no mosaic: a camera of which neither is
-    known sends it as Mono.
+    Waits for the camera. PFNC 2.4 does not mark a polarised mosaic, so a camera may send it as plain Mono.
     """
     try:
         if any(_POLARISED.match(feature.name) for feature in grabber.feature_tree().descriptions()):
@@ -245,7 +244,7 @@ def is_polarised(grabber: FrameGrabber) -> bool:
 
 
 class CameraWatch:
-    """Reads one fact about each camera that becomes current, and again after changes that it depends on.
+    """Reads a fact about each camera that becomes current, and again after changes that may affect it.
 
     No call waits. `changed` is emitted with the fact, on the source's thread.
     """
@@ -258,7 +257,7 @@ class CameraWatch:
         read: Callable[[FrameGrabber], object],
         depends_on: Callable[[frozenset[str]], bool] = lambda _: False,
     ) -> None:
-        """`depends_on` returns whether a change of the features of these names calls for reading again."""
+        """`depends_on` returns whether a change of these features may change the fact."""
         self._read_fact = read
         self._depends_on = depends_on
         self._source: OpenSource | None = None

@@ -1,4 +1,4 @@
-"""The picture to show: the newest frame, made ready for the screen on a thread of its own."""
+"""The picture to show: the newest frame, converted for the screen on a thread of its own."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ log = logging.getLogger(__name__)
 FRAME_WAIT = 0.2
 "Seconds to wait for a frame at a time."
 COMPONENT_WAIT = 0.5
-"""Seconds for which frames that lack components are left out: over a network single ones get lost, and tabs
-that come and go cannot be read."""
+"""Seconds for which frames with fewer components are skipped: a network loses single components, and tabs
+that appear and disappear are unreadable."""
 PAINT_WAIT = 0.5
-"Seconds to wait for the window to paint; it may be hidden, then nobody takes the pictures."
+"Seconds to wait for the window to paint; a hidden window takes no pictures."
 
 
 class PictureModel:
-    """Takes the newest frame of a source, converts what the view shows of it, and offers it for painting.
+    """Converts the visible part of a source's newest frame, and offers it for painting.
 
-    At most one picture waits to be painted: while the window has not taken it nothing is converted, so a
-    slow screen costs no processor and never delays the display. All methods may be called from any
-    thread and wait for nothing; signals come from the display thread.
+    At most one picture waits to be painted, and nothing is converted before the window has taken it, so a
+    slow screen costs no CPU time and never delays the display. Methods may be called from any thread and
+    never wait, except for a `timeout`; signals come from the display thread.
     """
 
     ready = Signal()
-    """A picture can be had from `take`."""
+    """`take` returns a new picture."""
     failed = Signal(str)
-    """Frames arrive that cannot be converted; once for each cause."""
+    """Frames cannot be converted, as display text; once for each cause."""
 
     def __init__(self) -> None:
         self._queue: FrameQueue | None = None
@@ -61,7 +61,7 @@ class PictureModel:
         "The number of components that frames have, and `time.monotonic` of the last frame with that many."
         self._settings = DisplaySettings()
         self._again = threading.Event()
-        "Set when the frame shown is to be converted once more."
+        "Set to convert the shown frame once more."
         self._problem = ""
         self._dropped = 0
         self._painted = RateMeter()
@@ -70,31 +70,31 @@ class PictureModel:
         self.received = 0
         "Number of frames received since the source was attached."
         self.converted = 0
-        "Pictures made of them since."
+        "Number of frames converted since."
         self.mean: float | None = None
-        "Of the 8-bit pixels of the last picture made; None where none was made."
+        "Mean of the 8-bit pixels of the last picture; None before the first."
         self.last_received: float | None = None
         "`time.monotonic` of the last frame; None before the first."
 
     @property
     def frame(self) -> Frame | None:
-        """The newest frame, whole and as the sensor sent it. It remains after the source is closed."""
+        """The newest frame, whole and as the sensor sent it, even after the source is closed."""
         return self._frame
 
     @property
     def shown(self) -> Frame | None:
-        """The component of the newest frame that is shown, as a frame; the frame itself if it is the only."""
+        """The shown component of the newest frame, as a frame; the frame itself if it has only one."""
         frame, latest = self._frame, self._latest
         return latest.frame if frame is not None and frame.parts and latest is not None else frame
 
     @property
     def latest(self) -> Picture | None:
-        """The picture made last; None until one was made of this source."""
+        """The last picture of this source; None before the first."""
         return self._latest
 
     @property
     def problem(self) -> str:
-        """Reason for which the newest frame cannot be shown; empty if it can."""
+        """Why the newest frame cannot be shown; empty if it can."""
         return self._problem
 
     @property
@@ -103,7 +103,7 @@ class PictureModel:
         return self._painted.rates()[0]
 
     def attach(self, grabber: FrameGrabber, other: PictureModel | None = None) -> None:
-        """Show this source's frames from here on, and until one comes, the last that `other` got of it."""
+        """Show this source's frames, beginning with the last one that `other` received from it."""
         self.detach()
         queue = grabber.open_queue(depth=2)
         with self._lock:
@@ -124,7 +124,7 @@ class PictureModel:
         self._thread.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
-        """Stop taking frames; the last one stays.
+        """Stop taking frames, but keep the last one.
 
         Returns whether the thread ended within `timeout` seconds. May be called again.
         """
@@ -140,20 +140,20 @@ class PictureModel:
         return thread is None
 
     def restarted(self) -> None:
-        """Forget the figures of the previous stream: streaming starts again."""
+        """Reset the figures, because a new stream starts."""
         self.mean = self.last_received = None
         self.received = self.converted = 0
 
     @property
     def settings(self) -> DisplaySettings:
-        """Part of the image that is shown, and its orientation."""
+        """How the image is displayed."""
         return self._settings
 
     @settings.setter
     def settings(self, settings: DisplaySettings) -> None:
         with self._lock:
             if (settings.orientation.quarter_turns - self._settings.orientation.quarter_turns) % 2:
-                self._region = None  # it was a part of the view as it was turned before
+                self._region = None  # it referred to the previous orientation
             self._settings = settings
         self._show_again()
 
@@ -166,21 +166,21 @@ class PictureModel:
         self._show_again()
 
     def freeze(self, frame: Frame | None) -> None:
-        """Show this frame and ignore new ones; with None, show the newest again."""
+        """Show this frame and ignore new ones; with None, show new frames again."""
         self._frozen = frame
         if frame is not None:
             self._frame = frame
         self._show_again()
 
     def _show_again(self) -> None:
-        """Convert the frame shown once more, also while no other comes."""
+        """Convert the shown frame once more, without waiting for another."""
         self._again.set()
         queue, frame = self._queue, self._frame
         if queue is not None and frame is not None:
             queue.put(frame)
 
     def take(self) -> Picture | None:
-        """Return the offered picture once; None if there is none."""
+        """Return the newest picture, once; None without a new one."""
         with self._lock:
             picture, self._offer = self._offer, None
         self._taken.set()
@@ -209,7 +209,7 @@ class PictureModel:
             self._taken.wait(PAINT_WAIT)
 
     def _lacks_components(self, frame: Frame) -> bool:
-        """Whether the frames just before had more components."""
+        """Return whether the frames just before had more components."""
         count, now = len(frame.parts), time.monotonic()
         most, seen = self._most
         if count < most and now - seen < COMPONENT_WAIT:
@@ -218,7 +218,7 @@ class PictureModel:
         return False
 
     def _newest(self, queue: FrameQueue) -> Frame:
-        """Return the newest frame available; the one shown before only if no other is queued."""
+        """Return the newest frame available; the shown one only if no other is queued."""
         newest = queue.get(FRAME_WAIT)
         arrived = int(newest is not self._frame)
         if arrived:
@@ -251,7 +251,7 @@ class PictureModel:
             self._report(error_text(error))
             return
         except Exception as error:
-            # A damaged payload may be shorter than it claims; the picture must go on with the next one.
+            # A damaged frame must not end the display of later ones.
             log.exception("a frame could not be converted")
             text = translate("Picture", "frame {0} ({1}) cannot be shown: {2}")
             self._report(text.format(frame.frame_id, frame.pixel_format, error))
@@ -263,7 +263,7 @@ class PictureModel:
         self.converted += 1
         with self._lock:
             if self._queue is not queue:
-                return  # another source is shown by now
+                return  # another source was attached
             self._latest = picture
             self._taken.clear()
             self._offer = picture
@@ -291,7 +291,7 @@ class PictureModel:
         size: tuple[int, int] | None,
         settings: DisplaySettings,
     ) -> tuple[Picture, ...]:
-        """Return the same part of the components beside `picture`, without those that cannot be shown."""
+        """Return the same part of the other components, without those that cannot be shown."""
         others = []
         for label in beside(picture.labels, picture.label):
             look = settings.of_other(label)
@@ -308,7 +308,7 @@ class PictureModel:
         return tuple(others)
 
     def _component(self, frame: Frame, label: str) -> Frame:
-        """Return a component; the same object for the same frame, as its conversions are made once."""
+        """Return a component; the same object for the same frame, because it caches its conversions."""
         known = self._components
         if known is None or known[0] is not frame:
             self._components = known = (frame, {})

@@ -1,4 +1,4 @@
-"""Point clouds as images: the viewpoint, the drawing, and a thread that draws the newest frame's points."""
+"""Point clouds as images: viewpoint, drawing, and a thread that draws the points of the newest frame."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from grabbergui.models.picture.quantities import ColourScale
 log = logging.getLogger(__name__)
 
 PERIOD = 0.1
-"Seconds between two checks for another frame."
+"Seconds between two checks for a new frame."
 MOST_POINTS = 150_000
-"Largest number of points drawn; of a larger cloud every second, third … point is shown."
+"Most points drawn; of a larger cloud every second, third … point is drawn."
 BACKGROUND = 34
-"Grey behind the points."
+"Grey value of the background."
 _FAR = 2.2
 "Distance of the eye from the centre of the cloud, in radii of the cloud."
 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Viewpoint on the cloud; initially the camera."""
+    """Viewpoint on the cloud, by default the camera's."""
 
     yaw: float = 0.0
     "Degrees to the right."
@@ -57,9 +57,9 @@ class Viewpoint:
 
 
 def draw(cloud: PointCloud, view: Viewpoint, size: tuple[int, int]) -> DisplayImage:
-    """Draw the points on (width, height) pixels, in their own colours or by their z.
+    """Draw the points on (width, height) pixels, coloured by themselves or by z. Any thread.
 
-    The median of the cloud is at the centre of the image. Any thread.
+    The median of the cloud is at the centre of the image.
     """
     width, height = size
     picture = np.full((height * width, 3), BACKGROUND, np.uint8)
@@ -76,7 +76,7 @@ def draw(cloud: PointCloud, view: Viewpoint, size: tuple[int, int]) -> DisplayIm
         column = (seen[:, 0] * factor + width / 2).astype(np.int64)
         line = (seen[:, 1] * factor + height / 2).astype(np.int64)
         shown = ahead & (column >= 0) & (column < width) & (line >= 0) & (line < height)
-        # Farthest first: of several points on a pixel the last one remains.
+        # Farthest first: the last point drawn on a pixel remains.
         order = np.flatnonzero(shown)[np.argsort(-depth[shown], kind="stable")]
         picture[line[order] * width + column[order]] = _colours(cloud, points, every)[order]
     return DisplayImage(picture.reshape(height, width, 3), Region(0, 0, width, height))
@@ -99,7 +99,7 @@ class PointCloudModel:
     ready = Signal()
     """`image` is new."""
     failed = Signal(str)
-    """Reason for which there are no points, as display text."""
+    """Why there are no points, as display text."""
 
     def __init__(self, newest: Callable[[], Frame | None], scan: Callable[[], Scan3d]) -> None:
         self._newest, self._scan = newest, scan
@@ -112,7 +112,7 @@ class PointCloudModel:
         "The latest drawing."
 
     def start(self, size: tuple[int, int]) -> None:
-        """Start to draw on (width, height) pixels, with the viewpoint of the camera."""
+        """Start to draw on (width, height) pixels, from the camera's viewpoint."""
         self._viewpoint, self._size = Viewpoint(), size
         if self._thread is None or self._stopping.is_set():  # a stopping thread draws no more
             self._stopping = threading.Event()

@@ -26,9 +26,9 @@ COLOUR_MAPS = {
 }
 """Colour maps for grey images, by their usual names."""
 _CYCLE = {"Twilight": cv2.COLORMAP_TWILIGHT}
-"""Begins and ends with the same colour, as an angle does."""
+"""A cyclic colour map, for angles."""
 NO_DATA = (72, 112)
-"""The two greys of the hatching for pixels without a measurement; no colour map has them side by side."""
+"""The two greys of the hatching for pixels without a measurement; in no colour map they are neighbours."""
 _HATCH = 4
 """Width of a stripe in screen pixels."""
 _SAMPLES = 20_000
@@ -55,7 +55,7 @@ ALL_LEVELS = Levels()
 
 
 class PolarisedView(Enum):
-    """Quantity shown of a polarised mosaic."""
+    """The quantity shown for a polarised mosaic."""
 
     MOSAIC = ""
     INTENSITY = "intensity"
@@ -65,10 +65,10 @@ class PolarisedView(Enum):
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Quantity and range that the colours of an image represent."""
+    """The range of values that the colours of an image represent."""
 
     low: float
-    "The value of the first colour, which smaller values have too."
+    "The value of the first colour, also used for smaller values; likewise `high` and the last colour."
     high: float
     unit: str
     "`mm`, `px`, `°`, or none."
@@ -81,7 +81,7 @@ class ColourScale:
 
     @property
     def ticks(self) -> tuple[float, ...]:
-        """Round values along the scale, three to six."""
+        """Three to six round values along the scale."""
         step = _round_step((self.high - self.low) / 5)
         first = np.ceil(self.low / step - 1e-6)
         last = np.floor(self.high / step + 1e-6)
@@ -96,24 +96,24 @@ class ColourScale:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """A measured quantity at each pixel of a frame, and how it is coloured."""
+    """A measured quantity at each pixel of a frame, and its colours."""
 
     samples: NDArray[Any]
-    "(lines, columns[, coordinates]): as the sensor gave them, or computed from that."
+    "(lines, columns[, coordinates]): the sensor's values, or computed from them."
     convert: Callable[[NDArray[Any]], NDArray[np.float32]]
-    "Of any part of `samples`, to the scale's unit; NaN where nothing was measured."
+    "Converts any part of `samples` to the scale's unit; NaN for pixels without a measurement."
     scale: ColourScale
     cell: int = 1
-    "Columns and lines of the frame for one sample."
+    "Number of columns and lines of the frame for one sample."
 
     def value_at(self, x: int, y: int) -> float:
-        """Return the value at a pixel of the frame, NaN where nothing was measured. Raises IndexError."""
+        """Return the value at a pixel of the frame; NaN without a measurement. Raises IndexError."""
         if x < 0 or y < 0:
             raise IndexError(f"({x}, {y}) is outside the frame")
         return float(self.convert(self.samples[y // self.cell, x // self.cell][None])[0])
 
     def text_at(self, x: int, y: int, missing: str) -> str:
-        """Return the value at a pixel with its unit; `missing` where there is none. Raises IndexError."""
+        """Return the value at a pixel with its unit, or `missing`. Raises IndexError."""
         value = self.value_at(x, y)
         if not np.isfinite(value):
             return missing
@@ -122,9 +122,9 @@ class Quantity:
         return f"{value:.{digits}f}{space}{self.scale.unit}"
 
     def paint(self, region: Region | None, size: tuple[int, int] | None) -> DisplayImage:
-        """Colour a region of the frame (the whole of it if None), reduced to fit `size` (width, height).
+        """Colour a region of the frame (None: the whole frame), reduced to fit `size` (width, height).
 
-        Samples are left out and not averaged: between two distances there is often nothing.
+        Drops samples instead of averaging them: the mean of two distances may be a place without any object.
         """
         cell, (lines, columns) = self.cell, self.samples.shape[:2]
         whole = Region(0, 0, columns * cell, lines * cell)
@@ -137,19 +137,19 @@ class Quantity:
         height = min(bottom - top, max(1, round(region.height * scale)))
         part = self.samples[top:bottom, left:right]
         if (width, height) != (right - left, bottom - top):
-            part = _left_out(part, width, height)
-        places, missing = self._places(part)
-        rgb = coloured(places, self.scale.colour_map)
+            part = _decimated(part, width, height)
+        indices, missing = self._colour_indices(part)
+        rgb = coloured(indices, self.scale.colour_map)
         if missing.any():
             _hatch(rgb, missing)
         return DisplayImage(rgb, region)
 
-    def _places(self, samples: NDArray[Any]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    def _colour_indices(self, samples: NDArray[Any]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         values = 1 << 8 * samples.itemsize
         if samples.dtype.kind != "u" or samples.ndim != 2 or samples.size < values:
-            return _places(self.convert(samples), self.scale)
-        # Every value that there can be is converted once, which is less work than every pixel.
-        table, missing = _places(self.convert(np.arange(values).astype(samples.dtype)), self.scale)
+            return _colour_indices(self.convert(samples), self.scale)
+        # There are fewer possible values than pixels: convert each value once.
+        table, missing = _colour_indices(self.convert(np.arange(values).astype(samples.dtype)), self.scale)
         return table.take(samples), missing.take(samples)
 
 
@@ -160,9 +160,9 @@ def quantity_of(
     levels: Levels = ALL_LEVELS,
     colour_map: str = "",
 ) -> Quantity | None:
-    """Return the quantity that a frame's pixels measure; None where they measure light.
+    """Return the quantity that a frame's pixels measure; None for light.
 
-    Coordinates are coloured from the nearest to the farthest, rounded outwards so that the scale holds still,
+    Coordinates are coloured from the nearest to the farthest, rounded outwards so that the scale is steady,
     or between `levels`. Raises PixelFormatError.
     """
     pixel_format = frame.pixel_format
@@ -193,7 +193,7 @@ def is_mosaic(frame: Frame) -> bool:
 
 
 def intensity_of(frame: Frame) -> Frame:
-    """Return a polarised mosaic as grey of the same size and depth, each cell the mean of its four pixels."""
+    """Return a polarised mosaic as grey of the same size and depth, each cell with the mean of its pixels."""
     raw = frame.raw()
     cells = np.rint(polarisation(raw).intensity).astype(raw.dtype)
     edges = ((0, frame.height % 2), (0, frame.width % 2))
@@ -214,7 +214,7 @@ def _same(values: NDArray[Any]) -> NDArray[np.float32]:
 def _measured_range(
     raw: NDArray[Any], convert: Callable[[NDArray[Any]], NDArray[np.float32]]
 ) -> tuple[float, float]:
-    """Return the range of a sample of the values without a few outliers, rounded outwards."""
+    """Return the range of a subset of the values without outliers, rounded outwards."""
     every = max(1, round((raw.shape[0] * raw.shape[1] / _SAMPLES) ** 0.5))
     sample = convert(raw[::every, ::every])
     found = sample[np.isfinite(sample)]
@@ -232,7 +232,7 @@ def _between_levels(
     pixel_format: PixelFormat,
     levels: Levels,
 ) -> tuple[float, float]:
-    """Return the range of the colours; levels are fractions of the sensor's range where it has one."""
+    """Return the range of the colours; levels are fractions of the sensor's range, if it has one."""
     measured = _measured_range(raw, convert)
     if levels.neutral or pixel_format.needs_range:
         return _levelled(measured, levels)
@@ -243,19 +243,19 @@ def _between_levels(
 
 
 def _levelled(bounds: tuple[float, float], levels: Levels) -> tuple[float, float]:
-    """Narrow a range to levels, which are fractions of it."""
+    """Return the part of a range between levels, which are fractions of it."""
     low, high = bounds
     return low + levels.black * (high - low), low + levels.white * (high - low)
 
 
 def _round_step(least: float) -> float:
-    """Return the smallest of 1, 2, 5 × 10ⁿ that is at least so large."""
+    """Return the smallest of 1, 2, 5 × 10ⁿ that is at least `least`."""
     power = 10.0 ** np.floor(np.log10(max(least, 1e-12)))
     return float(next(step * power for step in (1, 2, 5, 10) if step * power >= least * (1 - 1e-9)))
 
 
-def _left_out(samples: NDArray[Any], width: int, height: int) -> NDArray[Any]:
-    """Reduce samples to a number of columns and lines by omitting the others."""
+def _decimated(samples: NDArray[Any], width: int, height: int) -> NDArray[Any]:
+    """Reduce samples to a number of columns and lines by dropping the others."""
     if samples.dtype in (np.uint8, np.uint16, np.float32):
         return np.asarray(cv2.resize(samples, (width, height), interpolation=cv2.INTER_NEAREST))
     lines, columns = samples.shape[:2]
@@ -263,8 +263,10 @@ def _left_out(samples: NDArray[Any], width: int, height: int) -> NDArray[Any]:
     return np.asarray(samples[down, across])
 
 
-def _places(values: NDArray[np.float32], scale: ColourScale) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return the number of each value's colour, and where there is no value."""
+def _colour_indices(
+    values: NDArray[np.float32], scale: ColourScale
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return the index of each value's colour, and a mask of missing values."""
     missing = ~np.isfinite(values)
     fraction = (values - np.float32(scale.low)) * np.float32(255 / (scale.high - scale.low))
     fraction[missing] = 0
@@ -272,7 +274,7 @@ def _places(values: NDArray[np.float32], scale: ColourScale) -> tuple[NDArray[np
 
 
 def _hatch(rgb: NDArray[np.uint8], missing: NDArray[np.bool_]) -> None:
-    """Mark where nothing was measured."""
+    """Hatch the pixels without a measurement."""
     lines, columns = np.nonzero(missing)
     dark = (lines + columns) // _HATCH % 2 == 0
     rgb[lines, columns] = np.where(dark, NO_DATA[0], NO_DATA[1]).astype(np.uint8).reshape(-1, 1)
@@ -280,7 +282,7 @@ def _hatch(rgb: NDArray[np.uint8], missing: NDArray[np.bool_]) -> None:
 
 @cache
 def _colours(name: str) -> NDArray[np.uint8]:
-    """Return the map's 256 colours, R G B, as applyColorMap takes them."""
+    """Return the map's 256 colours, R G B, in the shape for applyColorMap."""
     ramp = np.arange(256, dtype=np.uint8).reshape(256, 1)
     found = cv2.applyColorMap(ramp, (COLOUR_MAPS | _CYCLE)[name])
     return np.ascontiguousarray(found[:, :, ::-1], np.uint8)

@@ -1,6 +1,6 @@
 """Frames as pixels for the screen: levels, clipping marks, and the geometry of the view.
 
-The view is rotated, mirrored and undistorted; the frame itself stays as it is.
+The view may be rotated, mirrored and undistorted; the frame itself stays unchanged.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from grabbergui.models.picture.quantities import (
     quantity_of,
 )
 
-# -- the view turned and mirrored ----------------------------------------------------------------
+# -- orientation ---------------------------------------------------------------------------------
 _ROTATIONS = {1: cv2.ROTATE_90_CLOCKWISE, 2: cv2.ROTATE_180, 3: cv2.ROTATE_90_COUNTERCLOCKWISE}
 
 
 @dataclass(frozen=True)
 class Orientation:
-    """First mirrored, then turned. The result is the *view*; both have their origin at the top left."""
+    """Mirroring, then rotation of a frame into the *view*; both have their origin at the top left."""
 
     quarter_turns: int = 0
     "Clockwise, 0 … 3."
     mirrored_x: bool = False
-    "Left and right exchanged, as the view shows it."
+    "Whether left and right of the frame are exchanged."
     mirrored_y: bool = False
 
     @property
     def neutral(self) -> bool:
-        """Whether the view is the frame."""
+        """Whether the view equals the frame."""
         return self == Orientation()
 
     def turned(self, quarters: int) -> Orientation:
@@ -66,30 +66,30 @@ class Orientation:
         return (height, width) if self.quarter_turns % 2 else (width, height)
 
     def to_view(self, region: Region, width: int, height: int) -> Region:
-        """Return the place in the view of a region of a frame of that size."""
+        """Return the region of the view that shows a region of a frame of that size."""
         region = self._mirrored(region, width, height)
         return _rotated(region, width, height, self.quarter_turns)
 
     def to_frame(self, region: Region, width: int, height: int) -> Region:
-        """Return the region of a frame of that size that is seen there. Both sizes are the frame's."""
+        """Return the region of a frame that a region of the view shows. Width and height are the frame's."""
         view_width, view_height = self.view_size(width, height)
         region = _rotated(region, view_width, view_height, -self.quarter_turns % 4)
         return self._mirrored(region, width, height)
 
     def pixel(self, x: int, y: int, width: int, height: int) -> tuple[int, int]:
-        """Return column and line of the frame's pixel at a place in the view."""
+        """Return the column and line in the frame of a pixel of the view."""
         region = self.to_frame(Region(x, y, 1, 1), width, height)
         return region.x, region.y
 
     def place_in(self, other: Orientation, x: float, y: float) -> tuple[float, float]:
-        """Return where `other` shows what this one shows at `x`, `y`; in fractions of the view."""
+        """Return where `other` shows what this orientation shows at `x`, `y`, in fractions of the view."""
         fine = 1 << 20
         region = self.to_frame(Region(round(x * fine), round(y * fine), 1, 1), fine, fine)
         region = other.to_view(region, fine, fine)
         return region.x / fine, region.y / fine
 
     def applied(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Pixels of the frame, (height, width[, 3]), as they are seen; contiguous, perhaps themselves."""
+        """Return the frame's pixels, (height, width[, 3]), in this orientation; contiguous, maybe no copy."""
         if self.mirrored_x or self.mirrored_y:
             code = -1 if self.mirrored_x and self.mirrored_y else int(self.mirrored_x)
             pixels = np.asarray(cv2.flip(pixels, code), np.uint8)
@@ -111,9 +111,9 @@ def _rotated(region: Region, width: int, height: int, quarters: int) -> Region:
 
 
 def scaled_region(region: Region, size: tuple[int, int], other: tuple[int, int]) -> Region:
-    """Return the region of an image of the size `other` that shows what `region` shows of one of `size`.
+    """Return a region of an image of `size` as the same region of an image of the size `other`.
 
-    Rounded outwards; sizes are (width, height).
+    Rounds outwards; sizes are (width, height).
     """
     if size == other:
         return region
@@ -122,17 +122,17 @@ def scaled_region(region: Region, size: tuple[int, int], other: tuple[int, int])
     return Region(left, top, right - left, bottom - top)
 
 
-# -- the view without distortion -----------------------------------------------------------------
+# -- undistortion --------------------------------------------------------------------------------
 Map = NDArray[np.float32]
 
 
 def undistorted(
     pixels: NDArray[np.uint8], calibration: Calibration, region: Region, size: tuple[int, int]
 ) -> NDArray[np.uint8]:
-    """Return a region of the undistorted view, `size` pixels (width, height) large.
+    """Return a region of the undistorted view in `size` pixels (width, height).
 
-    `pixels` is the whole frame, (height, width) or (height, width, 3), possibly reduced; `region` is in the
-    pixels of the frame that the calibration is of. Pixels outside of the frame are black.
+    `pixels` is the whole frame, (height, width) or (height, width, 3), possibly reduced; `region` is in
+    pixels of the unreduced frame, as the calibration. Pixels outside of the frame are black.
     """
     columns, lines = _maps(calibration, region, size, (pixels.shape[1], pixels.shape[0]))
     return np.asarray(cv2.remap(pixels, columns, lines, cv2.INTER_LINEAR), np.uint8)
@@ -154,7 +154,7 @@ def distorted_pixel(calibration: Calibration, x: int, y: int) -> tuple[int, int]
 def _maps(
     calibration: Calibration, region: Region, size: tuple[int, int], whole: tuple[int, int]
 ) -> tuple[Map, Map]:
-    """Return each view pixel's place in the reduced frame; computed again when the view moves."""
+    """Return each view pixel's position in the reduced frame; cached until the view moves."""
     part = calibration.cut_out(region.x, region.y, region.width, region.height)
     seen = _scaled(part.matrix, (size[0] / region.width, size[1] / region.height))
     columns, lines = cv2.initUndistortRectifyMap(
@@ -168,7 +168,7 @@ def _maps(
 
 
 def _scaled(matrix: NDArray[np.float64], scale: tuple[float, float]) -> NDArray[np.float64]:
-    """Return a camera matrix for pictures of another size; half a pixel lies between an edge and a centre."""
+    """Return the camera matrix of an image of another size; pixel centres lie at integer coordinates."""
     scaled = matrix.copy()
     scaled[:2] *= np.array(scale)[:, None]
     scaled[:2, 2] += (np.array(scale) - 1) / 2
@@ -185,10 +185,10 @@ BLACK_COLOUR = (70, 110, 255)
 
 
 def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
-    """Return masks of a region's black and saturated pixels, 255 there and 0 elsewhere.
+    """Return masks of a region's black and saturated pixels, 255 for those and 0 for others.
 
     Shape (region.height, region.width). A coloured pixel is saturated if any component is, black if all are;
-    for YUV the luma counts, within its range. Signed values, coordinates and other values without a white
+    for YUV the luma decides, within its range. Signed values, coordinates and other values without a white
     level are never clipped. Raises PixelFormatError.
     """
     pixel_format = frame.pixel_format
@@ -209,9 +209,9 @@ def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
 
 
 def _with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> NDArray[np.uint8]:
-    """Return a picture, (height, width[, 3]) and perhaps reduced, with both masks painted over it, in R G B.
+    """Return an image, (height, width[, 3]) and possibly reduced, with both masks painted over it, in R G B.
 
-    One pixel of the masks is enough to show, however much the picture is reduced.
+    Even a single pixel of a mask shows, however much the image is reduced.
     """
     rgb = cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGB) if pixels.ndim == 2 else pixels.copy()
     size = (pixels.shape[1], pixels.shape[0])
@@ -240,10 +240,10 @@ def _mask(values: NDArray[Any], low: int, high: int) -> Mask:
 
 
 def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
-    """Return a mask of (width, height), above zero wherever anything was.
+    """Return a mask reduced to (width, height), above zero wherever any pixel was.
 
-    Halving is several times cheaper than an exact area average, but loses one pixel among very many:
-    every step makes it whole again.
+    Repeated halving is several times cheaper than an exact area average, but would average a single pixel
+    away; so every step restores full values.
     """
     while mask.shape[1] >= 2 * size[0] and mask.shape[0] >= 2 * size[1]:
         mask = np.asarray(cv2.threshold(halved(mask), 0, 255, cv2.THRESH_BINARY)[1], np.uint8)
@@ -265,7 +265,7 @@ class Appearance:
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """Display settings of the image. None of them changes the camera or saved frames."""
+    """Display settings of the image, which change neither the camera nor saved frames."""
 
     levels: Levels = field(default_factory=Levels)
     colour_map: str = ""
@@ -273,23 +273,23 @@ class DisplaySettings:
     show_clipping: bool = False
     orientation: Orientation = field(default_factory=Orientation)
     component: str = ""
-    "The label of the component that is shown; empty for the frame's own image."
+    "The label of the shown component; empty for the frame's own image."
     appearances: Mapping[str, Appearance] = field(default_factory=dict)
-    "Of the components other than `component`, by their labels."
+    "Appearances of the other components, by label."
     side_by_side: bool = False
     "Whether all components of a frame are shown at once."
     scan: Scan3d = field(default_factory=Scan3d)
     "The camera's description of its coordinates."
     polarised: PolarisedView = PolarisedView.MOSAIC
     calibration: Calibration | None = None
-    "Without whose distortion the picture is shown; None shows it as it is. Only for frames of its size."
+    "The calibration that undistorts frames of its size; None shows frames with their distortion."
 
     def quantity(self, frame: Frame) -> Quantity | None:
-        """Return what a frame measures other than light, if anything. Raises PixelFormatError."""
+        """Return the quantity that a frame measures; None for light. Raises PixelFormatError."""
         return quantity_of(frame, self.scan, self.polarised, self.levels, self.colour_map)
 
     def choosing(self, label: str, before: str) -> DisplaySettings:
-        """Return the settings that show another component, as it was shown last.
+        """Return the settings that show another component with its last appearance.
 
         `before` is the label of the component shown so far.
         """
@@ -310,13 +310,13 @@ class DisplaySettings:
         )
 
     def undistorts(self, frame: Frame) -> Calibration | None:
-        """Return the calibration without whose distortion a frame is shown, if any."""
+        """Return the calibration that undistorts a frame, if any."""
         known = self.calibration
         return known if known and (known.width, known.height) == (frame.width, frame.height) else None
 
 
 def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:
-    """Return the settings with other levels, kept within the range and apart from each other."""
+    """Return the settings with other levels, limited to the range and kept apart."""
     black = min(max(black, 0.0), 0.999)
     white = min(max(white, black + 0.001), 1.0)
     return replace(settings, levels=Levels(black, white))
@@ -330,10 +330,10 @@ def render(
     settings: DisplaySettings,
     quantity: Quantity | None = None,
 ) -> DisplayImage:
-    """Return the picture of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
+    """Return the image of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
 
-    Region and size are the view's, and so is the region that comes back. `quantity` is what
-    `settings.quantity` gives for the frame, if the caller has it already. Raises PixelFormatError.
+    Region and size are the view's, and so is the returned region. `quantity` is the result of
+    `settings.quantity` for the frame, if the caller has it already. Raises PixelFormatError.
     """
     orientation = settings.orientation
     if region is not None:
@@ -344,13 +344,11 @@ def render(
     if calibration is not None:
         view = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
         wanted = _fitting(view, size)
-        # The whole frame, as fine as the view: distortion takes pixels from anywhere.
-        region, size = (
-            None,
-            (
-                max(1, round(frame.width * wanted[0] / view.width)),
-                max(1, round(frame.height * wanted[1] / view.height)),
-            ),
+        # The whole frame in the view's resolution: distortion takes pixels from anywhere.
+        region = None
+        size = (
+            max(1, round(frame.width * wanted[0] / view.width)),
+            max(1, round(frame.height * wanted[1] / view.height)),
         )
     quantity = quantity or settings.quantity(frame)
     image = _light(frame, region, size, settings) if quantity is None else quantity.paint(region, size)
@@ -364,7 +362,7 @@ def render(
 def _light(
     frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
 ) -> DisplayImage:
-    """Return pixels that measure light: with levels, in a colour map, with clipping marks."""
+    """Return the image of a frame that measures light, with levels, colour map and clipping marks."""
     levels = settings.levels
     if settings.polarised is PolarisedView.INTENSITY and is_mosaic(frame):
         frame = intensity_of(frame)
@@ -380,26 +378,26 @@ def _light(
 
 
 def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
-    """Return width and height of a region's image: at most `size`, never enlarged."""
+    """Return width and height of a region's image within `size`, never enlarged."""
     scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
     return max(1, round(region.width * scale)), max(1, round(region.height * scale))
 
 
 def _has_deep_levels(pixel_format: PixelFormat) -> bool:
-    """Return whether levels choose among the sensor's own values, and not among the 8 bits that are shown."""
+    """Return whether levels apply to the sensor's own values instead of the 8 bits that are shown."""
     if pixel_format.needs_range or pixel_format.kind != "u" or pixel_format.depth <= 8:
         return False
     return pixel_format.family in (Family.MONO, Family.BAYER)
 
 
 def _levelled(frame: Frame, levels: Levels) -> Frame:
-    """Return a frame of 8 bits that shows the levels of a deeper one, with full gradation between them."""
+    """Return a deep frame as one of 8 bits that spans the levels; others unchanged."""
     pixel_format = frame.pixel_format
     if levels.neutral or not _has_deep_levels(pixel_format):
         return frame
     top = (1 << pixel_format.depth) - 1
     black, white = round(levels.black * top), round(levels.white * top)
-    # Subtracting saturates at 0, scaling at 255.
+    # Subtraction saturates at 0, scaling at 255.
     above = cv2.subtract(frame.raw(), black)  # type: ignore[call-overload]
     shown = cv2.convertScaleAbs(above, alpha=255 / max(1, white - black))
     order = pixel_format.order
