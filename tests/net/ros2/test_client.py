@@ -84,7 +84,7 @@ def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
     remote.execute("TimestampLatch")
 
 
-def test_one_that_was_opened_for_reading_writes_nothing(server, camera):
+def test_a_read_only_client_writes_nothing(server, camera):
     remote = sources.create("ros2:/cam")
     remote.open(Access.MONITOR)
     try:
@@ -204,7 +204,7 @@ def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back
     assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"
 
 
-def test_another_camera_is_refused_too_if_nobody_saw_the_first_one_go(serve, opened, monkeypatch):
+def test_another_camera_is_refused_even_if_the_loss_was_not_noticed(serve, opened, monkeypatch):
     """As when a server is killed and started again: its publishers are listed for 20 s more."""
     server = serve("/other")
     remote = opened("ros2:/other")

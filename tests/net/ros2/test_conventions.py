@@ -237,7 +237,7 @@ def test_a_parameter_of_another_type_is_named(camera):
         Ros2GrabberServer(camera, "/cam", ros_args=["-p", "frame_id:=3"])
 
 
-def test_who_may_change_nothing_may_not_change_the_frame(serve):
+def test_a_read_only_server_refuses_a_new_frame_id(serve):
     serve("/cam", read_only=True)
     parameters = ParameterProbe("/cam")
     assert not parameters.set(frame_id="elsewhere")[0].successful

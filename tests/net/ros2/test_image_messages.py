@@ -69,7 +69,7 @@ def test_a_stamp_of_another_clock_is_not(stamp):
 @pytest.mark.parametrize(
     "wrong", [{"width": 9}, {"height": 3}, {"width": 0}, {"height": 0}, {"step": 3}, {"data": b""}]
 )
-def test_what_contradicts_itself_is_refused(wrong):
+def test_contradictory_messages_are_refused(wrong):
     with pytest.raises(PixelFormatError, match="contradicts itself"):
         frame_of(image(**wrong), 1)
 
@@ -154,7 +154,7 @@ def test_pixels_travel_without_a_copy_unless_packed():
     assert pixels_of(packed).shape == (3, 4)
 
 
-def test_what_has_no_encoding_is_named():
+def test_a_format_without_encoding_is_named():
     for name in WITHOUT:
         with pytest.raises(PixelFormatError, match=name):
             encoding_of(pfnc.by_name(name))

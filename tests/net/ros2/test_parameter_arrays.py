@@ -58,7 +58,7 @@ def test_what_is_read_can_be_written(data, kind):
         (INTEGER_ARRAY, "1], [2", "that is no list"),
     ],
 )
-def test_what_is_no_such_list_is_refused_in_words(kind, text, words):
+def test_a_malformed_list_is_refused_with_the_reason(kind, text, words):
     with pytest.raises(FeatureValueError, match=words):
         message_of_text("list", kind, text)
 

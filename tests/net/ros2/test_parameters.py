@@ -73,7 +73,7 @@ def test_values_and_types(parameters, camera):
     assert parameters.types("Gain", "Width", "GainAuto", "use_sim_time") == [3, 2, 4, 1]
 
 
-def test_what_is_unknown_empties_the_answer_as_rclpy_does(parameters):
+def test_an_unknown_name_empties_the_answer_as_in_rclpy(parameters):
     assert not parameters.values("Gain", "Gian")
     assert not parameters.types("TimestampLatch")
     assert not parameters.describe("Gian")
@@ -90,7 +90,7 @@ def test_descriptors_say_range_unit_entries_and_who_may_write(parameters, camera
     assert sensor.read_only and "read-only" in sensor.additional_constraints
 
 
-def test_what_only_the_stream_locks_can_be_set(parameters, camera):
+def test_a_feature_that_only_the_stream_locks_can_be_set(parameters, camera):
     assert camera.streaming
 
     described = parameters.describe("PixelFormat", "Height", "HeightMax", "AcquisitionMode")
@@ -117,7 +117,7 @@ def test_the_read_only_flag_and_the_range_follow_the_camera(domain):
         assert parameters.set(Knob=15)[0].successful and grabber.known["Knob"].value == 15
 
 
-def test_what_an_automatic_mode_locks_can_be_set_and_switches_it_off(domain):
+def test_a_feature_that_its_automatic_mode_locks_is_not_read_only(domain):
     entries = (EnumEntry("Off"), EnumEntry("Continuous"))
     knob = Feature(
         name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_ONLY, value=1.0, auto="GainAuto"
@@ -136,7 +136,7 @@ def test_what_an_automatic_mode_locks_can_be_set_and_switches_it_off(domain):
         assert parameters.describe("Gain")[0].read_only
 
 
-def test_what_cannot_be_read_is_not_set(parameters, camera):
+def test_a_feature_that_cannot_be_read_is_reported_as_not_set(parameters, camera):
     hidden = [f for f in camera.features() if f.value is None and f.kind is not FeatureKind.COMMAND]
     assert hidden
 
@@ -167,7 +167,7 @@ def test_setting(parameters, camera):
         ("use_sim_time", 3, "Wrong parameter type"),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_reason(parameters, name, value, reason):
+def test_impossible_values_are_refused_with_the_reason(parameters, name, value, reason):
     (result,) = parameters.set(**{name: value})
 
     assert not result.successful and reason in result.reason
@@ -189,7 +189,7 @@ def test_words_that_ros2_param_misreads_are_put_right(parameters, camera):
     assert parameters.set(DeviceUserID=1.5)[0].successful and camera.feature("DeviceUserID").value == "1.5"
 
 
-def test_together_means_all_or_none(parameters, camera):
+def test_an_atomic_request_sets_all_or_none(parameters, camera):
     assert parameters.set_together(Gain=2.0, ExposureTime=5000.0).successful
 
     result = parameters.set_together(Gain=3.0, ExposureTime=-1.0)
@@ -198,7 +198,7 @@ def test_together_means_all_or_none(parameters, camera):
     assert (camera.feature("Gain").value, camera.feature("ExposureTime").value) == (2.0, 5000.0)
 
 
-def test_together_means_all_or_none_for_parameters_of_the_node_too(parameters):
+def test_an_atomic_request_restores_the_nodes_own_parameters(parameters):
     before = parameters.values("frame_id")[0].string_value
 
     assert not parameters.set_together(frame_id="elsewhere", ExposureTime=-1.0).successful
@@ -206,7 +206,7 @@ def test_together_means_all_or_none_for_parameters_of_the_node_too(parameters):
     assert parameters.values("frame_id")[0].string_value == before
 
 
-def test_changes_that_come_faster_than_they_can_be_read_are_read_once(domain):
+def test_changes_faster_than_reads_are_read_once(domain):
     knobs = [
         Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=0)
         for name in ("Knob", "Last")
@@ -263,7 +263,7 @@ def test_changes_are_reported_as_events(server, parameters, camera):
     until(reported)
 
 
-def test_what_the_camera_does_is_seen_at_once(parameters, camera):
+def test_a_change_in_the_camera_is_read_immediately(parameters, camera):
     for value, watch in enumerate(attempts(1.0), 4321):
         with watch:
             camera.write_feature("ExposureTime", value)

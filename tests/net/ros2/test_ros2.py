@@ -217,7 +217,7 @@ def test_image_topics_are_listed(server):
     until(lambda: "ros2:/cam" in [info.uri for info in client.discover(1.0)])
 
 
-def test_each_domain_is_listened_in_by_itself(server, monkeypatch):
+def test_each_domain_has_a_discovery_node_of_its_own(server, monkeypatch):
     from grabbergui.net.ros2 import client
 
     until(lambda: client.discover(1.0))

@@ -63,7 +63,7 @@ def test_a_number_and_a_name_mean_the_same_and_the_name_wins(call, camera, which
     assert (answer.minimum, answer.maximum, answer.unit, answer.writable) == (0.0, 24.0, "dB", True)
 
 
-def test_what_only_the_stream_locks_can_be_written(call, camera):
+def test_a_feature_that_only_the_stream_locks_can_be_written(call, camera):
     camera.start()
     try:
         assert call(srv.GetFeatureRange, name="PixelFormat").writable
@@ -122,7 +122,7 @@ def test_white_balance_is_a_pair(call, camera):
     assert not refused.success and "allowed:" in refused.message
 
 
-def test_lines_typed_from_afar(call):
+def test_lines_of_a_remote_terminal(call):
     answer = call(srv.Ask, verb="terminal", arguments=["get SensorWidth"])
     assert answer.success and "SensorWidth = " in answer.result
     answer = call(srv.Ask, verb="terminal", arguments=["save camera.yaml"])

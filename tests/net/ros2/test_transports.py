@@ -22,16 +22,16 @@ def segment(tmp_path):
         yield path
 
 
-def test_memory_of_our_own_user_is_no_other_s(segment):
+def test_shared_memory_of_the_same_user_is_ignored(segment):
     assert runtime.other_user_in_shared_memory(segment.parent) == ""
 
 
-def test_memory_of_another_user_is_his(segment, monkeypatch):
+def test_shared_memory_of_another_user_is_found(segment, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: segment.stat().st_uid + 1)
     assert runtime.other_user_in_shared_memory(segment.parent) == segment.owner()
 
 
-def test_what_a_program_left_is_nobody_s(tmp_path, monkeypatch):
+def test_shared_memory_left_by_an_ended_program_is_ignored(tmp_path, monkeypatch):
     uid = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
     for name in ("fastdds_0123456789abcdef", "fastdds_0123456789abcdef_el"):
@@ -40,7 +40,7 @@ def test_what_a_program_left_is_nobody_s(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("other", "profile"), [("", "fastdds.xml"), ("root", "fastdds-network.xml")])
-def test_beside_another_user_s_programs_udp_is_used(other, profile, monkeypatch):
+def test_udp_is_used_beside_another_users_programs(other, profile, monkeypatch):
     monkeypatch.setenv(PROFILES, "")  # so that it is afterwards what it was before
     monkeypatch.delenv(PROFILES)
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)

@@ -352,7 +352,7 @@ def test_values_are_found_by_key(items, value):
         "5941000000005250",  # an acknowledgement
     ],
 )
-def test_claims_beyond_the_message_are_refused_at_once(message):
+def test_counts_and_sizes_beyond_the_message_are_refused(message):
     for attempt in (Bottle.decode, BottleScanner().scan):
         with pytest.raises(RemoteProtocolError, match="a Bottle"):
             attempt(bytes.fromhex(message))
@@ -363,7 +363,7 @@ def test_the_size_of_a_list_of_numbers_is_known_from_its_count():
     assert BottleScanner().scan(data[:8]) == len(data)
 
 
-def test_bottomless_nesting_is_refused():
+def test_too_deep_nesting_is_refused():
     with pytest.raises(RemoteProtocolError, match="nested"):
         Bottle.decode(bytes.fromhex("0001000001000000") + bytes.fromhex("0001000001000000") * 5000)
     for opening, closing in ("()", "{}", ("({", "})")):

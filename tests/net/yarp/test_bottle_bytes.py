@@ -135,7 +135,7 @@ def test_a_bottle_that_knows_its_form_is_written_so(own: bool | None, specialise
 
 
 @pytest.mark.parametrize("value", [True, False])
-def test_truth_is_written_as_vocabs(value: bool) -> None:
+def test_booleans_are_written_as_vocabs(value: bool) -> None:
     assert Bottle([value, value]).encode()[8:] == (b"1\0\0\0" if value else bytes(4)) * 2
 
 

@@ -188,7 +188,7 @@ def head(*lengths, blocks=None, number=wire.INDEX_MAGIC):
         (head(8, 4) + b"\xff\xff\xff\xff~\0\0\1", "port command of -1 bytes"),
     ],
 )
-def test_impossible_messages_are_refused_before_they_come(data, reason):
+def test_impossible_messages_are_refused_by_their_index(data, reason):
     for step in (1, len(data)):
         with pytest.raises(RemoteProtocolError, match=reason):
             feed(Receiver(limit=1000), data, step)
@@ -271,7 +271,7 @@ def test_messages_that_come_together_are_taken_one_by_one():
         assert receiver.idle
 
 
-def test_an_image_goes_into_the_memory_made_for_it_but_for_its_beginning():
+def test_an_image_is_read_into_allocated_memory_except_its_beginning():
     """Two reads a message: what came with the head is copied, the rest is read in its place."""
     made = []
     receiver = Receiver(allocate=lambda size: made.append(fresh(size)) or made[-1])

@@ -197,7 +197,7 @@ def test_commands(scene: Stage) -> None:
         remote.close()
 
 
-def test_who_is_not_there(scene: Stage) -> None:
+def test_a_missing_port_or_name_server_is_reported(scene: Stage) -> None:
     remote = connect(scene, "yarp:/nobody")
     with pytest.raises(SourceNotFoundError, match="/nobody"):
         remote.open()

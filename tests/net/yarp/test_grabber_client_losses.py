@@ -218,7 +218,7 @@ def test_a_server_that_answers_nonsense_on_its_return_is_back_once_it_answers(
     assert len(tries) == 3
 
 
-def test_a_server_that_only_answers_nonsense_is_complained_of_once(
+def test_a_server_that_only_answers_nonsense_is_logged_once(
     scene: Stage, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     looks: list[object] = []

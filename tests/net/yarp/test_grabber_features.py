@@ -261,7 +261,7 @@ def test_text_has_no_number() -> None:
         features.value(FeatureId.FOCUS)
 
 
-def test_what_is_not_there(features: NumberedFeatures) -> None:
+def test_missing_features_are_named(features: NumberedFeatures) -> None:
     for missing, name in ((FeatureId.IRIS, "iris"), (77, "feature number 77")):
         with pytest.raises(FeatureNotFoundError, match=name):
             features.value(missing)

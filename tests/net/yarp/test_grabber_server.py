@@ -96,7 +96,7 @@ def test_a_period_spaces_images(scene: Stage) -> None:
         assert 0.5 < stamps[-1] - stamps[0] < 0.9
 
 
-def test_nothing_is_converted_for_nobody(
+def test_without_readers_no_image_is_converted(
     scene: Stage, server: YarpGrabberServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     converted: list[object] = []

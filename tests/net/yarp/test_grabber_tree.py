@@ -217,12 +217,12 @@ def test_too_old_a_revision_may_have_missed_anything(grabber: ScriptedGrabber) -
 
 
 @pytest.mark.parametrize("revision", ["", "-1", "one", "9" * 5000])
-def test_what_is_no_revision_is_refused(grabber: ScriptedGrabber, revision: str) -> None:
+def test_a_malformed_revision_is_refused(grabber: ScriptedGrabber, revision: str) -> None:
     with pytest.raises(UsageError, match="is no number"):
         TreeService(grabber).perform("changes", revision)
 
 
-def test_nobody_asks_nobody_listens(grabber: ScriptedGrabber, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_log_listens_only_while_asked(grabber: ScriptedGrabber, monkeypatch: pytest.MonkeyPatch) -> None:
     log = ChangeLog(grabber)
     assert not len(grabber.features_changed)
     start, _ = log.since(0)

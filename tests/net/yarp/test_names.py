@@ -24,7 +24,7 @@ from grabbergui.net.yarp.os.name_server import (
 )
 
 
-def test_our_books_answer_as_yarps_do():
+def test_our_name_database_answers_as_yarps_does():
     books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
     for contact in (("/grabber", 10003), ("/grabber/rpc", 10002), ("/grabber/quit", 10005)):
         books.answer(f"register {contact[0]} tcp 127.0.0.1 {contact[1]}", "127.0.0.1")
@@ -53,7 +53,7 @@ def test_lists_are_alphabetic_and_prefixes_whole_words():
     assert books.answer("query /ab", "").split()[4] == "10.0.0.7"
 
 
-def test_the_books_are_bounded():
+def test_the_name_database_is_bounded():
     books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
     for number in range(PORTS_LIMIT + 5):
         books.answer(f"register /n{number} tcp h 5", "10.0.0.1")

@@ -445,7 +445,7 @@ def test_a_sender_whose_name_looks_like_an_address_does_not_keep_a_port_from_clo
         until(lambda: port.sources == ["//nowhere"], "connection of the sender")
 
 
-def test_a_reader_connected_while_the_port_closes_is_let_go(monkeypatch):
+def test_a_reader_connected_while_the_port_closes_is_disconnected(monkeypatch):
     connect, begun, go_on = sockets.connect, threading.Event(), threading.Event()
 
     def slow_connect(*arguments, **options):

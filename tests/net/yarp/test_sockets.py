@@ -33,7 +33,7 @@ def test_a_peer_that_closed_is_noticed_and_one_that_waits_or_sends_is_not() -> N
 
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 64 + ".example"])
-def test_what_is_no_name_of_a_host_is_reported_as_such(host: str) -> None:
+def test_an_invalid_host_name_is_reported(host: str) -> None:
     for ask in (
         lambda: sockets.connect((host, 10000)),
         lambda: sockets.local_address_towards(host, 10000),
@@ -44,7 +44,7 @@ def test_what_is_no_name_of_a_host_is_reported_as_such(host: str) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits are milliseconds there")
 @pytest.mark.parametrize("seconds", [2.5, 1.9999999, 0.9999999, 1e-9])
-def test_no_limit_is_rounded_to_none(seconds: float) -> None:
+def test_a_short_deadline_is_not_rounded_to_none(seconds: float) -> None:
     ours, theirs = socket.socketpair()
     with ours, theirs:
         sockets.set_deadline(ours, seconds)
