@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.status import Tone
 from grabbergui.ui.application import speak
+from grabbergui.ui.views.main_window import TOOLS_HEIGHT
 from grabbergui.ui.views.panel_layout import SETTLING_MS
 
 
@@ -152,3 +153,13 @@ def test_a_line_profile_without_a_line_takes_no_room(app):
     assert window.profile.maximumHeight() < 60
     window.profile.setProfile({"Y": np.arange(5)})
     assert window.profile.plot.isVisible() and window.profile.maximumHeight() > 1000
+
+
+def test_the_first_line_gives_its_profile_the_usual_height(app):
+    window = app.window
+    window.resize(1200, 800)
+    app.qtbot.keyClick(window, Qt.Key_F4)
+    app.until(lambda: 0 < window.profileDock.height() < 120)
+    window.profile.setProfile({"Y": np.arange(5)})
+    app.until(lambda: window.profileDock.height() >= TOOLS_HEIGHT)
+    assert window.profile.plot.height() > TOOLS_HEIGHT / 2

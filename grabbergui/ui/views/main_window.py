@@ -340,6 +340,7 @@ class MainWindow(QMainWindow):
         self.actionAddress.triggered.connect(self._on_address)
         self.actionFindFeature.triggered.connect(self._on_find_feature)
         self.actionFullScreen.toggled.connect(self._on_full_screen_toggled)
+        self.profile.plotAppeared.connect(self._on_profile_plot_appeared)
         self.actionQuit.triggered.connect(self._on_quit)
 
     def _keep_bare_keys_to_picture(self) -> None:
@@ -375,6 +376,15 @@ class MainWindow(QMainWindow):
         self.featuresDock.show()
         self.features.filterEdit.setFocus()
         self.features.filterEdit.selectAll()
+
+    def _on_profile_plot_appeared(self) -> None:
+        QTimer.singleShot(0, self._heighten_profile)  # once the larger height is allowed
+
+    def _heighten_profile(self) -> None:
+        """Give the line profile the usual height: without a line it was as low as its hint."""
+        if self.profileDock.height() < TOOLS_HEIGHT:
+            self.resizeDocks([self.profileDock], [TOOLS_HEIGHT], Qt.Orientation.Vertical)
+            QTimer.singleShot(0, self._panels.make_room_for_image)
 
     def _on_full_screen_toggled(self, full: bool) -> None:
         if full:

@@ -206,6 +206,8 @@ class ProfilePanel(QWidget):
     lineRequested = pyqtSignal()
     rawToggled = pyqtSignal()
     """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
+    plotAppeared = pyqtSignal()
+    """There are values to plot, which need more height than the hint."""
 
     lineLabel: ElidedLabel
     rawBox: QCheckBox
@@ -251,8 +253,11 @@ class ProfilePanel(QWidget):
 
     def _give_room(self, needed: bool) -> None:
         """Be no higher than the hint until there is something to show."""
+        appears = needed and self.plotPlace.isHidden()
         self.plotPlace.setVisible(needed)
         self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())
+        if appears:
+            self.plotAppeared.emit()
 
 
 class MeasuringPanels(Protocol):
