@@ -168,8 +168,14 @@ class GrabberService:
         return int(self._number(Role.WIDTH)), int(self._number(Role.HEIGHT))
 
     def _set_size(self, width: int, height: int) -> None:
+        """Write both or neither."""
+        before = self._size()[0]
         self._grabber.write_feature(self._name(Role.WIDTH), width)
-        self._grabber.write_feature(self._name(Role.HEIGHT), height)
+        try:
+            self._grabber.write_feature(self._name(Role.HEIGHT), height)
+        except GrabberError:
+            self._grabber.write_feature(self._name(Role.WIDTH), before)
+            raise
 
     def _configurations(self) -> tuple[Value, ...]:
         width, height = self._size()

@@ -151,6 +151,8 @@ def test_resolution_and_mirror(wire: Wire, grabber: FrameGrabber) -> None:
     assert wire.ask(Operation.SET_RESOLUTION, 320, 240).ok
     assert wire.ask(Operation.GET_RESOLUTION).values == (320, 240)
     assert wire.ask(Operation.SET_RESOLUTION, 10**6, 240).status is not Status.OK
+    assert wire.ask(Operation.SET_RESOLUTION, 160, 10**6).status is not Status.OK
+    assert wire.ask(Operation.GET_RESOLUTION).values == (320, 240)
     assert wire.ask(Operation.SET_MIRROR, True).ok
     assert wire.ask(Operation.GET_MIRROR).values == (True,)
     assert grabber.feature("ReverseX").value is True
