@@ -1,4 +1,4 @@
-"""The environment of the program: the command that runs it again, its own files, its user's folders (XDG)."""
+"""The program's environment: the command that runs it, its own files, and its user's folders (XDG)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ NAME = "grabbergui"
 
 
 def program() -> list[str]:
-    """Return the absolute path of the installed command, or of Python with `-m` where there is none.
+    """Return the absolute path of the installed command, or Python with `-m` if there is none.
 
-    It is the one beside the running Python, in whatever environment that is; links are not followed, as the
-    Python of a virtual environment is a link out of it.
+    The command is looked for beside the running Python. Links are not followed, as the Python of a virtual
+    environment is a link out of it.
     """
     command = Path(sys.executable).with_name(NAME)
     if command.is_file():
@@ -30,15 +30,15 @@ def program() -> list[str]:
 
 
 def shell_command(*arguments: str, absolute: bool = False) -> str:
-    """Return what to type: the bare name where the shell would find this program by it, else its path.
+    """Return what to type: the program's name if the shell finds it, else its path.
 
-    With `absolute` the path in any case, as sudo and services search other folders.
+    With `absolute` always the path, as sudo and services search other folders.
     """
-    ours = program()
+    command = program()
     found = shutil.which(NAME)
-    if not absolute and found is not None and Path(found).resolve() == Path(ours[0]).resolve():
-        ours = [NAME]
-    return shlex.join([*ours, *arguments])
+    if not absolute and found is not None and Path(found).resolve() == Path(command[0]).resolve():
+        command = [NAME]
+    return shlex.join([*command, *arguments])
 
 
 def sudo_command(*arguments: str) -> str:
@@ -47,7 +47,7 @@ def sudo_command(*arguments: str) -> str:
 
 
 def data_home(environment: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of the user's own data, in which desktops look for programs and types of files."""
+    """Return the folder of the user's data, in which desktops look for applications and file types."""
     return _folder(environment, "XDG_DATA_HOME", ".local/share")
 
 
@@ -57,26 +57,26 @@ def config_home(environment: Mapping[str, str] = os.environ) -> Path:
 
 
 def cache_home(environment: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of what can be made again."""
+    """Return the folder of files that can be created again."""
     return _folder(environment, "XDG_CACHE_HOME", ".cache")
 
 
 def _folder(environment: Mapping[str, str], variable: str, default: str) -> Path:
     # The specification ignores a relative path.
-    named = environment.get(variable, "")
-    return Path(named) if Path(named).is_absolute() else home() / default
+    folder = Path(environment.get(variable, ""))
+    return folder if folder.is_absolute() else home() / default
 
 
 def home() -> Path:
-    """Return the user's home directory, the root directory where the system knows of none."""
+    """Return the user's home directory, or the root directory if the system has none for the user."""
     try:
         return Path.home()
-    except RuntimeError:  # a user that the system does not know, as in containers
+    except RuntimeError:  # a user without an entry in the system's database, as in containers
         return Path("/")
 
 
 def expanded(path: str | Path) -> Path:
-    """Return a path with `~` or `~user` at its beginning filled in. Raises UsageError for nobody's."""
+    """Return a path with `~` or `~user` at its beginning expanded. Raises UsageError for an unknown user."""
     try:
         return Path(path).expanduser()
     except RuntimeError as error:
@@ -87,15 +87,15 @@ _PACKAGE = Path(__file__).parents[1]
 _CHECKOUT = (_PACKAGE.parent / "pyproject.toml").is_file()
 
 RESOURCES = _PACKAGE.parent / "resources" if _CHECKOUT else _PACKAGE / "resources"
-"""The folder of the files that come with the program, in a checkout or installed."""
+"""The folder of the files shipped with the program, in a checkout or installed."""
 MANUAL = _PACKAGE.parent / "docs" if _CHECKOUT else _PACKAGE / "manual"
 """The folder of the manual's pages."""
 
 
 def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
-    """Return the file that was named, or the shipped one of that name (`servo/servo.ini`, `servo.ini`).
+    """Return the file at `path`, or the shipped file of that name (`servo/servo.ini`, `servo.ini`).
 
-    The manual writes `resources/servo/servo.ini`; that is found from any folder. A name alone is looked for
+    `resources/servo/servo.ini`, as the manual writes it, is found from any folder. A bare name is looked for
     in one `folder` of the resources, or in all. Raises MissingFileError.
     """
     if path.exists():
@@ -112,7 +112,7 @@ def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file that appears whole or not at all: if that fails, what it held before stays.
+    """Write a file atomically: if writing fails, the old content stays.
 
     A pipe or /dev/stdout is written to, never replaced; a link stays a link. Raises OSError.
     """
@@ -123,7 +123,7 @@ def write_whole(path: Path, text: str) -> None:
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o644
     try:
         descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
-    except PermissionError:  # of the folder; the file may be ours
+    except PermissionError:  # for the folder; the file itself may be writable
         path.write_text(text, "utf-8", newline="\n")
         return
     try:
@@ -141,4 +141,4 @@ def check_folder_of(path: Path) -> None:
     """Raise MissingFileError unless the folder of a new file or folder exists."""
     folder = path.absolute().parent
     if not folder.is_dir():
-        raise MissingFileError(f"there is no folder {folder} for {path.name}; make it first")
+        raise MissingFileError(f"there is no folder {folder} for {path.name}; create it first")

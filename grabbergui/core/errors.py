@@ -1,8 +1,8 @@
-"""The one tree of errors.
+"""All errors of the program, in one tree.
 
-A message names the thing, the value, what is allowed and what to do next; the command line prints it as
-it is and the window shows it in its bar. Exceptions of other libraries become one of these in the file
-that calls them.
+A message names the object, the value, the allowed values and what to do next; the command line prints it
+unchanged, and the window shows it in its bar. The file that calls another library turns its exceptions into
+one of these.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ class GrabberError(Exception):
 
 
 class UsageError(GrabberError):
-    """A request that makes no sense: a malformed URI, a value that is not NAME=VALUE."""
+    """An invalid request, such as a malformed URI or an assignment that is not NAME=VALUE."""
 
 
 class MissingFileError(UsageError):
-    """A file or folder that was named does not exist."""
+    """The named file or folder does not exist."""
 
 
 class SourceNotFoundError(GrabberError):
@@ -27,11 +27,11 @@ class SourceNotFoundError(GrabberError):
 
 
 class OtherCameraError(SourceNotFoundError):
-    """Another camera answers than the one that was named or lost, or several answer to one name."""
+    """Another camera than the named or lost one answers, or several cameras have the same name."""
 
 
 class SourceUnavailableError(GrabberError):
-    """The URI's kind of source needs something that this machine lacks (a package, a server)."""
+    """The URI's kind of source needs something that this computer lacks (a package, a server)."""
 
 
 class ProtocolError(GrabberError):
@@ -39,11 +39,11 @@ class ProtocolError(GrabberError):
 
 
 class LocalProtocolError(ProtocolError):
-    """We asked a codec for something illegal: a bug of ours."""
+    """The program asked a codec for something illegal, which is a bug."""
 
 
 class RemoteProtocolError(ProtocolError):
-    """The peer sent something illegal; nothing of it was used."""
+    """The peer sent an illegal message, of which nothing was used."""
 
 
 class DeviceStatusError(GrabberError):
@@ -56,41 +56,41 @@ class DeviceStatusError(GrabberError):
 
 
 class TransportError(GrabberError):
-    """Bytes could not be moved between us and the device."""
+    """Bytes could not be transferred to or from the device."""
 
 
 class AckTimeoutError(TransportError):
-    """The device did not acknowledge, all retries spent."""
+    """The device acknowledged neither the request nor its retries."""
 
 
 _EXHAUSTED = {
     errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",
-    errno.ENFILE: "this machine has as many files and connections open as it can (`sysctl fs.file-max`)",
-    errno.ENOBUFS: "this machine has no memory left for connections",
-    errno.ENOMEM: "this machine has no memory left for connections",
+    errno.ENFILE: "this computer has as many files and connections open as it can (`sysctl fs.file-max`)",
+    errno.ENOBUFS: "this computer has no memory left for connections",
+    errno.ENOMEM: "this computer has no memory left for connections",
 }
 
 
 class ResourceExhaustedError(TransportError):
-    """Descriptors, threads or memory of this process or machine are used up; no peer is to blame."""
+    """The process or computer has no descriptors, threads or memory left; the peer is not at fault."""
 
     @classmethod
     def of(cls, error: OSError) -> ResourceExhaustedError | None:
-        """Return what to raise in place of `error`; None where that has another cause."""
+        """Return the error to raise instead of `error`; None if that has another cause."""
         text = _EXHAUSTED.get(error.errno or 0)
         return cls(text) if text else None
 
 
 class DeviceLostError(TransportError):
-    """The device is gone, or took our control away."""
+    """The device has disappeared, or no longer grants control."""
 
 
 class AccessDeniedError(GrabberError):
-    """Another application holds control of the device, or the system refuses us access to it."""
+    """Another application holds control of the device, or the system refuses access to it."""
 
 
 class FeatureError(GrabberError):
-    """Something about one feature."""
+    """An error that concerns one feature."""
 
     def __init__(self, message: str, feature: str) -> None:
         super().__init__(message)
@@ -103,7 +103,7 @@ class FeatureNotFoundError(FeatureError):
 
 
 class FeatureAccessError(FeatureError):
-    """The feature is not implemented, not available, locked, read-only or write-only at the moment."""
+    """The feature is currently not implemented, not available, locked, read-only or write-only."""
 
 
 class FeatureValueError(FeatureError):
@@ -116,19 +116,19 @@ class CameraFileError(GrabberError):
     def __init__(self, message: str, file: str, operation: str = "", status: str = "") -> None:
         super().__init__(message)
         self.file = file
-        "As FileSelector has it."
+        "Its entry of FileSelector."
         self.operation = operation
-        "Open, Close, Read, Write or Delete; empty if it did not come to one."
+        "Open, Close, Read, Write or Delete; empty if the error came before any."
         self.status = status
-        "FileOperationStatus as the camera reports it."
+        "FileOperationStatus as reported by the camera."
 
 
 class TransferCancelledError(CameraFileError):
-    """A transfer of a file was cancelled; an upload leaves the file incomplete."""
+    """The transfer of a file was cancelled; a cancelled upload leaves the file incomplete."""
 
 
 class PixelFormatError(GrabberError):
-    """A payload's pixel format cannot be converted; its raw bytes can still be saved."""
+    """The payload's pixel format cannot be converted; the raw bytes can still be saved."""
 
 
 class FrameTimeoutError(GrabberError):

@@ -1,8 +1,7 @@
-"""Features as plain data: a feature's description, its state, and the checks of a value for it.
+"""Features as plain data: their descriptions and states, and the validation of values.
 
 The vocabulary is GenApi's (GenICam standard, chapter 2): kinds, access modes, visibility, representation.
-Values are Python's ``int``, ``float``, ``bool`` and ``str``: 64-bit integers and fractions keep their
-precision.
+Values are Python's ``int``, ``float``, ``bool`` and ``str``, so 64-bit integers keep their precision.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class FeatureKind(Enum):
 
 
 class AccessMode(Enum):
-    """The access to a feature at the moment; it changes while a camera runs."""
+    """The current access to a feature, which may change at any time."""
 
     NOT_IMPLEMENTED = "NI"
     NOT_AVAILABLE = "NA"
@@ -49,7 +48,7 @@ class AccessMode(Enum):
 
 
 class Visibility(IntEnum):
-    """For whom a feature is meant; each level sees those below it."""
+    """The level of users that a feature is meant for; each level includes those below it."""
 
     BEGINNER = 0
     EXPERT = 1
@@ -58,7 +57,7 @@ class Visibility(IntEnum):
 
 
 class Representation(Enum):
-    """How a number wants to be shown."""
+    """The recommended display of a number."""
 
     LINEAR = "linear"
     LOGARITHMIC = "logarithmic"
@@ -71,19 +70,19 @@ class Representation(Enum):
 
 @dataclass(frozen=True)
 class EnumEntry:
-    """One choice of an enumeration."""
+    """An entry of an enumeration."""
 
     name: str
-    "The symbolic name that is written, e.g. `Continuous`."
+    "The symbolic name, which is the value, e.g. `Continuous`."
     display_name: str = ""
     tooltip: str = ""
     available: bool = True
-    "Whether the camera accepts it at the moment."
+    "Whether the camera currently accepts it."
 
 
 @dataclass(frozen=True, kw_only=True)
 class FeatureDescription:
-    """The properties of a feature that never change; known without asking the camera."""
+    """The constant properties of a feature, known without a request to the camera."""
 
     name: str
     "The camera's own name, unchanged: `ExposureTime`."
@@ -93,11 +92,11 @@ class FeatureDescription:
     description: str = ""
     visibility: Visibility = Visibility.BEGINNER
     category: str = ""
-    "Name of the category that lists it first."
+    "Name of the first category that contains it."
     streamable: bool = False
-    "Whether it belongs into a saved set of settings."
+    "Whether it belongs in saved settings."
     selectors: tuple[str, ...] = ()
-    "Names of the features that select which instance of this one is seen."
+    "Names of the features that select an instance of this one."
 
     @property
     def title(self) -> str:
@@ -107,11 +106,11 @@ class FeatureDescription:
 
 @dataclass(frozen=True, kw_only=True)
 class Feature(FeatureDescription):
-    """A feature as it was at one moment."""
+    """A snapshot of a feature."""
 
     access: AccessMode
     value: FeatureValue | None = None
-    "None where it cannot be read (a command, write-only, not available)."
+    "None if it cannot be read (a command, write-only, not available)."
     minimum: int | float | None = None
     maximum: int | float | None = None
     increment: int | float | None = None
@@ -119,21 +118,21 @@ class Feature(FeatureDescription):
     representation: Representation = Representation.LINEAR
     entries: tuple[EnumEntry, ...] = ()
     auto: str | None = None
-    "Name of the feature that is its automatic mode, e.g. `ExposureAuto`, where the camera has one."
+    "Name of its automatic mode, e.g. `ExposureAuto`; None without one."
     maximum_length: int | None = None
-    "Of a string, in bytes."
+    "Largest size of a string, in bytes."
     pauses_stream: bool = False
-    "Whether a write stops the running stream for a moment, which is all that locks it."
+    "Whether only the running stream locks it, so that a write must pause the stream."
     constant: bool = False
-    "Whether it is never writable, whatever else is set; false where that is not known."
+    "Whether it is never writable, whatever else is set; false if that is unknown."
     problem: str = ""
-    "Why the camera's own description of it fails, where it does; such a feature is not available."
+    "Why the camera's description of it fails; empty if it does not. A failing feature is not available."
 
     @property
     def logarithmic(self) -> bool:
-        """Whether a slider should be logarithmic: as described, or for a range of more than two decades.
+        """Whether a slider should be logarithmic: as described, or if the range exceeds two decades.
 
-        An integer needs more than three: the pixels of a width are counted.
+        For integers it must exceed three, as a width in pixels is better shown linearly.
         """
         if self.minimum is None or self.maximum is None or self.minimum < 0 or self.maximum <= 0:
             return False
@@ -146,11 +145,11 @@ class Feature(FeatureDescription):
         )
 
     def validated(self, value: FeatureValue) -> FeatureValue:
-        """The value in the feature's own type, or an error that says what would be accepted.
+        """Return the value in the feature's own type.
 
-        Text is read as the command line's: `5`, `2.5e4`, `0x1F`, `on`, an entry's name. An integer
-        off its increment is refused, as a camera would. Raises FeatureAccessError where nothing can be
-        written at the moment, FeatureValueError otherwise.
+        Text is read as on the command line: `5`, `2.5e4`, `0x1F`, `on`, an entry's name. An integer off the
+        increment is refused, as the camera would. Raises FeatureAccessError if the feature cannot be written
+        at the moment, FeatureValueError naming the allowed values for any other.
         """
         if not self.access.writable:
             raise FeatureAccessError(f"{self.name} {self.access_problem()}", self.name)
@@ -164,7 +163,7 @@ class Feature(FeatureDescription):
             ) from error
 
     def access_problem(self) -> str:
-        """Why it cannot be written, as the end of a sentence."""
+        """Return why it cannot be written, as the end of a sentence."""
         if self.problem:
             return f"is not available: {self.problem}"
         if self.constant:
@@ -225,7 +224,7 @@ class Feature(FeatureDescription):
 
 @dataclass(frozen=True)
 class Category:
-    """A branch of the feature tree. Its members are known without asking the camera for values."""
+    """A branch of the feature tree. Its members are known without a request to the camera."""
 
     name: str
     display_name: str = ""
@@ -239,7 +238,7 @@ class Category:
         return self.display_name or self.name
 
     def descriptions(self) -> Iterator[FeatureDescription]:
-        """Every feature below, depth first, each name once."""
+        """Yield every feature below, depth first, each name once."""
         seen: set[str] = set()
         for description in self._walk():
             if description.name not in seen:
@@ -255,7 +254,7 @@ class Category:
 
 
 def format_number(number: int | float | None) -> str:
-    """A number as short as it can be without losing anything a person would miss."""
+    """Return a number as short display text; fractions are rounded to ten digits."""
     if number is None:
         return ""
     if isinstance(number, int) or (math.isfinite(number) and number == int(number) and abs(number) < 1e15):
@@ -264,7 +263,7 @@ def format_number(number: int | float | None) -> str:
 
 
 def format_value(value: FeatureValue | None) -> str:
-    """A feature's value as text that `validated` reads back."""
+    """Return a feature's value as text that `validated` reads back."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -274,7 +273,7 @@ def format_value(value: FeatureValue | None) -> str:
 
 
 def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
-    """The limit, for a number beyond it that people are shown for it; shown limits are rounded."""
+    """Return the limit for a number slightly beyond it that displays the same; shown limits are rounded."""
     if isinstance(limit, float) and format_number(number) == format_number(limit):
         return limit
     raise ValueError("out of range")

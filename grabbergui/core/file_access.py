@@ -1,8 +1,9 @@
-"""Files in a camera, by SFNC's FileAccessControl: list, read, write and delete them.
+"""Lists, reads, writes and deletes files in a camera (SFNC, FileAccessControl).
 
-A file is opened, moved block by block through the register FileAccessBuffer, and closed. A transfer holds the
-grabber for `TURN` seconds at a time; between turns other callers see its selectors where they stood. Local
-cameras have the register; other sources can only list files.
+A file is opened, transferred block by block through the register FileAccessBuffer, and closed. A transfer
+holds the grabber for `TURN` seconds at a time; between turns the selectors have their previous values, and
+other callers can use the grabber. Only local cameras have the register; of other sources files can only be
+listed.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import FILE_ACCESS
 
 TURN = 0.05
-"Seconds of a transfer for which other callers wait."
+"Seconds of a transfer during which other callers wait."
 LARGEST = 1 << 30
-"Bytes. A camera that goes on sending beyond them does not know where its file ends."
+"Bytes. A camera that still sends more does not know where its file ends."
 _SELECTOR, _OPERATION, _MODE, _BUFFER = (
     "FileSelector",
     "FileOperationSelector",
     "FileOpenMode",
     "FileAccessBuffer",
 )
-_PUT_BACK = (_SELECTOR, _OPERATION, _MODE)
+_RESTORED = (_SELECTOR, _OPERATION, _MODE)
 _SUCCESS = "Success"
 
 Progress = Callable[[int, int], None]
-"Called on the caller's thread with how many bytes are done and of how many; 0 if the camera does not know."
+"Called on the caller's thread with the bytes done and the total; 0 if the camera does not report that."
 
 
 @dataclass(frozen=True)
@@ -48,13 +49,13 @@ class CameraFile:
     """A file as the camera lists it."""
 
     name: str
-    "As FileSelector has it."
+    "Its entry of FileSelector."
     size: int | None
-    "Bytes; None if the camera does not say."
+    "Bytes; None if the camera does not report it."
     modes: tuple[str, ...]
     "Entries of FileOpenMode for it: Read, Write, ReadWrite."
     details: dict[str, str] = field(default_factory=dict)
-    "Further features of the maker about a file, with their text: FileState of the simulated camera."
+    "The vendor's own features about a file, with their text, such as FileState of the simulated camera."
     tooltip: str = ""
 
     @property
@@ -73,16 +74,16 @@ class Written:
 
     size: int
     verified: bool
-    "Whether the file was read back and found equal; not if the camera does not let it be read."
+    "Whether the file was read back and compared; false if the camera does not allow reading it."
 
 
 def is_firmware(name: str) -> bool:
-    """Whether a file is a program of the camera, judged by its name."""
+    """Return whether a file is firmware, judged by its name."""
     return any(word in name.lower() for word in ("firmware", "bootloader", "fpga", "bitstream"))
 
 
 def has_files(grabber: FrameGrabber) -> bool:
-    """Whether a camera has FileAccessControl."""
+    """Return whether a camera has FileAccessControl."""
     return grabber.has_feature(_SELECTOR) and grabber.has_feature("FileOperationExecute")
 
 
@@ -100,7 +101,7 @@ def list_files(grabber: FrameGrabber) -> list[CameraFile]:
     ]
     files = []
     for entry in entries:
-        with grabber.exclusive(_PUT_BACK):
+        with grabber.exclusive(_RESTORED):
             _select(grabber, _SELECTOR, entry.name)
             modes = grabber.feature(_MODE).entries if grabber.has_feature(_MODE) else ()
             values = {name: grabber.feature(name).value for name in details}
@@ -125,8 +126,8 @@ def read_file(
 ) -> bytes:
     """Return the bytes of a file.
 
-    Raises UsageError for a name that the camera does not list, CameraFileError for what it refuses,
-    TransferCancelledError after `cancelled` was set, TransportError when the camera is lost,
+    Raises UsageError for a name that the camera does not list, CameraFileError if it refuses an operation,
+    TransferCancelledError after `cancelled` was set, TransportError if the camera is lost,
     FeatureAccessError for a remote source.
     """
     transfer = _Transfer(grabber, name, "reading", cancelled)
@@ -143,12 +144,12 @@ def write_file(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> Written:
-    """Replace a file, and read it back where the camera allows that.
+    """Replace a file, and read it back if the camera allows that.
 
-    Progress counts the bytes written and then those read back, of twice the size. An upload that ends early
-    cannot be resumed: write the whole file again. Firmware is only replaced with `replace_firmware`, as a
-    wrong file or a power cut may leave the camera useless. Raises what `read_file` raises; UsageError for
-    firmware, CameraFileError also if what is read back differs.
+    Progress counts the bytes written and those read back, so its total is twice the size. An upload that ends
+    early cannot be resumed; the whole file must be written again. Firmware is only replaced with
+    `replace_firmware`, as a wrong file or a power cut may leave the camera useless. Raises what `read_file`
+    raises; UsageError for firmware, CameraFileError also if the file reads back differently.
     """
     if is_firmware(name) and not replace_firmware:
         raise UsageError(
@@ -186,7 +187,7 @@ def delete_file(grabber: FrameGrabber, name: str) -> None:
 
 
 class _Transfer:
-    """One file, the operation in progress, and how far it is."""
+    """A transfer of one file: its operation and progress."""
 
     def __init__(
         self, grabber: FrameGrabber, name: str, doing: str, cancelled: threading.Event | None
@@ -199,7 +200,7 @@ class _Transfer:
         names = [entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available]
         if name not in names:
             raise UsageError(f"{grabber.info.title} has no file {name}; it has {', '.join(names)}")
-        # Before anything is opened in a camera whose buffer does not travel.
+        # A remote camera has no such register; fail before a file is opened in it.
         grabber.register_length(_BUFFER)
         self._grabber = grabber
         self._name = name
@@ -211,13 +212,13 @@ class _Transfer:
     @contextmanager
     def turn(self) -> Iterator[None]:
         """Hold the grabber with the file selected."""
-        with self._explained(), self._grabber.exclusive(_PUT_BACK):
+        with self._explained(), self._grabber.exclusive(_RESTORED):
             _select(self._grabber, _SELECTOR, self._name)
             yield
 
     @contextmanager
     def opened(self, mode: str) -> Iterator[None]:
-        """Open the file in the camera, and close it whatever happens."""
+        """Open the file in the camera, and close it after the block in any case."""
         with self.turn():
             if self._grabber.has_feature(_MODE):
                 self.modes = tuple(e.name for e in self._grabber.feature(_MODE).entries if e.available)
@@ -268,11 +269,11 @@ class _Transfer:
             block = content[self._done : self._done + self._block]
             if not block:
                 return False
-            _select(self._grabber, _OPERATION, "Write")  # which may decide what the buffer is
+            _select(self._grabber, _OPERATION, "Write")  # FileAccessBuffer may depend on it
             self._grabber.write_register(_BUFFER, block)
             moved = self._move("Write", len(block))
             if moved == 0:
-                raise CameraFileError(f"{self._where()}: the camera took no byte", self._name, "Write")
+                raise CameraFileError(f"{self._where()}: the camera accepted no byte", self._name, "Write")
             self._done += moved
             progress(self._done)
             return True
@@ -296,13 +297,13 @@ class _Transfer:
 
     @property
     def _block(self) -> int:
-        """Bytes that are moved at once."""
+        """Largest number of bytes in one operation."""
         length = self._grabber.register_length(_BUFFER)
-        most = self._grabber.feature("FileAccessLength").maximum
-        return max(1, length if most is None else min(length, int(most)))
+        limit = self._grabber.feature("FileAccessLength").maximum
+        return max(1, length if limit is None else min(length, int(limit)))
 
     def _in_turns(self, move_block: Callable[[], bool]) -> None:
-        """Move block after block until there is none; now and then other callers get in between."""
+        """Transfer block after block until there is none; other callers get their turn in between."""
         more = True
         while more:
             with self.turn():
@@ -314,7 +315,7 @@ class _Transfer:
             time.sleep(0)
 
     def _move(self, operation: str, length: int) -> int:
-        """Run Read or Write at the present position; return the bytes moved."""
+        """Run Read or Write at the current position; return the number of bytes moved."""
         _select(self._grabber, _OPERATION, operation)
         _select(self._grabber, "FileAccessOffset", self._done)
         _select(self._grabber, "FileAccessLength", length)
@@ -324,7 +325,7 @@ class _Transfer:
             return length
         if not 0 <= moved <= length:
             raise CameraFileError(
-                f"{self._where()}: the camera reports {moved} bytes, {length} were asked for",
+                f"{self._where()}: the camera reports {moved} bytes, {length} were requested",
                 self._name,
                 operation,
             )
@@ -332,7 +333,7 @@ class _Transfer:
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
-        """Say in each error which file it is about, and how far the transfer is."""
+        """Add the file and the progress of the transfer to each error."""
         try:
             yield
         except FeatureError as error:

@@ -1,4 +1,4 @@
-"""One frame: a payload in a pooled buffer, its description, and the two views robots use (raw and RGB)."""
+"""A frame: a payload in a pooled buffer, its metadata, and the image that it contains (raw, RGB, grey)."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from grabbergui.core.pfnc import PixelFormat
 POOL_MEMORY = 512 << 20
 """Default limit of the memory for one stream's buffers, in bytes."""
 FEWEST_BUFFERS, MOST_BUFFERS = 8, 1024
-"""Buffers, however large or small they are."""
+"""Limits of the default number of buffers, whatever their size."""
 
 
 class BufferPool:
     """Buffers of one size for one stream. Thread-safe.
 
-    Page faults make a fresh 8 MB buffer cost more than filling it, so buffers are reused; memory stays
-    bounded because `take` gives nothing beyond `limit` buffers in use. For one of 4 MB or more numpy asks for
+    Buffers are reused, as the page faults of a fresh 8 MB buffer cost more than filling it. Memory is
+    bounded: `take` returns None once `limit` buffers are in use. For buffers of 4 MB or more numpy requests
     huge pages, into which the kernel copies faster.
     """
 
     def __init__(self, size: int, limit: int | None = None) -> None:
-        """`limit`: as many as `POOL_MEMORY` holds where it is None."""
+        """By default, `limit` is as many buffers as fit into `POOL_MEMORY`."""
         self.size = size
         "Bytes of each buffer."
         self.limit = limit or min(max(POOL_MEMORY // max(size, 1), FEWEST_BUFFERS), MOST_BUFFERS)
-        "How many may be in use at once."
+        "Largest number of buffers in use."
         self._free: deque[NDArray[np.uint8]] = deque()
         self._in_use = 0
         # Reentrant: a garbage collection inside `take` may run a finaliser, which calls `_give_back`.
@@ -51,16 +51,16 @@ class BufferPool:
         return self._in_use
 
     def take(self) -> NDArray[np.uint8] | None:
-        """A writable array of `size` bytes with undefined content; None when all are in use, or memory is."""
+        """Return a writable array of `size` undefined bytes; None if no buffer or no memory is left."""
         with self._lock:
             if self._in_use >= self.limit:
                 return None
             try:
                 storage = self._free.pop() if self._free else np.empty(self.size, np.uint8)
             except MemoryError:
-                return None  # a frame is lost; the thread that receives must go on
+                return None  # costs a frame, but the receiving thread must not end
             self._in_use += 1
-        # numpy collapses chains of array bases, but not this object: it lives as long as any view.
+        # numpy collapses chains of array bases, but keeps this object, which lives as long as any view.
         lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage.data)
         weakref.finalize(lease, self._give_back, storage).atexit = False
         array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
@@ -73,11 +73,11 @@ class BufferPool:
 
 
 MOST_AGE = 60.0
-"Seconds that a frame may have been on its way."
+"Seconds that a frame may have been in transit."
 
 
 def time_of_day(monotonic_ns: int) -> int:
-    """The time of day (`time.time_ns`) at a moment of the monotonic clock (`time.monotonic_ns`)."""
+    """Return the time of day (`time.time_ns`) at a time of the monotonic clock (`time.monotonic_ns`)."""
     return time.time_ns() - (time.monotonic_ns() - monotonic_ns)
 
 
@@ -93,20 +93,20 @@ class Frame:
     """An image as the sensor sent it, with its metadata. Treat as immutable; may be read from any thread."""
 
     payload: NDArray[np.uint8]
-    "1-D, the bytes on the wire; perhaps longer than the image (padding, chunks)."
+    "1-D, the bytes on the wire; may be longer than the image (padding, chunks)."
     width: int
     height: int
     pixel_format: PixelFormat
     frame_id: int = 0
-    "The device's block id, or a counter; starts again with each acquisition, 16-bit ids after 65535."
+    "The device's block id, or a counter; restarts with each acquisition, and 16-bit ids after 65535."
     timestamp_ns: int = 0
-    "Device clock, nanoseconds; 0 where the device has none, or where the packet that holds it was lost."
+    "Device clock in nanoseconds; 0 if the device has none, or the packet that contains it was lost."
     received_ns: int = 0
-    """Time of day of this computer (`time.time_ns`) when the frame was exposed, as far as the device's clock
-    could be mapped to it, or else when it arrived. For stamps and names of files. The time of day may jump:
-    durations are differences of `captured`."""
+    """This computer's time of day (`time.time_ns`) when the frame was exposed, if the device's clock could be
+    mapped to it, else when it arrived. For stamps and file names. The time of day may jump, so durations must
+    be computed from `captured`."""
     captured: float = 0.0
-    "The same moment on the monotonic clock (`time.monotonic`, seconds); by default made from `received_ns`."
+    "The same time on the monotonic clock (`time.monotonic`, seconds); derived from `received_ns` by default."
     status: FrameStatus = FrameStatus.COMPLETE
     missing_bytes: int = 0
     offset_x: int = 0
@@ -114,36 +114,36 @@ class Frame:
     padding_x: int = 0
     "Bytes at the end of each line that are not pixels."
     big_endian: bool = False
-    "Of unpacked pixels deeper than 8 bits; GigE Vision devices may choose."
+    "Byte order of unpacked pixels deeper than 8 bits, which GigE Vision leaves to the device."
     chunks: dict[str, Any] = field(default_factory=dict)
     "Chunk values by feature name, e.g. `ChunkExposureTime`."
     payload_type: PayloadType = PayloadType.IMAGE
     parts: tuple[Component, ...] = ()
-    "The components of a payload with several; empty where the frame's own image is the only one, or none."
+    "The components of a payload with several; empty if the frame has one image of its own, or none."
     stream_channel: int = 0
-    "Which of the device's stream channels it is from, where it has several; ids count on each channel."
+    "Number of the device's stream channel; each channel counts its own frame ids."
     file_name: str = ""
-    "Of a payload that is a file."
+    "Name of the file if the payload is one."
     chunk_payload: NDArray[np.uint8] | None = field(default=None, repr=False)
-    "The bytes that `chunks` were read from; None: `payload`."
+    "The bytes that `chunks` were read from; None if that is `payload`."
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
 
     def __post_init__(self) -> None:
         if not self.captured:
             now = time.monotonic()
             age = (time.time_ns() - self.received_ns) / 1e9
-            # A stamp from the future, or older than a minute, is another clock's.
+            # A time in the future, or more than a minute ago, was taken from another clock.
             self.captured = now - age if 0 <= age < MOST_AGE else now
 
     @override
     def __repr__(self) -> str:
-        what = f"{self.width}×{self.height} {self.pixel_format.name}"
+        content = f"{self.width}×{self.height} {self.pixel_format.name}"
         if not self.has_image:
-            what = self.payload_type.value
+            content = self.payload_type.value
         if len(self.parts) > 1:
-            what += f" of {len(self.parts)} components"
+            content += f" of {len(self.parts)} components"
         missing = "" if self.complete else f", {self.missing_bytes} of them missing"
-        return f"<Frame {self.frame_id}: {what}, {self.nbytes} bytes{missing}>"
+        return f"<Frame {self.frame_id}: {content}, {self.nbytes} bytes{missing}>"
 
     def _repr_jpeg_(self) -> bytes | None:
         """Show the frame's own image in a notebook."""
@@ -157,7 +157,7 @@ class Frame:
 
     @property
     def components(self) -> tuple[Component, ...]:
-        """The images of the frame, in the camera's order; empty where it has none (raw data, a file, chunks).
+        """The images of the frame, in the camera's order; empty if it has none (raw data, a file, chunks).
 
         The frame's own `payload`, `raw()` and `rgb()` are those of the first intensity image.
         """
@@ -167,16 +167,16 @@ class Frame:
 
     @property
     def has_image(self) -> bool:
-        """Whether the frame has an image of its own, which perhaps cannot be shown."""
+        """Whether the frame has an image of its own, even if it cannot be shown."""
         return bool(self.width and self.height)
 
     @property
     def nbytes(self) -> int:
-        """Bytes that arrived for the frame's own image; nothing is decoded to count them."""
+        """Size of the frame's own image as it arrived, in bytes. Decodes nothing."""
         return self.payload.nbytes
 
     def of_component(self, component: Component) -> Frame:
-        """Return a component as a frame of its own, for whatever shows, saves or sends frames."""
+        """Return a component as a frame of its own, for code that shows, saves or sends frames."""
         return Frame(
             payload=component.payload,
             width=component.width,
@@ -197,11 +197,11 @@ class Frame:
         )
 
     def detached(self) -> Frame:
-        """Return a copy with bytes of its own, which keeps no buffer of the stream in use."""
+        """Return a copy of the frame that does not occupy a buffer of the stream."""
         parts = tuple(part.detached() for part in self.parts)
         payload = self.payload.copy()
-        for before, copy in zip(self.parts, parts, strict=True):
-            if before.data is self.payload:
+        for original, copy in zip(self.parts, parts, strict=True):
+            if original.data is self.payload:
                 payload = copy.data
         return replace(self, payload=payload, parts=parts, chunk_payload=None, _conversions=Conversions())
 
@@ -209,21 +209,21 @@ class Frame:
         """Return the sensor's data, read-only.
 
         Shape (height, width) uint8 or uint16 (native byte order, value in the low bits) for mono and
-        Bayer, (height, width, n) uint8 for interleaved colour. A view of the payload without a copy unless
-        the format is packed. Raises PixelFormatError for a format we cannot lay out, or without an image.
+        Bayer, (height, width, n) uint8 for interleaved colour. A view of the payload unless the format is
+        packed. Raises PixelFormatError for a format of unknown layout, or without an image.
         """
         return self._conversions.get("raw", lambda: pixels.to_raw(self._image()))
 
     def rgb(self) -> NDArray[np.uint8]:
         """Return the image for display: (height, width, 3) uint8, R G B, read-only; computed once.
 
-        Deeper formats keep their eight highest bits. A view without a copy for RGB8. Raises
-        PixelFormatError for a format we cannot convert.
+        Deeper formats keep their eight highest bits. A view of the payload for RGB8. Raises PixelFormatError
+        for a format that cannot be converted.
         """
         return self._conversions.get("rgb", lambda: pixels.to_rgb(self._image()))
 
     def mono(self) -> NDArray[np.uint8]:
-        """Return the image in grey: (height, width) uint8, read-only; a view without a copy for Mono8."""
+        """Return the image in grey: (height, width) uint8, read-only; a view of the payload for Mono8."""
         return self._conversions.get("mono", lambda: pixels.to_mono(self._image()))
 
     def _image(self) -> Frame:
@@ -247,13 +247,13 @@ class Frame:
 
 
 class EncodedFrame(Frame):
-    """A frame whose image is compressed: `payload` is decoded by whoever first asks for it."""
+    """A frame whose image is compressed; the first access to `payload` decodes it."""
 
     _image_part: Component
 
     @classmethod
     def of(cls, frame: Frame, part: Component) -> EncodedFrame:
-        """Return a frame with the metadata and parts of another, whose image is `part`."""
+        """Return a frame whose image is `part`, with the metadata and parts of another frame."""
         values = {item.name: getattr(frame, item.name) for item in fields(Frame)}
         encoded = cls(**values)
         encoded._image_part = part
@@ -266,7 +266,7 @@ class EncodedFrame(Frame):
 
     @payload.setter
     def payload(self, arrived: NDArray[np.uint8]) -> None:
-        """Do nothing: the component has the bytes that arrived."""
+        """Do nothing: the component already has the received bytes."""
 
     @property
     @override
@@ -289,7 +289,7 @@ class EncodedFrame(Frame):
 
 
 def no_image(payload_type: PayloadType, size: int) -> str:
-    """Return what to say of a payload that has no image to show."""
+    """Return the error text for a payload that has no image to show."""
     return (
         f"the camera sends {payload_type.value} ({size} bytes) without an image; the bytes can be saved,"
         " or set PayloadType, ImageCompressionMode or ComponentEnable so that it sends images"

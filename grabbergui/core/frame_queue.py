@@ -1,7 +1,8 @@
-"""Frames to many consumers, none of which can slow the camera or each other.
+"""Distributes frames to many consumers, none of which can slow down the camera or each other.
 
-A `FrameFanout` puts each frame into one `FrameQueue` per consumer. A `FrameSink` takes the frames of a queue
-to its consumer, on a thread of its own. `StreamStatistics` counts what arrives; a `RateMeter` measures rates.
+A `FrameFanout` puts each frame into one `FrameQueue` per consumer. A `FrameSink` calls a consumer with the
+frames of its queue, on a thread of its own. `StreamStatistics` counts frames and packets; a `RateMeter`
+measures rates.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ log = logging.getLogger(__name__)
 
 
 class FrameQueue:
-    """One consumer's view of the stream: bounded, and when full it loses the oldest frame.
+    """A bounded queue for one consumer of the stream; when it is full, it drops the oldest frame.
 
-    A consumer that must have every frame (a recorder) asks for a deep queue and watches `dropped`.
-    Any thread may put, get and close.
+    A consumer that needs every frame (a recorder) opens a deep queue and checks `dropped`. Any thread may
+    put, get and close.
     """
 
     def __init__(self, depth: int = 2) -> None:
         if depth < 1:
             raise ValueError(f"a frame queue of depth {depth} holds nothing")
         self.dropped = 0
-        "Frames this consumer was too slow for."
+        "Frames that were dropped because the consumer was too slow."
         self._frames: deque[Frame] = deque(maxlen=depth)
         self._changed = threading.Condition()
         self._closed = False
 
     @property
     def closed(self) -> bool:
-        """Whether no more frames will come."""
+        """Whether the queue was closed, so that no more frames arrive."""
         return self._closed
 
     def put(self, frame: Frame) -> None:
@@ -52,7 +53,7 @@ class FrameQueue:
             self._changed.notify()
 
     def get(self, timeout: float) -> Frame:
-        """The oldest frame held. Raises FrameTimeoutError after `timeout` seconds or once closed."""
+        """Remove and return the oldest frame. Raises FrameTimeoutError after `timeout` s or if closed."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._frames or self._closed, timeout):
                 raise FrameTimeoutError(f"no frame arrived within {timeout:g} s")
@@ -61,12 +62,12 @@ class FrameQueue:
             return self._frames.popleft()
 
     def clear(self) -> None:
-        """Forget the frames held, as when the stream is restarted."""
+        """Discard all frames, as when the stream is restarted."""
         with self._changed:
             self._frames.clear()
 
     def close(self) -> None:
-        """Wake all who wait; frames still held are released. May be called twice."""
+        """Discard all frames and wake all waiting threads. May be called twice."""
         with self._changed:
             self._closed = True
             self._frames.clear()
@@ -74,14 +75,14 @@ class FrameQueue:
 
 
 class FrameFanout:
-    """Hands each frame to every open queue. Thread-safe."""
+    """Puts each frame into every open queue. Thread-safe."""
 
     def __init__(self) -> None:
         self._queues: tuple[FrameQueue, ...] = ()
         self._lock = threading.Lock()
 
     def open_queue(self, depth: int = 2) -> FrameQueue:
-        """A new consumer; it leaves by closing its queue."""
+        """Return a queue for a new consumer, who closes it in the end."""
         queue = FrameQueue(depth)
         with self._lock:
             self._queues = (*(q for q in self._queues if not q.closed), queue)
@@ -89,16 +90,16 @@ class FrameFanout:
 
     @property
     def consumers(self) -> int:
-        """How many queues are open."""
+        """Number of open queues."""
         return sum(not queue.closed for queue in self._queues)
 
     def put(self, frame: Frame) -> None:
-        """Deliver a frame; never waits."""
+        """Put a frame into every queue; never waits."""
         for queue in self._queues:
             queue.put(frame)
 
     def clear(self) -> None:
-        """Forget frames nobody took, as when the stream is restarted."""
+        """Discard the frames of all queues, as when the stream is restarted."""
         for queue in self._queues:
             queue.clear()
 
@@ -111,24 +112,24 @@ class FrameFanout:
 
 
 class RateMeter:
-    """Events and bytes per second over the last moments. Thread-safe for one writer."""
+    """Measures events and bytes per second over a short window. Thread-safe for one writer."""
 
     def __init__(self, window: float = 2.0) -> None:
         self._window = window
         self._events: deque[tuple[float, int]] = deque(maxlen=4096)
 
     def add(self, amount: int = 1, now: float | None = None) -> None:
-        """Note one event of `amount` (bytes, say) at monotonic time `now`."""
+        """Record an event of `amount` (bytes, for instance) at monotonic time `now`."""
         self._events.append((time.monotonic() if now is None else now, amount))
 
     def rates(self, now: float | None = None) -> tuple[float, float]:
-        """Events per second and amount per second; zeros once nothing came for a whole window."""
+        """Return events and amount per second; zeros if the window contains fewer than two events."""
         now = time.monotonic() if now is None else now
-        # A copy is made in one step; an iterator could meet an `add` by another thread.
+        # Copying is atomic; an iterator would fail if another thread called `add`.
         recent = [event for event in self._events.copy() if event[0] >= now - self._window]
         if len(recent) < 2:
             return 0.0, 0.0
-        # From the first event to the last, so that a rate is right from the second event on; to now where
+        # From the first event to the last, so that the rate is right from the second event on; but to now if
         # the stream has stalled for longer than its own period.
         span = recent[-1][0] - recent[0][0]
         period = span / (len(recent) - 1)
@@ -140,36 +141,36 @@ class RateMeter:
         return count / span, sum(amount for _, amount in recent[1:]) / span
 
     def clear(self) -> None:
-        """Forget all events."""
+        """Discard all events."""
         self._events.clear()
 
 
 @dataclass
 class StreamStatistics:
-    """Counters since the stream was started; all only grow. Rates are of the last two seconds."""
+    """Counters since the start of the stream, none of which decreases, and rates over two seconds."""
 
     frames: int = 0
     "Complete frames delivered."
     incomplete: int = 0
     "Frames with packets missing."
     lost: int = 0
-    "Frames of which nothing arrived: gaps between frame ids."
+    "Frames of which no packet arrived, counted by gaps between frame ids."
     underruns: int = 0
     "Frames dropped because consumers held every buffer."
     bytes: int = 0
     "Payload bytes of complete frames."
     packets: int = 0
     packets_missing: int = 0
-    "Packets that never came, after all requests."
+    "Packets that did not arrive, despite all resend requests."
     packets_resent: int = 0
-    "Packets that came because they were asked for again."
+    "Packets that arrived after a resend request."
     packets_duplicate: int = 0
     packets_ignored: int = 0
     "Foreign, malformed or stale datagrams."
     packets_clipped: int = 0
-    "Last packets of a frame that carried padding beyond the end of its payload."
+    "Last packets of a frame with padding beyond the end of its payload."
     overruns: int = 0
-    "Times that packets came faster than this computer takes them, and all that waited were discarded."
+    "Times that this computer fell behind and discarded all queued packets."
     frame_rate: float = 0.0
     "Frames per second."
     bandwidth: float = 0.0
@@ -186,11 +187,11 @@ class StreamStatistics:
 
 
 WAIT = 0.5
-"Seconds that a sink waits for a frame before it checks whether it should end."
+"Longest time in seconds that a sink waits for a frame before it checks whether to end."
 
 
 class FrameSource(Protocol):
-    """Anything that frames are taken from, as a FrameGrabber is."""
+    """An object that delivers frames, such as a FrameGrabber."""
 
     def open_queue(self, depth: int = 2) -> FrameQueue:
         """Return a new queue of the frames that arrive from now on."""
@@ -201,10 +202,10 @@ class FrameSink:
     """Calls a consumer with each frame, on a thread of its own, until `stop`.
 
     A consumer that is too slow loses the oldest frames. One that raises gets the next frame; the failure is
-    reported, and again only when it is another one, or happens again after a frame that was consumed. If the
-    source is closed the sink ends, unless it `reopens`: then it waits for the source to deliver again.
+    reported once, and again after a frame that was consumed or if it changes. When the source is closed, the
+    sink ends; with `reopens` it waits until the source delivers again.
 
-    A consumer may return False for a frame that it passes over; such a frame does not count.
+    A consumer may return False for a frame that it skips, which is then not counted.
     """
 
     def __init__(
@@ -219,14 +220,14 @@ class FrameSink:
         between: Callable[[], object] | None = None,
         failed: Callable[[Exception, Frame], object] | None = None,
     ) -> None:
-        """Open a queue of `depth` frames at once; `start` begins to deliver.
+        """Open a queue of `depth` frames; `start` begins to deliver.
 
         `between` is called on the sink's thread before each wait of at most `wait` seconds, and at the end.
         `failed` gets a failure and its frame, on that thread; by default it is logged.
         """
         self.name = name
         self.consumed = 0
-        "Frames that the consumer took without an error."
+        "Frames that the consumer processed without an error."
         self._source = source
         self._consume = consume
         self._depth = depth
@@ -236,7 +237,7 @@ class FrameSink:
         self._failed = failed
         self._problem = ""
         self._dropped = 0
-        "Of queues that were closed."
+        "Frames dropped by queues that are closed now."
         self._rate = RateMeter()
         self._stopping = threading.Event()
         self._queue = source.open_queue(depth)
@@ -244,7 +245,7 @@ class FrameSink:
 
     @property
     def dropped(self) -> int:
-        """Frames that the consumer was too slow for."""
+        """Frames that were dropped because the consumer was too slow."""
         return self._dropped + self._queue.dropped
 
     @property
@@ -257,9 +258,9 @@ class FrameSink:
         self._thread.start()
 
     def stop(self, timeout: float | None = None) -> bool:
-        """Deliver no more. Return whether the thread ended within `timeout` seconds; may be called again.
+        """Stop delivering. Return whether the thread ended within `timeout` seconds. May be called again.
 
-        The consumer itself may call it, and is not waited for.
+        Called by the consumer, it does not wait.
         """
         self._stopping.set()
         self._queue.close()
@@ -271,7 +272,7 @@ class FrameSink:
     # -- the sink's thread -----------------------------------------------------------------------
     def _run(self) -> None:
         while not self._stopping.is_set():
-            self._pause()
+            self._call_between()
             if self._queue.closed and not self._open_again():
                 break
             try:
@@ -279,9 +280,9 @@ class FrameSink:
             except FrameTimeoutError:
                 continue
             self._deliver(frame)
-        self._pause()
+        self._call_between()
 
-    def _pause(self) -> None:
+    def _call_between(self) -> None:
         if self._between is not None:
             try:
                 self._between()
@@ -289,7 +290,7 @@ class FrameSink:
                 log.exception("%s", self.name)
 
     def _open_again(self) -> bool:
-        """Return whether there is a queue again; a closed source must not be asked without a rest."""
+        """Open a queue again after a pause; return whether there is one."""
         if not self._reopens or self._stopping.wait(self._wait):
             return False
         self._dropped += self._queue.dropped
@@ -300,12 +301,11 @@ class FrameSink:
 
     def _deliver(self, frame: Frame) -> None:
         try:
-            passed_over = self._consume(frame) is False
-        except Exception as error:
-            # Whatever it is: a damaged payload may be shorter than it claims, and the next one may do.
+            skipped = self._consume(frame) is False
+        except Exception as error:  # of any type, as for a damaged payload; the next frame may be fine
             self._report(error, frame)
         else:
-            if not passed_over:
+            if not skipped:
                 self.consumed += 1
                 self._rate.add()
                 self._problem = ""

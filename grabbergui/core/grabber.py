@@ -1,4 +1,4 @@
-"""The one abstraction: a source of frames with features, local or remote."""
+"""The frame grabber: the interface of every source of frames with features, local or remote."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class DeviceEvent:
     """An event message of a camera, sent because its EventNotification is on."""
 
     name: str
-    "As EventSelector has it, e.g. `ExposureEnd`; the id in hexadecimal where the description has no name."
+    "Its entry of EventSelector, e.g. `ExposureEnd`; the id in hexadecimal if the description has none."
     event_id: int
     values: dict[str, FeatureValue]
-    "The values that the message carried, by feature name, e.g. `EventExposureEndTimestamp`."
+    "The values in the message by feature name, e.g. `EventExposureEndTimestamp`."
 
     def __str__(self) -> str:
-        said = ", ".join(f"{name}={value}" for name, value in self.values.items())
-        return f"{self.name}: {said}" if said else self.name
+        values = ", ".join(f"{name}={value}" for name, value in self.values.items())
+        return f"{self.name}: {values}" if values else self.name
 
 
 class Access(Enum):
@@ -56,9 +56,9 @@ class Access(Enum):
     CONTROL = "control"
     "Features can be written; others may read."
     TAKE_OVER = "take over"
-    "Control, also from a program that offers it to whoever asks for it on purpose; granted as CONTROL."
+    "Control, even if another program has it but permits switchover; granted as CONTROL."
     MONITOR = "monitor"
-    "Only reading, beside whoever has control."
+    "Reading only, while another program may have control."
 
 
 class ConnectionState(Enum):
@@ -68,17 +68,17 @@ class ConnectionState(Enum):
     OPENING = "opening"
     OPEN = "open"
     LOST = "lost"
-    "Gone without being closed; a reconnection may be in progress."
+    "Disconnected without being closed; a reconnection may be in progress."
 
 
 MOST_CHANGED = 5
-"Most settings that others changed which one line names: a user set that somebody loads changes them all."
+"Most settings changed by others that a message names. Loading a user set may change all of them."
 
 
 def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
-    """Describe how a source came back after it was lost: set as before, or which settings differ and why.
+    """Describe the state of a source that returned: set as before, or which settings differ and why.
 
-    `changed` are settings that had never been set here, and have another value now.
+    `changed` are settings that were never set here and have another value now.
     """
     text = f"but not as before: {'; '.join(problems)}" if problems else "set as before"
     if not changed:
@@ -88,13 +88,13 @@ def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
 
 
 class FrameGrabber(ABC):
-    """A source of images and features.
+    """A source of frames and features.
 
-    Feature calls and start/stop may take as long as the device or the network does, so a window makes them
-    on a thread of its own; each grabber serialises them. `open_queue` and `statistics` never wait. Signals
-    are emitted from whatever thread noticed; a listener returns at once and calls no grabber.
+    Feature calls, `start` and `stop` take as long as the device or the network does, so a window calls them
+    on another thread; each grabber serialises them. `open_queue` and `statistics` never wait. Signals are
+    emitted on any thread; a listener must return immediately and call no grabber.
 
-    Errors are those of `core.errors`; nothing else leaves a grabber.
+    All errors are those of `core.errors`.
     """
 
     features_changed = Signal(frozenset)
@@ -102,23 +102,23 @@ class FrameGrabber(ABC):
     connection_changed = Signal(ConnectionState, str)
     """The new state, and the reason as display text."""
     noticed = Signal(str)
-    """While the connection holds: why no images arrive, or how the other end changed; a sentence."""
+    """A sentence, during a connection: why no images arrive, or what changed at the other end."""
     event_received = Signal(DeviceEvent)
-    """The camera sent an event: at the end of every exposure, for instance, if that event is switched on."""
+    """The camera sent an event, such as the end of an exposure, which must be switched on."""
     unlike_before: tuple[str, ...] = ()
-    """After a loss and return: the settings that differ from before, and why, a sentence each."""
+    """After a loss and return: the settings that differ from before and why, a sentence each."""
     changed_meanwhile: tuple[str, ...] = ()
-    """After a loss and return: other settings that changed meanwhile, a sentence each; they are left so."""
+    """After a loss and return: other settings that changed, a sentence each. They are not restored."""
     shared = False
-    """Whether others may write its features meanwhile: it is remote, or served to a network."""
+    """Whether others may write its features too, because it is remote or served to a network."""
 
     def __init__(self, info: DeviceInfo) -> None:
         self.info = info
         self._fanout = FrameFanout()
         self._lock = threading.RLock()
-        "Of feature calls: held wherever several belong together."
-        self._put_back: frozenset[str] = frozenset()
-        "Selectors that an `exclusive` block of the thread that holds the lock is going to put back."
+        "Serialises feature calls; held over several that belong together."
+        self._restored: frozenset[str] = frozenset()
+        "Selectors that the current `exclusive` blocks restore at their end. Protected by the lock."
         self._selectors: Selectors | None = None
 
     # -- connection ------------------------------------------------------------------------------
@@ -126,8 +126,8 @@ class FrameGrabber(ABC):
     def open(self, access: Access = Access.CONTROL) -> None:
         """Connect. Writes nothing to the camera.
 
-        Raises SourceNotFoundError, AccessDeniedError when another application has control (monitor access
-        may still be had), TransportError.
+        Raises SourceNotFoundError, AccessDeniedError if another application has control (monitor access may
+        still be possible), TransportError.
         """
 
     @abstractmethod
@@ -141,21 +141,21 @@ class FrameGrabber(ABC):
 
     @property
     def lost(self) -> str:
-        """Why the camera is lost, as display text; empty while it is not. Any thread; never waits."""
+        """Why the camera is lost, as display text; empty if it is not. Any thread; never waits."""
         return ""
 
     # -- features --------------------------------------------------------------------------------
     @abstractmethod
     def feature_tree(self) -> Category:
-        """The root category. Costs nothing on the wire once open."""
+        """Return the root category, without a request to the camera once it is open."""
 
     @abstractmethod
     def has_feature(self, name: str) -> bool:
-        """Whether the camera's description has it and it is implemented."""
+        """Return whether the camera's description contains the feature, and the camera implements it."""
 
     @abstractmethod
     def feature(self, name: str) -> Feature:
-        """The feature as it is now; read from the cache where GenApi's rules allow it.
+        """Return the current feature; from the cache if GenApi's rules allow it.
 
         Raises FeatureNotFoundError. A feature that cannot be read is no error: see `Feature.access` and
         `Feature.problem`.
@@ -163,30 +163,30 @@ class FrameGrabber(ABC):
 
     @property
     def reads_at_once(self) -> int:
-        """How many features `read_features` reads in one request to the camera."""
+        """Number of features that `read_features` reads with one request to the camera."""
         return 1
 
     def read_features(self, names: Sequence[str]) -> list[Feature]:
-        """Return features in the order of their names. Raises as `feature` if one of them does."""
+        """Return features in the order of `names`. Raises as `feature` if one of them does."""
         return [self.feature(name) for name in names]
 
     @abstractmethod
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """Write a value (or its text) and return what the camera then reports.
 
-        An automatic mode of the feature that is on is switched off first. Raises FeatureNotFoundError,
-        FeatureAccessError, FeatureValueError, FeatureError for the camera's refusal, TransportError.
+        Switches off an automatic mode of the feature first. Raises FeatureNotFoundError, FeatureAccessError,
+        FeatureValueError, FeatureError if the camera refuses, TransportError.
         """
 
     def pauses_for(self, name: str) -> bool:
-        """Whether writing the feature stops a running stream, and starts it again."""
+        """Return whether writing the feature stops a running stream and starts it again."""
         return False
 
     def offered(self, feature: Feature) -> Feature:
-        """Return the feature as a control of this grabber may offer it.
+        """Return the feature with the access that a control for this grabber offers.
 
-        What only the stream locks can be written, as a write pauses the stream. Without control nothing can
-        be written, and no command be run.
+        A feature that only the stream locks is writable, as a write pauses the stream. Without control no
+        feature is writable and no command available.
         """
         if self.access is Access.CONTROL:
             locked = feature.access is AccessMode.READ_ONLY and feature.kind is not FeatureKind.COMMAND
@@ -201,18 +201,18 @@ class FrameGrabber(ABC):
 
     @abstractmethod
     def execute(self, name: str) -> None:
-        """Run a command feature and wait until the camera says it is done (at most five seconds)."""
+        """Run a command feature and wait until the camera reports it done (at most five seconds)."""
 
     # -- registers of plain bytes ----------------------------------------------------------------
     def register_length(self, name: str) -> int:
-        """Return the bytes of a register that is no feature, as FileAccessBuffer.
+        """Return the size in bytes of a register that is not a feature, such as FileAccessBuffer.
 
-        Raises FeatureAccessError, also where the source is remote: such registers do not travel.
+        Raises FeatureAccessError if there is none; remote sources have no such registers.
         """
         raise self._has_no_register(name)
 
     def read_register(self, name: str, length: int) -> bytes:
-        """Return the first `length` bytes of a register, from the camera. Raises as `register_length`."""
+        """Read the first `length` bytes of a register from the camera. Raises as `register_length`."""
         raise self._has_no_register(name)
 
     def write_register(self, name: str, content: bytes) -> None:
@@ -229,7 +229,7 @@ class FrameGrabber(ABC):
     # -- settings: features with their selectors -------------------------------------------------
     @property
     def selectors(self) -> Selectors:
-        """The selectors of each feature. Asks no camera."""
+        """The selectors of each feature, without a request to the camera."""
         tree = self.feature_tree()
         selectors = self._selectors
         if selectors is None or selectors.tree is not tree:
@@ -237,12 +237,12 @@ class FrameGrabber(ABC):
         return selectors
 
     def setting(self, name: str) -> SettingKey:
-        """Return the setting that a feature shows at the moment. May read its selectors."""
-        standing = [(selector, self.feature(selector).value) for selector in self.selectors.of(name)]
-        return SettingKey(name, tuple((s, format_value(value)) for s, value in standing if value is not None))
+        """Return the setting that a feature currently shows. May read its selectors."""
+        selected = [(selector, self.feature(selector).value) for selector in self.selectors.of(name)]
+        return SettingKey(name, tuple((s, format_value(value)) for s, value in selected if value is not None))
 
     def read_setting(self, key: SettingKey) -> Feature:
-        """Read a feature under its selectors, which then stand where they stood, in one step.
+        """Select and read a feature, and restore its selectors, in one step.
 
         No other caller reads or writes a feature of this grabber in between. Raises what `feature` and, for
         the selectors, `write_feature` raise.
@@ -251,59 +251,62 @@ class FrameGrabber(ABC):
             return self.feature(key.name)
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """Write a feature under its selectors, which then stand where they stood, in one step.
+        """Select and write a feature, and restore its selectors, in one step.
 
-        Returns everything that changed. A key without selectors means the instance that is selected at the
-        moment. Raises what `write_feature` raises.
+        Returns everything that changed. A key without selectors means the currently selected instance. Raises
+        what `write_feature` raises.
         """
         with self._lock, self._selecting(key.selected):
             companions = Companions.of(key.name, self.has_feature)
-            own = self.setting(key.name)
+            setting = self.setting(key.name)
             before = self.feature(key.name).value
-            # A mode that is off and a switch that is on stay so: each read is a request on a remote camera.
-            may_switch = [
-                stood
-                for stood in map(self.feature, companions.names)
-                if is_on(stood.value) == (stood.name == companions.mode)
+            # Modes that are off and enablers that are on do not change, so they are not read again: each read
+            # is a request to a remote camera.
+            switchable = [
+                companion
+                for companion in map(self.feature, companions.names)
+                if is_on(companion.value) == (companion.name == companions.mode)
             ]
-            keys = [self.setting(stood.name) for stood in may_switch]
+            keys = [self.setting(companion.name) for companion in switchable]
             feature = self.write_feature(key.name, value)
-            switched = [self.feature(stood.name) for stood in may_switch]
-            changes = [
-                ValueChange(setting, stood.value, now.value)
-                for setting, stood, now in zip(keys, may_switch, switched, strict=True)
-                if stood.value != now.value
+            companions_after = [self.feature(companion.name) for companion in switchable]
+            switched = [
+                ValueChange(key, old.value, new.value)
+                for key, old, new in zip(keys, switchable, companions_after, strict=True)
+                if old.value != new.value
             ]
             after = feature.value if feature.value is not None else value
             return WriteResult(
-                feature, (*changes, ValueChange(own, before, after)), also_changed=tuple(switched)
+                feature,
+                (*switched, ValueChange(setting, before, after)),
+                also_changed=tuple(companions_after),
             )
 
     def execute_setting(self, key: SettingKey) -> None:
-        """Run a command under its selectors (`UserSetLoad[UserSetSelector=UserSet1]`) in one step."""
+        """Select and run a command (`UserSetLoad[UserSetSelector=UserSet1]`) in one step."""
         with self._selecting(key.selected):
             self.execute(key.name)
 
     @contextmanager
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """Let no other caller use features within the block, and put these selectors back behind it.
+        """Let no other caller use features during the block, and restore these selectors after it.
 
-        For several settings that belong together; keep it short, as everybody else waits. Nested blocks leave
-        the selectors that the outer one puts back where they are.
+        For several settings that belong together. Other callers wait, so keep it short. A nested block does
+        not restore the selectors that the outer one restores.
         """
         with self._lock:
-            names = [name for name in selectors if name not in self._put_back and self.has_feature(name)]
-            stood = {name: value for name in names if (value := self.feature(name).value) is not None}
-            outer, self._put_back = self._put_back, self._put_back | stood.keys()
+            names = [name for name in selectors if name not in self._restored and self.has_feature(name)]
+            before = {name: value for name in names if (value := self.feature(name).value) is not None}
+            outer, self._restored = self._restored, self._restored | before.keys()
             try:
                 yield
             finally:
-                self._put_back = outer
-                for name, value in stood.items():
+                self._restored = outer
+                for name, value in before.items():
                     try:
                         self._select(name, format_value(value))
                     except GrabberError as error:
-                        log.info("%s could not be put back: %s", name, error)
+                        log.info("%s could not be restored: %s", name, error)
 
     @contextmanager
     def _selecting(self, selected: Selected) -> Iterator[None]:
@@ -321,7 +324,7 @@ class FrameGrabber(ABC):
             self.write_feature(selector, entry)
 
     def features(self) -> list[Feature]:
-        """Every feature as it is now, in the tree's order. May read hundreds of registers."""
+        """Return every feature, in the tree's order. May read hundreds of registers."""
         return [self.feature(description.name) for description in self.feature_tree().descriptions()]
 
     def _require(self, name: str) -> None:
@@ -338,7 +341,7 @@ class FrameGrabber(ABC):
     # -- acquisition -----------------------------------------------------------------------------
     @abstractmethod
     def start(self, *, keep_trigger: bool = False) -> None:
-        """Start streaming; does nothing where it runs already.
+        """Start the stream; do nothing if it is on.
 
         A local camera is set to AcquisitionMode Continuous and, unless `keep_trigger`, TriggerMode Off;
         nothing else is written.
@@ -346,7 +349,7 @@ class FrameGrabber(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop streaming; does nothing where it does not run. Queues stay open."""
+        """Stop the stream; do nothing if it is off. Queues stay open."""
 
     @property
     @abstractmethod
@@ -355,22 +358,25 @@ class FrameGrabber(ABC):
 
     @abstractmethod
     def statistics(self) -> StreamStatistics:
-        """A snapshot of the counters. Any thread; never waits."""
+        """Return a snapshot of the counters. Any thread; never waits."""
 
     def calibration(self) -> Calibration | None:
-        """Return how directions become pixels in its current images; None if the source does not report it.
+        """Return the calibration of the current images; None if the source does not report it.
 
         Any thread; never waits.
         """
         return None
 
     def recorded_coordinates(self) -> Scan3d | None:
-        """Return what its 3D data mean, as it was recorded with them; None if the features report it.
+        """Return the meaning of 3D data as it was recorded with them; None if the features report it.
 
-        Any thread; never waits. `Scan3d.read` asks for this first.
+        Any thread; never waits. `Scan3d.read` prefers it to the features.
         """
         return None
 
     def open_queue(self, depth: int = 2) -> FrameQueue:
-        """A new consumer of the stream. Any thread; also before `start` and across restarts."""
+        """Return a queue for a new consumer of the stream.
+
+        Any thread; also before `start`, and it stays open across restarts.
+        """
         return self._fanout.open_queue(depth)

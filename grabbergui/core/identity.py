@@ -1,8 +1,8 @@
-"""A camera's identity: what is known of it before it is opened, and which names lead to the same one.
+"""A camera's identity: its properties before it is opened, and the comparison of two cameras.
 
-A name (address, serial number, user name) only leads to a camera. Addresses are given to other devices,
-makers reuse serial numbers, and two cameras may be set to one user name; so a camera counts as the same only
-if all that it says of itself is the same.
+No name (address, serial number, user name) identifies a camera. Addresses are reassigned, vendors reuse
+serial numbers, and two cameras may have one user name. A camera therefore counts as the same one only if all
+its reported properties agree.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from grabbergui.core.errors import OtherCameraError
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """A source's properties that are known before it is opened."""
+    """The properties of a source that are known before it is opened."""
 
     uri: str
-    "Opens exactly this source, e.g. `gige:GV01`."
+    "The URI that opens exactly this source, e.g. `gige:GV01`."
     vendor: str = ""
     model: str = ""
     serial: str = ""
@@ -27,18 +27,18 @@ class DeviceInfo:
     address: str = ""
     "IP address, USB path, port or topic."
     user_name: str = ""
-    "DeviceUserID, where set."
+    "DeviceUserID, if set."
     version: str = ""
     hardware_id: str = ""
     "Unique for each device: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
     interface: str = ""
-    "The host's network interface or bus it was seen on."
+    "The host's network interface or bus on which it was found."
     note: str = ""
     "Why it cannot be opened, as display text; empty if it can."
 
     @property
     def title(self) -> str:
-        """The display name, unlike that of others of its model: `left eye`, `Acme One 40012345`."""
+        """The display name, distinct among cameras of a model: `left eye`, `Acme One 40012345`."""
         return " ".join(self._names(self.vendor, self.model))
 
     @property
@@ -48,7 +48,7 @@ class DeviceInfo:
 
     @property
     def mark(self) -> str:
-        """The shortest name that is its own, for narrow places: user name, serial number or address."""
+        """The shortest distinct name, for little space: user name, serial number or address."""
         return self.user_name or self.serial or self.address or self.uri
 
     @property
@@ -58,9 +58,9 @@ class DeviceInfo:
         return "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
 
     def _names(self, *kind: str) -> list[str]:
-        """The user name; else the kind of camera and its serial number, or its address; else the URI.
+        """Return the user name; else `kind` and the serial number or address; else the URI.
 
-        Every name of a source that a user reads follows this rule.
+        All display names of a source follow this rule.
         """
         if self.user_name:
             return [self.user_name]
@@ -74,12 +74,12 @@ class DeviceInfo:
 
 
 def unit(info: DeviceInfo) -> tuple[str, ...]:
-    """Return what stays with a camera wherever it is plugged in and however it is set."""
+    """Return the properties of a camera that depend neither on its connection nor on its settings."""
     return (info.vendor, info.model, info.serial, info.hardware_id)
 
 
 def describe(info: DeviceInfo) -> str:
-    """A camera with all that distinguishes it: `Acme One (serial 7, 00:30:53:0a:0b:0c)`."""
+    """Describe a camera with its distinguishing properties: `Acme One (serial 7, 00:30:53:0a:0b:0c)`."""
     maker = " ".join(part for part in (info.vendor, info.model) if part) or info.uri
     user_name = f"'{info.user_name}'" if info.user_name else ""
     serial = f"serial {info.serial}" if info.serial else ""
@@ -88,13 +88,13 @@ def describe(info: DeviceInfo) -> str:
 
 
 def differs(one: DeviceInfo, other: DeviceInfo) -> bool:
-    """Whether two descriptions cannot be of one unit; what either leaves out is no contradiction."""
+    """Return whether two descriptions contradict each other; an empty property contradicts nothing."""
     pairs = ((one.serial, other.serial), (one.hardware_id, other.hardware_id))
-    return any(ours and theirs and ours.lower() != theirs.lower() for ours, theirs in pairs)
+    return any(a and b and a.lower() != b.lower() for a, b in pairs)
 
 
 def is_same(one: DeviceInfo, other: DeviceInfo) -> bool:
-    """Whether two sources, of whatever kinds, lead to one camera, as far as they say who it is."""
+    """Return whether two sources of any kind lead to the same camera, as far as their properties tell."""
     if differs(one, other):
         return False
     by_hardware = bool(one.hardware_id and other.hardware_id)
@@ -104,7 +104,7 @@ def is_same(one: DeviceInfo, other: DeviceInfo) -> bool:
 
 
 def require_same(wanted: DeviceInfo, found: DeviceInfo) -> None:
-    """Raise OtherCameraError unless `found` is the unit that was `wanted`."""
+    """Raise OtherCameraError unless `found` is the same camera as `wanted`."""
     if unit(found) != unit(wanted):
         place = found.address or found.uri
         raise OtherCameraError(
@@ -114,7 +114,7 @@ def require_same(wanted: DeviceInfo, found: DeviceInfo) -> None:
 
 
 def require_one(name: str, candidates: Sequence[DeviceInfo]) -> None:
-    """Raise OtherCameraError if several cameras answer to a name; each candidate's URI leads to it alone."""
+    """Raise OtherCameraError if several cameras have one name. Each candidate's URI must be unique."""
     known = {info.uri: f"{info.uri}, {describe(info)}" for info in candidates}
     if len(known) > 1:
         text = " and ".join(known.values())

@@ -1,4 +1,4 @@
-"""A camera's look-up tables: read, written, made, and kept in files (SFNC 2.7, LUT Control)."""
+"""Reads, writes, computes, loads and saves a camera's look-up tables (SFNC 2.7, LUT Control)."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from grabbergui.core.file_access import TURN, Progress
 from grabbergui.core.grabber import FrameGrabber
 
 _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTValueAll"
-_PUT_BACK = (_SELECTOR, _INDEX)
+_RESTORED = (_SELECTOR, _INDEX)
 MOST_ENTRIES = 1 << 17
-"Of a table; a camera that announces more is refused."
+"Entries of the largest table that is accepted."
 _PROBES = 5
-"Entries by which the byte order of LUTValueAll is recognised."
+"Entries that are compared to recognise the byte order of LUTValueAll."
 
 Table = NDArray[np.int64]
 "One value for each index, 1-D."
@@ -40,16 +40,16 @@ class LutShape:
     maximum: int
     "Largest value."
     whole: bool
-    "Whether LUTValueAll moves all entries at once; else each is a write of its own."
+    "Whether LUTValueAll transfers all entries in one go; else each needs a write of its own."
 
 
 def has_lut(grabber: FrameGrabber) -> bool:
-    """Whether a camera has a look-up table whose entries can be set."""
+    """Return whether a camera has a look-up table whose entries can be set."""
     return grabber.has_feature(_INDEX) and grabber.has_feature(_VALUE)
 
 
 def selectors_of(grabber: FrameGrabber) -> tuple[str, ...]:
-    """Return the entries of LUTSelector; one empty text where there is no selector. Blocks."""
+    """Return the entries of LUTSelector, or one empty text without a selector. Blocks."""
     if not grabber.has_feature(_SELECTOR):
         return ("",)
     return tuple(entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available)
@@ -76,11 +76,11 @@ def read_table(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> Table:
-    """Return a table of the camera. Blocks; selectors are put back.
+    """Return a table of the camera, and restore its selectors. Blocks.
 
     Raises TransferCancelledError after `cancelled` was set, FeatureError, TransportError, UsageError.
     """
-    with grabber.exclusive(_PUT_BACK):
+    with grabber.exclusive(_RESTORED):
         _select(grabber, selector)
         shape = shape_of(grabber)
         if shape.whole:
@@ -111,12 +111,13 @@ def write_table(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> None:
-    """Write a table, only entries that differ where each is a write of its own, and read it back. Blocks.
+    """Write a table. Blocks.
 
-    After `cancelled` was set the entries before are written and the others are not. Raises as `read_table`,
-    CameraFileError if what is read back differs, and UsageError for a table of another shape.
+    A table that is written as a whole is read back and compared; one that is written entry by entry, only
+    where it differs. If `cancelled` is set, the entries before are written and the others are not. Raises as
+    `read_table`, CameraFileError if the table reads back differently, and UsageError for another shape.
     """
-    with grabber.exclusive(_PUT_BACK):
+    with grabber.exclusive(_RESTORED):
         _select(grabber, selector)
         shape = shape_of(grabber)
         _require_fit(table, shape, "this one")
@@ -137,8 +138,8 @@ def gamma_table(shape: LutShape, gamma: float) -> Table:
     """Return the curve output = input ** gamma over the whole range; 1 is linear. Raises UsageError."""
     if not 0.05 <= gamma <= 20:
         raise UsageError(f"a gamma of {gamma:g} is not possible; allowed: 0.05 to 20")
-    places = np.arange(shape.entries) / (shape.entries - 1)
-    return np.rint(places**gamma * shape.maximum).astype(np.int64)
+    inputs = np.arange(shape.entries) / (shape.entries - 1)
+    return np.rint(inputs**gamma * shape.maximum).astype(np.int64)
 
 
 def load_table(path: Path, shape: LutShape) -> Table:
@@ -172,7 +173,7 @@ def save_table(path: Path, table: Table) -> None:
 
 
 def _require_fit(table: Table, shape: LutShape, name: str) -> None:
-    """Raise UsageError for a table that the camera's cannot hold; `name` is used in the message."""
+    """Raise UsageError for a table that does not fit the camera's; `name` is used in the message."""
     if table.shape != (shape.entries,) or table.min() < 0 or table.max() > shape.maximum:
         ends = f" from {table.min()} to {table.max()}" if table.size else ""
         raise UsageError(
@@ -189,7 +190,7 @@ def _from_text(text: str) -> Table:
         return np.array([int(value) for value in rows[0]], np.int64)
     values = [int(row[-1]) for row in rows]
     if any(len(row) == 2 and int(row[0]) != index for index, row in enumerate(rows)):
-        raise ValueError("its indices do not count from 0")
+        raise ValueError("its indices do not count up from 0")
     return np.array(values, np.int64)
 
 
@@ -199,14 +200,14 @@ def _select(grabber: FrameGrabber, selector: str) -> None:
 
 
 def _entry(grabber: FrameGrabber, index: int) -> int | None:
-    """Return an entry; None where it cannot be read."""
+    """Return an entry; None if it cannot be read."""
     grabber.write_feature(_INDEX, index)
     value = grabber.feature(_VALUE).value
     return int(value) if isinstance(value, int | float) else None
 
 
 def _register_length(grabber: FrameGrabber) -> int:
-    """Return the bytes of LUTValueAll; 0 where it cannot be had."""
+    """Return the size of LUTValueAll in bytes; 0 without access to it."""
     try:
         return grabber.register_length(_ALL)
     except FeatureError:
@@ -217,27 +218,27 @@ _Dtype = np.dtype[np.unsignedinteger]
 
 
 def _layouts(grabber: FrameGrabber, shape: LutShape) -> list[_Dtype]:
-    """Return the types that the register's values may be of, as SFNC leaves their byte order to the maker.
+    """Return the possible types of the register's values, as SFNC leaves their byte order to the vendor.
 
-    There are two where every value is the same in either order, such as 257 times its index.
+    There are two if every value reads the same in either order, such as 257 times its index.
     """
     size = _register_length(grabber) // shape.entries
     content = grabber.read_register(_ALL, size * shape.entries)
     dtypes: list[_Dtype] = [np.dtype(f"{order}u{size}") for order in "><"]
     tables = [np.frombuffer(content, dtype) for dtype in dtypes]
-    places = _places(np.not_equal(*tables))
-    values = [_entry(grabber, place) for place in places]
-    fitting = [each for each, table in zip(dtypes, tables, strict=True) if table[places].tolist() == values]
+    indices = _probes(np.not_equal(*tables))
+    values = [_entry(grabber, index) for index in indices]
+    fitting = [each for each, table in zip(dtypes, tables, strict=True) if table[indices].tolist() == values]
     if not fitting:
         raise UsageError("LUTValueAll has other values than LUTIndex and LUTValue; its layout is not known")
     return fitting
 
 
-def _places(telling: NDArray[np.bool_]) -> list[int]:
-    """Return where to compare entries; one of them is `telling`, if any is."""
-    spread = np.linspace(0, len(telling) - 1, _PROBES).astype(int)
-    places: list[int] = np.unique(np.concatenate((spread, telling.nonzero()[0][:1]))).tolist()
-    return places
+def _probes(differs: NDArray[np.bool_]) -> list[int]:
+    """Return the indices of the entries to compare, at least one that `differs` by byte order if any does."""
+    spread = np.linspace(0, len(differs) - 1, _PROBES).astype(int)
+    indices: list[int] = np.unique(np.concatenate((spread, differs.nonzero()[0][:1]))).tolist()
+    return indices
 
 
 def _write_whole(grabber: FrameGrabber, table: Table, layouts: list[_Dtype]) -> None:
@@ -247,8 +248,8 @@ def _write_whole(grabber: FrameGrabber, table: Table, layouts: list[_Dtype]) -> 
         grabber.write_register(_ALL, content)
         if grabber.read_register(_ALL, len(content)) != content:
             break
-        places = _places(table != table.astype(dtype).byteswap()) if len(layouts) > 1 else []
-        if [_entry(grabber, place) for place in places] == table[places].tolist():
+        indices = _probes(table != table.astype(dtype).byteswap()) if len(layouts) > 1 else []
+        if [_entry(grabber, index) for index in indices] == table[indices].tolist():
             return
     raise CameraFileError("the look-up table reads back differently; write it again", _ALL, "Read")
 
@@ -262,10 +263,10 @@ def _each(
     progress: Progress,
     cancelled: threading.Event | None,
 ) -> None:
-    """Call `act` with each index; now and then other callers get in between."""
+    """Call `act` with each index; other callers get their turn in between."""
     index = 0
     while index < entries:
-        with grabber.exclusive(_PUT_BACK):
+        with grabber.exclusive(_RESTORED):
             _select(grabber, selector)
             end = time.monotonic() + TURN
             while index < entries and time.monotonic() < end:

@@ -1,9 +1,9 @@
-"""Pixel formats of the Pixel Format Naming Convention (PFNC 2.4): codes, names, and the layout both give.
+"""Pixel formats of the Pixel Format Naming Convention (PFNC 2.4): names, codes and layouts.
 
-A code is 0xCCBBIIII: CC 01 for one component a pixel, 02 for several, with the highest bit set a vendor's
-own; BB bits per pixel; IIII an id. The names are a small language (PFNC, chapters 5 and 6): components,
-bits, data type, packing, and what is special. The table below therefore lists names and codes only;
-everything else is read from the name.
+A code is 0xCCBBIIII. CC is 01 for one component per pixel and 02 for several, with the highest bit set for a
+vendor's own format; BB are the bits per pixel, IIII an id. The names are a small language (PFNC, chapters 5
+and 6): components, bits, data type, packing and special features. The table below therefore contains names
+and codes only; all other properties are parsed from the name.
 """
 
 from __future__ import annotations
@@ -15,119 +15,119 @@ from typing import Literal, cast
 
 
 class Layout(Enum):
-    """How samples lie in memory."""
+    """The layout of samples in memory."""
 
     WHOLE = "unpacked"
     "Each in whole bytes, its value in the low bits."
     PACKED_LSB = "p"
-    "One continuous bit stream, the first sample in the least significant bits (`Mono10p`)."
+    "A continuous bit stream, the first sample in the least significant bits (`Mono10p`)."
     PACKED_GIGE = "Packed"
-    "GigE Vision's own: three bytes hold two samples, their high bits in whole bytes (`Mono12Packed`)."
+    "GigE Vision's own: two samples in three bytes, their high bits in whole bytes (`Mono12Packed`)."
     FIELDS = "fields"
-    "Bit fields of one little-endian word a pixel (`RGB565p`, `RGB10p32`)."
+    "Bit fields of one little-endian word per pixel (`RGB565p`, `RGB10p32`)."
     OTHER = "other"
-    "Known by its size only."
+    "Unknown except for its size."
 
 
 class Family(Enum):
     """The meaning of the components."""
 
     MONO = "mono"
-    "One value a pixel: brightness, one colour, one coordinate, confidence or data."
+    "One value per pixel: brightness, one colour, one coordinate, confidence or data."
     BAYER = "bayer"
     SPARSE = "sparse colour"
     "A mosaic of 4×4 pixels, half of them without a colour filter (SCF1)."
     RGB = "rgb"
     BICOLOR = "bicolor"
-    "Two colours a pixel, green in each, red and blue in turn."
+    "Two colours per pixel: green, and alternately red or blue."
     YUV = "yuv"
     COORDINATES = "coordinates"
-    "Two or three coordinates a pixel."
+    "Two or three coordinates per pixel."
     OTHER = "other"
 
 
 @dataclass(frozen=True)
 class PixelFormat:
-    """One pixel format."""
+    """A pixel format."""
 
     name: str
-    "PFNC's, e.g. `BayerRG12p`; `0x81080001` where it is not known."
+    "PFNC's, e.g. `BayerRG12p`; `0x81080001` if it is unknown."
     code: int
     family: Family = Family.OTHER
     depth: int = 8
-    "Significant bits of a sample; the largest where components differ (`RGB565p`)."
+    "Significant bits of a sample; the largest if components differ (`RGB565p`)."
     components: int = 1
-    "Size of the last axis of `Frame.raw`, which one component does without."
+    "Size of the last axis of `Frame.raw`; with one component there is no such axis."
     layout: Layout = Layout.OTHER
     order: str = ""
-    """Order of components in memory: `RG` of the Bayer pattern's first two pixels, `BGRa`, `YUYV`, `UYYVYY`;
-    for sparse colour the first four pixels, for coordinates their names."""
+    """Order of components in memory, e.g. `BGRa`, `YUYV` or `UYYVYY`; for Bayer the first two pixels (`RG`),
+    for sparse colour the first four, for coordinates their names."""
     kind: Literal["u", "i", "f"] = "u"
-    "Numpy's kind of the samples: unsigned, signed, floating-point."
+    "Numpy's kind of the samples: unsigned, signed or floating-point."
     planar: bool = False
     "Whether each component fills a plane of its own."
     subsampling: Literal["", "411", "420", "422"] = ""
-    "Pixels that share chroma: four or two of a line, or two of two lines."
+    "How pixels share chroma: four or two in a line, or two in each of two lines."
     semiplanar: bool = False
     "Whether a plane of luma precedes one of interleaved chroma (`YY_CbCr`)."
     standard: Literal["", "601", "709", "2020"] = ""
-    "ITU-R BT whose matrix and limited range apply; without one, BT.601's matrix over the full range."
+    "ITU-R BT recommendation with its matrix and limited range; without one, BT.601's matrix in full range."
     fields: tuple[int, ...] = ()
     "Bits of each component of `Layout.FIELDS`, from the least significant."
     guessed: bool = False
-    "Whether the layout was read from the bits of an unknown code."
+    "Whether the code is unknown and the layout was guessed from its bits per pixel."
 
     @property
     def bits_per_pixel(self) -> int:
-        """Bits that one pixel takes in the payload."""
+        """Size of a pixel in the payload, in bits."""
         return self.code >> 16 & 0xFF
 
     @property
     def convertible(self) -> bool:
-        """Whether `core.pixels` can lay it out and convert it."""
+        """Whether `core.pixels` can convert it."""
         return self.layout is not Layout.OTHER
 
     @property
     def is_distance(self) -> bool:
-        """Whether a value is a distance and no brightness, and 0 where none was measured."""
+        """Whether a value is a distance instead of a brightness, and 0 if none was measured."""
         return self.name.startswith("Coord3D_C")
 
     @property
     def is_coordinate(self) -> bool:
-        """Whether values are coordinates of points (Coord3D)."""
+        """Whether its values are coordinates of points (Coord3D)."""
         return self.name.startswith("Coord3D_")
 
     @property
     def packed(self) -> bool:
-        """Whether samples do not begin on bytes, so that reading them means copying."""
+        """Whether samples are not aligned to bytes, so that reading them requires a copy."""
         return self.layout in (Layout.PACKED_LSB, Layout.PACKED_GIGE)
 
     @property
     def needs_range(self) -> bool:
-        """Whether values have no white of their own, so that a display needs their smallest and largest."""
+        """Whether values have no defined white, so that a display must scale them from their range."""
         return self.kind == "f" or self.depth > 16 or self.family is Family.COORDINATES
 
     @property
     def sample_bytes(self) -> int:
-        """Bytes of one sample of `Frame.raw`: 1, 2, 4 or 8."""
+        """Size of a sample of `Frame.raw` in bytes: 1, 2, 4 or 8."""
         return next(size for size in (1, 2, 4, 8) if self.depth <= 8 * size)
 
     @property
     def raw_order(self) -> str:
         """Names of the components on the last axis of `Frame.raw`; `YUYV` and `RGBG` cover a pair of pixels.
 
-        It is the order in memory, except where chroma is spread to the pixels: then it is `YUV`.
+        This is the order in memory, or `YUV` if chroma is repeated for each pixel.
         """
         return "YUV" if self.expands_chroma else self.order
 
     @property
     def expands_chroma(self) -> bool:
-        """Whether `Frame.raw` repeats chroma for each pixel, as no pixel has bytes of its own."""
+        """Whether `Frame.raw` repeats chroma for each pixel, as the payload has it per group only."""
         return self.subsampling in ("411", "420") or self.semiplanar
 
     @property
     def cell(self) -> tuple[int, int]:
-        """Width and height of the pattern of pixels that colour is computed from."""
+        """Width and height of the repeated pattern of pixels."""
         if self.family is Family.BAYER:
             return 2, 2
         if self.family is Family.SPARSE:
@@ -137,7 +137,7 @@ class PixelFormat:
         return (2, 1) if self.family is Family.BICOLOR else (1, 1)
 
     def line_bytes(self, width: int) -> int:
-        """Bytes of a line that starts on a byte, without padding; of planar formats, of a plane's line."""
+        """Return the size of a byte-aligned line without padding, or of a plane's line in planar formats."""
         bits = self.bits_per_pixel
         if self.planar:
             bits //= self.components
@@ -146,7 +146,7 @@ class PixelFormat:
         return (width * bits + 7) // 8
 
     def image_bytes(self, width: int, height: int) -> int:
-        """Bytes of an image without padding: packed formats go on over the line's end."""
+        """Return the size of an image without padding; packed formats continue across line ends."""
         if self.semiplanar:
             lines = -(-height // 2) if self.subsampling == "420" else height
             return width * height + lines * 2 * -(-width // 2)
@@ -232,8 +232,8 @@ YCbCr2020_422_8_CbYCrY 021000FB YCbCr2020_422_10 022000FC YCbCr2020_422_10_CbYCr
 YCbCr2020_422_10p 021400FE YCbCr2020_422_10p_CbYCrY 021400FF YCbCr2020_422_12 02200100
 YCbCr2020_422_12_CbYCrY 02200101 YCbCr2020_422_12p 02180102 YCbCr2020_422_12p_CbYCrY 02180103
 """
-"""PFNC's list of values, GigE Vision's own `Packed` formats included. `_Deprecated` names have 10 or 12 bits
-a pixel in their code, and are read as packed."""
+"""PFNC's list of values, including GigE Vision's own `Packed` formats. `_Deprecated` names have 10 or 12 bits
+per pixel in their code and are read as packed."""
 
 _NAME = re.compile(
     r"(?P<components>Mono|Data|Confidence|Bayer|SCF1|BiColor|Coord3D_|YUV|YCbCr|RGBa|BGRa|RGB|BGR|R|G|B)"
@@ -244,7 +244,7 @@ _NAME = re.compile(
     r"(?:_(?P<special>\w+))?"
 )
 _CHROMA_ORDER = {"": "YUV", "422": "YUYV", "411": "YYUYYV", "420": "YUV"}
-"The order that a name without one means."
+"The order of components if the name does not contain it."
 _FAMILIES = {
     "Bayer": Family.BAYER,
     "SCF1": Family.SPARSE,
@@ -258,7 +258,7 @@ _FAMILIES = {
 
 
 def _read(name: str, code: int) -> PixelFormat:
-    """Read a name of the convention. Its bits per pixel must be those of its code, which a test checks."""
+    """Parse a name. A test checks that its bits per pixel are those of its code."""
     match = _NAME.fullmatch(name)
     assert match is not None, name
     part = {key: value or "" for key, value in match.groupdict().items()}
@@ -328,8 +328,8 @@ _SEVERAL = {24: "RGB8", 30: "RGB10p", 32: "RGBa8", 36: "RGB12p", 40: "RGBa10p", 
 def by_code(code: int) -> PixelFormat:
     """Return the format of a PFNC code.
 
-    An unknown one, for instance a vendor's, is named by its code; its layout is guessed from its bits per
-    pixel where there is a usual one for that many, and is `Layout.OTHER` elsewhere.
+    An unknown one, such as a vendor's own, is named by its code. Its layout is guessed if there is a usual
+    one for its bits per pixel, else it is `Layout.OTHER`.
     """
     return _BY_CODE.get(code) or _guessed(code)
 
@@ -352,7 +352,7 @@ def by_name(name: str) -> PixelFormat:
 
 
 def unpacked(pixel_format: PixelFormat) -> PixelFormat | None:
-    """Return the format whose payload is `Frame.raw` as it is, or None if the convention has none.
+    """Return the format whose payload equals `Frame.raw`, or None if the convention has none.
 
     It is the format itself if its samples are unpacked and its components interleaved.
     """

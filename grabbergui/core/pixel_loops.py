@@ -1,13 +1,13 @@
-"""Inner loops over pixels: packed samples to whole bytes (PFNC, pixel packing), and YUV 4:2:2 to R G B.
+"""Inner loops over pixels: unpack samples into whole bytes (PFNC, pixel packing), and YUV 4:2:2 to R G B.
 
-Where the extra `fast` is installed, numba compiles them. Importing numba and compiling takes seconds the
-first time on a machine (its results are kept on disk) and about half a second later, so one thread does it
-when the first loop is asked for. Until then, and without numba, there is a slower way that gives the same
-values: samples are unpacked four at a time in 64-bit words. Each step keeps some bits with a mask, shifts
-them, and joins the parts, so that every step is one pass of numpy over a block that fits the cache.
+If the extra `fast` is installed, numba compiles them. Importing numba and compiling takes seconds the first
+time on a computer (the results are cached on disk) and about half a second later, so a thread does it when
+the first loop is requested. Until then, and without numba, a slower implementation returns the same values:
+it unpacks four samples at a time in 64-bit words. Each step masks some bits, shifts them and joins the parts,
+so that every step is one pass of numpy over a block that fits the cache.
 
-The compiled loops are written byte by byte, as LLVM turns that into vector instructions; joining the bytes to
-words first is several times slower.
+The compiled loops work byte by byte, which LLVM turns into vector instructions; joining bytes to words first
+is several times slower.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ _log = logging.getLogger(__name__)
 
 # -- unpacking -----------------------------------------------------------------------------------
 Unpacker = Callable[[NDArray[Any], NDArray[Any]], None]
-"Packed bytes into samples: contiguous, four samples for each whole group of bytes."
+"Unpacks contiguous bytes into samples, four for each whole group of bytes."
 YuvConverter = Callable[..., None]
-"""Pairs of pixels, 4 bytes each, into 6 bytes R G B R G B, both contiguous and flat; then six numbers of the
-matrix times 2¹⁴: luma, the constant with the half that rounds, V to red, U and V to green, U to blue."""
+"""Converts pairs of pixels, 4 bytes each, into 6 bytes R G B R G B; both arrays are contiguous and flat. The
+other arguments are factors times 2¹⁴: luma, the constant plus one half, V to red, U and V to green, U to
+blue."""
 
 _Part = tuple[int, int]
-"Mask of the bits to keep, and how far they move to the left."
+"Mask of the bits to keep, and their shift to the left."
 
 _STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
     (Layout.PACKED_LSB, 10): (
@@ -63,21 +64,21 @@ _STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
 
 _SAMPLES_PER_WORD = 4
 _BLOCK = 16384
-"""Words handled at once: 128 KiB, so that the steps between them stay in the processor's cache."""
+"""Words in a block: 128 KiB, so that intermediate results stay in the processor's cache."""
 
 
 def packed_bits(layout: Layout, depth: int) -> int:
-    """Return the bits that one sample takes in the payload, on average."""
+    """Return the average size of a sample in the payload, in bits."""
     return 12 if layout is Layout.PACKED_GIGE else depth
 
 
 def samples_per_group(layout: Layout, depth: int) -> int:
-    """Return how many samples begin and end on bytes together."""
+    """Return the number of samples in a group that begins and ends on a byte."""
     return _SAMPLES_PER_WORD if depth > 8 else 8 // depth
 
 
 def bytes_per_group(layout: Layout, depth: int) -> int:
-    """Return the bytes of such a group of samples."""
+    """Return the size of such a group in bytes."""
     return samples_per_group(layout, depth) * packed_bits(layout, depth) // 8
 
 
@@ -95,7 +96,7 @@ def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> N
 
 
 def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint8]:
-    """Return the eight highest bits of the first `count` samples of 10 to 14 bits: what a display needs."""
+    """Return the eight highest bits, for display, of the first `count` samples of 10 to 14 bits."""
     samples = np.empty(count, np.uint8)
     done = _compiled(data, layout, depth, samples)
     if done < count:
@@ -105,7 +106,7 @@ def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int)
 
 
 def _compiled(data: NDArray[np.uint8], layout: Layout, depth: int, samples: NDArray[Any]) -> int:
-    """Unpack whole groups with a compiled loop if there is one; return how many samples are done."""
+    """Unpack whole groups with a compiled loop, if there is one; return the number of samples done."""
     kernel = _unpacker(layout, depth, samples.dtype.itemsize)
     if kernel is None:
         return 0
@@ -120,7 +121,7 @@ def _from(data: NDArray[np.uint8], layout: Layout, depth: int, first: int) -> ND
 
 @cache
 def _table(depth: int) -> NDArray[Any]:
-    """The samples in each byte, the lowest bits first, joined to one word: what OpenCV's look-up copies."""
+    """Return a table from a byte to its samples, the lowest bits first, joined to one word for cv2.LUT."""
     shifts = np.arange(0, 8, depth, dtype=np.uint8)
     values: NDArray[np.uint8] = (np.arange(256, dtype=np.uint8)[:, None] >> shifts) & np.uint8(
         (1 << depth) - 1
@@ -146,7 +147,7 @@ def _rearrange(
     joined: NDArray[np.uint64],
     moved: NDArray[np.uint64],
 ) -> None:
-    """Replace each word by its parts, moved; `joined` and `moved` are scratch of the block's size."""
+    """Replace each word by its shifted parts; `joined` and `moved` are scratch arrays of the block's size."""
     _extract(block, parts[0], joined)
     for part in parts[1:-1]:
         _extract(block, part, moved)
@@ -164,7 +165,7 @@ def _extract(block: NDArray[np.uint64], part: _Part, out: NDArray[np.uint64]) ->
 
 
 def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]:
-    """`count` little-endian words, one from every `step` bytes, each with bytes of the next in its top."""
+    """Return `count` little-endian words, one from every `step` bytes; bytes of the next fill their tops."""
     words = np.zeros(count, "<u8")
     whole = max(0, min(count, (data.size - 8) // step + 1))
     if whole:
@@ -176,7 +177,7 @@ def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]
 
 # -- compiling -----------------------------------------------------------------------------------
 class _Kernels:
-    """The loops, once they are compiled. Any thread."""
+    """The compiled loops. Any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -186,7 +187,7 @@ class _Kernels:
         self.disabled = False
 
     def request(self) -> threading.Thread:
-        """Start to compile, unless that was done before."""
+        """Start compiling on the first call; return the thread."""
         with self._lock:
             if self._thread is None:
                 self._thread = threading.Thread(target=self._compile, name="compile loops", daemon=True)
@@ -199,14 +200,14 @@ class _Kernels:
         except ImportError:
             _log.debug("numba is not installed; pixels are unpacked more slowly")
         except Exception as error:
-            _log.warning("numba could not compile the loops for pixels, which are slower now: %s", error)
+            _log.warning("numba could not compile the loops for pixels, so slower ones are used: %s", error)
 
 
 _kernels = _Kernels()
 
 
 def _unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
-    """Return the loop for a packing, into uint16 values or (1 byte) their eight highest bits."""
+    """Return the loop for a packing, to uint16 values or, for 1 byte, their eight highest bits."""
     if _kernels.disabled:
         return None
     _kernels.request()
@@ -214,7 +215,7 @@ def _unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
 
 
 def yuv422(order: str) -> YuvConverter | None:
-    """Return the loop that turns 8-bit YUV 4:2:2 of an order (`YUYV`, `UYVY`) into R G B by any matrix."""
+    """Return the loop that converts 8-bit YUV 4:2:2 of an order (`YUYV`, `UYVY`) to R G B, if compiled."""
     if _kernels.disabled:
         return None
     _kernels.request()
@@ -228,7 +229,7 @@ def wait(timeout: float = 120.0) -> bool:
 
 
 def disable(disabled: bool) -> None:
-    """Do without compiled loops, or with them again. For benchmarks and tests."""
+    """Disable the compiled loops, or enable them again. For benchmarks and tests."""
     _kernels.disabled = disabled
 
 
@@ -273,9 +274,9 @@ def _unpacker_14p(drop: int) -> Any:
 
 
 def _unpacker_gige(low: int, drop: int) -> Any:
-    """`low` bits of each sample are in the byte that two samples share.
+    """Make a loop for samples with `low` bits in the byte that two of them share.
 
-    All values are cast to 16 bits first: from mixed widths LLVM makes code that takes half as long again.
+    All values are cast to 16 bits first, as LLVM's code for mixed widths is slower by half.
     """
     mask = (1 << low) - 1
 
@@ -289,10 +290,7 @@ def _unpacker_gige(low: int, drop: int) -> Any:
 
 
 def _yuv422(y0: int, u: int, y1: int, v: int) -> Any:
-    """The places of a pair's luma and chroma in its four bytes.
-
-    The other arguments are the matrix times 2¹⁴, `black` with the half that rounds.
-    """
+    """Make a loop for pairs of pixels with luma and chroma at these positions in their four bytes."""
 
     def loop(
         data: _Array, out: _Array, luma: Any, black: Any, red_v: Any, green_u: Any, green_v: Any, blue_u: Any
@@ -313,7 +311,7 @@ def _yuv422(y0: int, u: int, y1: int, v: int) -> Any:
 
 
 def _compiled_loops() -> tuple[dict[tuple[Layout, int, int], Unpacker], dict[str, YuvConverter]]:
-    """Compile all. Raises ImportError without numba, and what numba raises."""
+    """Compile all loops. Raises ImportError without numba, and numba's own errors."""
     import numba
 
     data = numba.types.Array(numba.types.uint8, 1, "C", readonly=True)

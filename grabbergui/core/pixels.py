@@ -1,7 +1,6 @@
-"""Payload bytes to arrays and images: the only way to `unpacking` and `colour`.
+"""Converts payload bytes to arrays and images; the interface of `unpacking` and `colour`.
 
-A `Region` names a part of an image. Quantities are computed from the values of sensors that measure something
-else than light: millimetres of 3D coordinates, polarisation from mosaics.
+Also computes quantities other than brightness: millimetres from 3D coordinates, polarisation from mosaics.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class Region:
 
     @property
     def right(self) -> int:
-        """The first column beyond it."""
+        """The first column to its right."""
         return self.x + self.width
 
     @property
@@ -38,9 +37,9 @@ class Region:
         return self.y + self.height
 
     def clipped(self, width: int, height: int) -> Region:
-        """The part inside an image of that size, which is at least one pixel.
+        """Return the part inside an image of this size, at least one pixel.
 
-        A region that lies outside altogether becomes the pixel of the image that is nearest to it.
+        A region entirely outside becomes the nearest pixel of the image.
         """
         left, top = min(max(self.x, 0), width - 1), min(max(self.y, 0), height - 1)
         right, bottom = min(max(self.right, left + 1), width), min(max(self.bottom, top + 1), height)
@@ -49,7 +48,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class DisplayImage:
-    """A frame, or a part of it, made ready to be painted."""
+    """A frame, or a part of it, ready for painting."""
 
     pixels: NDArray[np.uint8]
     "(height, width) uint8 of mono and 3D formats, (height, width, 3) uint8 R G B of colour; C-contiguous."
@@ -77,42 +76,41 @@ def for_display(
 ) -> DisplayImage:
     """Return an 8-bit image of a region (the whole frame if None), never larger than `size`.
 
-    `size` is (width, height) in screen pixels; a larger region is reduced to fit, its proportions kept,
-    before colour is computed where that saves work; nothing is ever enlarged, and None reduces nothing.
-    The region is clipped to the frame. Of mosaics and subsampled colour it grows to whole cells of the
-    pattern: `DisplayImage.region` is the region returned. Deeper formats keep their eight highest bits;
-    values without a white of their own (32 bits, floating-point, coordinates) are scaled from the frame's
-    smallest to its largest. Pixels may be a read-only view of the payload. Any thread. Raises
-    PixelFormatError.
+    `size` is (width, height) in screen pixels. A larger region is reduced to fit, with its aspect ratio kept,
+    and before colour is computed if that saves work; a smaller one is not enlarged; None reduces nothing. The
+    region is clipped to the frame, and grows to whole cells of a mosaic or of subsampled colour;
+    `DisplayImage.region` is the actual region. Deeper formats keep their eight highest bits; values without a
+    defined white (32 bits, floating-point, coordinates) are scaled from the smallest of the frame to the
+    largest. Pixels may be a read-only view of the payload. Any thread. Raises PixelFormatError.
     """
     unpacking.check(frame)
     family = frame.pixel_format.family
     region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
     region = _whole_cells(region, frame)
     if family is Family.BAYER and _scale(region, size) <= 0.5 and min(region.width, region.height) > 1:
-        # Half the size at most: each cell of four pixels becomes one, nothing is interpolated. A last line
-        # or column that is no whole cell is left out.
+        # At half the size or less, each cell of four pixels becomes one, without interpolation. A last line
+        # or column that is not a whole cell is omitted.
         region = Region(region.x, region.y, region.width & ~1, region.height & ~1)
-        picture = _reduced(colour.bayer_cells(_part(frame, region), frame.pixel_format.order), region, size)
+        image = _reduced(colour.bayer_cells(_part(frame, region), frame.pixel_format.order), region, size)
     elif family in (Family.BAYER, Family.SPARSE):
-        picture = _reduced(_demosaiced_part(frame, region), region, size)
+        image = _reduced(_demosaiced_part(frame, region), region, size)
     elif family in (Family.YUV, Family.BICOLOR):
-        picture = _reduced(colour.to_rgb(_part(frame, region), frame.pixel_format), region, size)
+        image = _reduced(colour.to_rgb(_part(frame, region), frame.pixel_format), region, size)
     elif family is Family.COORDINATES:
-        picture = _reduced(colour.to_grey(_part(frame, region), frame.pixel_format), region, size)
+        image = _reduced(colour.to_grey(_part(frame, region), frame.pixel_format), region, size)
     else:
-        picture = _reduced(_part(frame, region), region, size)
+        image = _reduced(_part(frame, region), region, size)
     if family is Family.RGB:
-        picture = colour.to_rgb(picture, frame.pixel_format)
-    return DisplayImage(picture, region)
+        image = colour.to_rgb(image, frame.pixel_format)
+    return DisplayImage(image, region)
 
 
 def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
-    """Return the sensor's values of one pixel: one of mono and mosaics, (R, G, B[, alpha]) or (Y, U, V).
+    """Return the sensor's values of a pixel: one for mono and mosaics, (R, G, B[, alpha]) or (Y, U, V).
 
-    That is their order, whatever it is in memory; of BiColor and coordinates it is the format's own. Integers
-    except of floating-point formats. Reads one line only. Raises PixelFormatError, and IndexError outside the
-    frame.
+    The order does not depend on the one in memory, except for BiColor and coordinates. Values are integers
+    unless the format is floating-point. Reads one line only. Raises PixelFormatError, and IndexError outside
+    the frame.
     """
     if not (0 <= x < frame.width and 0 <= y < frame.height):
         raise IndexError(f"({x}, {y}) is outside the image of {frame.width}×{frame.height} pixels")
@@ -131,13 +129,13 @@ def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
 
 
 _RANGE_SAMPLES = 256
-"Lines and columns that the range of a frame is measured on."
+"Lines and columns, at least, on which the range of a frame is measured."
 
 
 def _bounds(frame: SensorPicture) -> tuple[float, float] | None:
-    """The range that a frame is shown in, the same for each of its regions; None if the format has its own.
+    """Return the range of a frame for display, the same for all its regions; None if the format has its own.
 
-    Of coordinates it is that of the last one. A sample of lines will do.
+    For coordinates it is the range of the last one. It is measured on a sample of lines and columns.
     """
     if not frame.pixel_format.needs_range:
         return None
@@ -166,7 +164,7 @@ def _part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
 
 
 def _demosaiced_part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
-    """A region in RGB, as it is in the whole image: interpolated with the pixels around it."""
+    """Return a region in RGB as it is in the whole image, interpolated with the pixels around it."""
     margin = 2 if frame.pixel_format.family is Family.BAYER else 12
     left, top = max(0, region.x - margin), max(0, region.y - margin)
     right, bottom = min(region.right + margin, frame.width), min(region.bottom + margin, frame.height)
@@ -180,24 +178,22 @@ def _scale(region: Region, size: tuple[int, int] | None) -> float:
     return min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
 
 
-def _reduced(picture: NDArray[np.uint8], region: Region, size: tuple[int, int] | None) -> NDArray[np.uint8]:
-    """The image of a region at no more than `size`: halved while it can be, then interpolated.
+def _reduced(image: NDArray[np.uint8], region: Region, size: tuple[int, int] | None) -> NDArray[np.uint8]:
+    """Reduce the image of a region to at most `size`: halve it as often as possible, then interpolate.
 
-    Halving averages four pixels in one vectorised pass, many times cheaper than an exact area average,
-    and what is left is less than a factor of two, where linear interpolation skips no pixel.
+    Halving averages four pixels in one vectorised pass, many times cheaper than an exact area average. The
+    remaining factor is less than two, so linear interpolation skips no pixel.
     """
     scale = _scale(region, size)
-    # `size` may differ from the region's proportions by a rounding of the caller's: never exceed it.
+    # The caller may have rounded `size`, so that its aspect ratio differs from the region's; never exceed it.
     width, height = (max(1, round(side * scale)) for side in (region.width, region.height))
     if size:
         width, height = min(width, max(1, size[0])), min(height, max(1, size[1]))
-    while picture.shape[1] >= 2 * width and picture.shape[0] >= 2 * height:
-        picture = colour.halved(picture)
-    if picture.shape[1] > width or picture.shape[0] > height:
-        picture = cast(
-            NDArray[np.uint8], cv2.resize(picture, (width, height), interpolation=cv2.INTER_LINEAR)
-        )
-    return np.ascontiguousarray(picture)
+    while image.shape[1] >= 2 * width and image.shape[0] >= 2 * height:
+        image = colour.halved(image)
+    if image.shape[1] > width or image.shape[0] > height:
+        image = cast(NDArray[np.uint8], cv2.resize(image, (width, height), interpolation=cv2.INTER_LINEAR))
+    return np.ascontiguousarray(image)
 
 
 def millimetres(
@@ -205,7 +201,7 @@ def millimetres(
 ) -> NDArray[np.float32]:
     """Return coordinates in millimetres: raw × scale + offset, NaN where nothing was measured.
 
-    `raw` is as `Frame.raw` gives it, or one of its components. Scale, offset and invalid value are the
+    `raw` is an array of `Frame.raw`, or one of its components. Scale, offset and invalid value are the
     features Scan3dCoordinateScale, Scan3dCoordinateOffset and Scan3dInvalidDataValue (SFNC, 3D Scan Control).
     """
     values = np.asarray(raw, np.float64) * scale + offset
@@ -218,17 +214,17 @@ class Polarisation(NamedTuple):
     """Linear polarisation, each (height // 2, width // 2) float32."""
 
     intensity: NDArray[np.float32]
-    "The mean of the four angles' values, in the sensor's."
+    "The mean of the values at the four angles, in the sensor's units."
     degree: NDArray[np.float32]
-    "0 (none) to 1; more than 1 only by noise."
+    "0 (none) to 1; noise can make it larger."
     angle: NDArray[np.float32]
-    "Degrees, 0 up to 180; of no meaning where the degree is 0."
+    "Degrees from 0 to 180; undefined where the degree is 0."
 
 
 def polarisation(mosaic: NDArray[Any]) -> Polarisation:
-    """Compute linear polarisation from a mosaic of 90°, 45° over 135°, 0°: Sony's polarised sensors.
+    """Compute linear polarisation from the mosaic of Sony's polarised sensors: 90°, 45° over 135°, 0°.
 
-    `mosaic` is (height, width) of at least 2×2; a last line or column that is no whole cell is left out.
+    `mosaic` is (height, width) of at least 2×2; a last line or column that is not a whole cell is omitted.
     """
     height, width = mosaic.shape[0] & ~1, mosaic.shape[1] & ~1
     values = mosaic[:height, :width].astype(np.float32)

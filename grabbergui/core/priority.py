@@ -1,4 +1,4 @@
-"""Scheduling of what must be in time beside other programs: the guardian, threads that receive frames.
+"""Real-time scheduling for the guardian and for threads that receive frames.
 
 With eight busy programs on two cores, an ordinary thread woke up to 150 ms late; one with real-time priority,
 at most 1 ms. Linux grants that priority to root, to programs with CAP_SYS_NICE, and to users with an `rtprio`
@@ -16,13 +16,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 REALTIME = 10
-"""Priority in SCHED_RR: ahead of every ordinary thread, behind the kernel's own."""
+"""SCHED_RR priority: above every ordinary thread, below the kernel's own."""
 FRAMES = 5
-"""Priority in SCHED_RR of a thread that receives frames: behind what stops a robot."""
+"""SCHED_RR priority of a thread that receives frames: below the guardian, which stops a robot."""
 NICE = -10
-"""Nice value where real-time priority is refused."""
+"""Nice value if real-time priority is refused."""
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4
-"Flags of `mlockall(2)`: pages that are mapped now stay in memory from their first use on."
+"Flags of `mlockall(2)`: currently mapped pages stay in memory from their first use on."
 REVIEW = 0.1
 "Seconds between two reviews of a `PromptThread`."
 MOST_WORK = 0.25
@@ -30,10 +30,10 @@ MOST_WORK = 0.25
 
 
 class PromptThread:
-    """Real-time priority for the calling thread as long as it mostly waits, so that it wakes without delay.
+    """Gives the calling thread real-time priority while it mostly waits, so that it wakes without delay.
 
-    A thread that computes gets ordinary priority: it would hold up everything else on its core. Threads and
-    processes that it starts have ordinary priority. One thread.
+    While it computes, it has ordinary priority, as it would block everything else on its core. Threads and
+    processes that it starts have ordinary priority. Use from one thread.
     """
 
     def __init__(self) -> None:
@@ -43,9 +43,9 @@ class PromptThread:
         self._reviewed, self._worked = time.monotonic(), time.thread_time()
 
     def review(self, now: float) -> bool:
-        """Choose the priority by the share of a core that the thread took lately; return `prompt`.
+        """Choose the priority by the thread's recent share of a core; return `prompt`.
 
-        `now` is monotonic time. Cheap enough for every turn of a loop. Never raises.
+        `now` is monotonic time. Cheap enough for every iteration of a loop. Never raises.
         """
         if not self._permitted or now - self._reviewed < REVIEW:
             return self.prompt
@@ -53,23 +53,23 @@ class PromptThread:
         waits = worked - self._worked <= MOST_WORK * (now - self._reviewed)
         self._reviewed, self._worked = now, worked
         if waits != self.prompt:
-            self._schedule(first=waits)
+            self._schedule(realtime=waits)
         return self.prompt
 
-    def _schedule(self, *, first: bool) -> None:
+    def _schedule(self, *, realtime: bool) -> None:
         if sys.platform != "linux":
             return
-        policy, priority = (os.SCHED_RR, FRAMES) if first else (os.SCHED_OTHER, 0)
+        policy, priority = (os.SCHED_RR, FRAMES) if realtime else (os.SCHED_OTHER, 0)
         try:
             os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
         except OSError:
             self._permitted = False
         else:
-            self.prompt = first
+            self.prompt = realtime
 
 
 def prompt_threads_permitted() -> bool:
-    """Return whether a thread of this process may have real-time priority; one that ends at once tries."""
+    """Return whether threads of this process may have real-time priority, as tried by a short-lived one."""
     tried: list[bool] = []
 
     def attempt() -> None:
@@ -83,11 +83,11 @@ def prompt_threads_permitted() -> bool:
 
 
 def run_first() -> str:
-    """Schedule all threads of this process ahead of other programs.
+    """Give all threads of this process real-time priority.
 
-    Threads and processes that start later inherit the priority. Call it after a slow start: a real-time
-    thread that computes holds up everything else on its core. Never raises. Return what was refused, and
-    which limit would permit it; empty if the priority was granted.
+    Threads and processes that start later inherit it. Call this after a slow start, as a real-time thread
+    that computes blocks everything else on its core. Never raises. Returns an empty text if the priority was
+    granted, else what was refused and which limit would permit it.
     """
     if sys.platform != "linux":
         return "this system grants ordinary programs no real-time priority"
@@ -100,27 +100,30 @@ def run_first() -> str:
 
 
 def single_threaded() -> None:
-    """Let OpenCV compute on the threads that call it, in a process that should be in time on a busy computer.
+    """Let OpenCV compute on the calling threads only, for processes with deadlines on a busy computer.
 
-    Its workers wait for each other without sleeping. Where other programs want the cores too, that takes more
-    time from all of them than a second core gives.
+    Its worker threads wait for each other without sleeping. If other programs need the cores too, this costs
+    all of them more time than a second core saves.
     """
-    import cv2  # the guardian has no use for it
+    import cv2  # the guardian does not need it
 
     cv2.setNumThreads(1)
 
 
 def lock_memory() -> str:
-    """Keep the memory of this process from being swapped out. Never raises; return why it was refused."""
+    """Keep the memory of this process from being swapped out.
+
+    Never raises. Returns why it was refused; empty if it was not.
+    """
     if sys.platform != "linux":
-        return "this system locks no memory of ordinary programs"
+        return "this system does not lock the memory of ordinary programs"
     if ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_ONFAULT):
         return "locked memory is not permitted (ulimit -l)"
     return ""
 
 
 def _for_each_thread(change: Callable[[int], None]) -> bool:
-    """Change every thread of this process by its kernel id. Return whether that was permitted."""
+    """Call `change` with the kernel id of every thread of this process; return whether it was permitted."""
     for thread in Path("/proc/self/task").iterdir():
         try:
             change(int(thread.name))

@@ -1,8 +1,8 @@
-"""Names of ROS's image encodings (`sensor_msgs/image_encodings.hpp`) and the pixel formats that they mean.
+"""ROS's image encodings (`sensor_msgs/image_encodings.hpp`) and the corresponding pixel formats.
 
-An encoding names bits and channels, a format of the convention what they mean as well: Mono12 is `mono16`,
-and so is Confidence16. `16UC1` and `32FC1` are what depth cameras send (REP 118); `8UC3` and `8UC4` are B G R
-and B G R A, as cv_bridge has them.
+An encoding specifies bits and channels; a PFNC name also their meaning, so both Mono12 and Confidence16 are
+`mono16`. Depth cameras send `16UC1` and `32FC1` (REP 118); `8UC3` and `8UC4` are B G R and B G R A, as in
+cv_bridge.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
 _COLOUR = {"RGB": "rgb", "BGR": "bgr", "RGBa": "rgba", "BGRa": "bgra"}
 _YUV = {"UYVY": "yuv422", "YUYV": "yuv422_yuy2"}
 _GENERIC = ("8U", "8S", "16U", "16S", "32S", "32F", "64F")
-"OpenCV's types, which the number of channels follows."
+"OpenCV's types, before the number of channels."
 
 FORMATS = {
     "mono8": "Mono8",
@@ -39,11 +39,11 @@ FORMATS = {
     "32SC1": "Data32s",
     "64FC1": "Data64f",
 }
-"PFNC's name of each encoding that can be shown."
+"The PFNC name of each encoding that can be shown."
 
 
 def encoding_of(pixel_format: PixelFormat) -> str:
-    """Return the encoding of what `Frame.raw` makes of a format, or an empty text if ROS has none."""
+    """Return the encoding of a format's `Frame.raw`, or an empty text if ROS has none."""
     if not pixel_format.convertible:
         return ""
     family, bits = pixel_format.family, 8 * pixel_format.sample_bytes

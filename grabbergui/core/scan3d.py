@@ -1,4 +1,4 @@
-"""The meaning of 3D data: Coord3D values to millimetres and to points (SFNC 2.7, 3D Scan Control).
+"""Converts Coord3D values to millimetres and points (SFNC 2.7, 3D Scan Control).
 
 Point clouds are written as PLY files (binary, little-endian).
 """
@@ -27,33 +27,33 @@ from grabbergui.core.pixels import millimetres
 from grabbergui.core.settings import SettingKey
 
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
-"By the entries of Scan3dDistanceUnit."
+"Keys are the entries of Scan3dDistanceUnit."
 _COORDINATES = "ABC"
 _LONGEST = 64
-"Characters of a mode's name."
+"Most characters of a mode's name."
 _AXES = re.compile(r"Coord3D_([ABC]+)")
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One of Scan3dCoordinateSelector's entries: value × scale + offset, in Scan3dDistanceUnit."""
+    """One of Scan3dCoordinateSelector's coordinates: value × scale + offset, in Scan3dDistanceUnit."""
 
     scale: float = 1.0
     offset: float = 0.0
     invalid: float | None = None
-    "The value where nothing was measured; None if there is no such value."
+    "The value of pixels where nothing was measured; None if there is no such value."
 
 
 @dataclass(frozen=True)
 class Scan3d:
-    """The features of 3D Scan Control that give values of Coord3D pixels their meaning. Immutable."""
+    """The features of 3D Scan Control that define the meaning of Coord3D pixels. Immutable."""
 
     calibrated: bool = False
-    "Whether the camera reports a scale; else values have no unit, and 0 of unsigned ones is invalid."
+    "Whether the camera reports a scale; else values have no unit, and an unsigned 0 is invalid."
     coordinates: tuple[Coordinate, Coordinate, Coordinate] = (Coordinate(), Coordinate(), Coordinate())
     "A, B and C."
     unit: float = 1.0
-    "Millimetres of a Scan3dDistanceUnit."
+    "Scan3dDistanceUnit in millimetres."
     system: str = "Cartesian"
     "Scan3dCoordinateSystem."
     output_mode: str = ""
@@ -61,15 +61,15 @@ class Scan3d:
     focal_length: float | None = None
     "Pixels."
     principal_point: tuple[float, float] = (0.0, 0.0)
-    "Column and line of the sensor's region that starts at (0, 0)."
+    "Column and line, for an image at offset (0, 0)."
     baseline: float | None = None
-    "Distance of a stereo camera's two cameras, millimetres."
+    "Distance between the two cameras of a stereo camera, millimetres."
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> Scan3d:
-        """Read a camera's features; a camera without them gives `Scan3d()`.
+        """Read a camera's features; return `Scan3d()` for a camera without them.
 
-        Blocks while the camera answers. Features that cannot be read have their defaults.
+        Blocks until the camera answers. Features that cannot be read have their defaults.
         """
         if (recorded := grabber.recorded_coordinates()) is not None:
             return recorded
@@ -93,12 +93,12 @@ class Scan3d:
         )
 
     def as_json(self) -> str:
-        """Write it as one line of JSON, for `from_json`."""
+        """Return one line of JSON for `from_json`."""
         return json.dumps(asdict(self), separators=(",", ":"))
 
     @classmethod
     def from_json(cls, text: str) -> Scan3d:
-        """Read what `as_json` wrote. Raises UsageError for anything else."""
+        """Read the JSON of `as_json`. Raises UsageError for any other text."""
         try:
             values = json.loads(text)
             first, second, third = (_coordinate_of(axis) for axis in values["coordinates"])
@@ -118,19 +118,19 @@ class Scan3d:
 
     @property
     def disparity(self) -> bool:
-        """Whether values are a stereo camera's disparities in pixels, and no distances."""
+        """Whether values are a stereo camera's disparities in pixels instead of distances."""
         return self.output_mode.startswith("DisparityC")
 
     def unit_of(self, pixel_format: PixelFormat) -> str:
-        """Return the unit of `distances`: `mm`, `px` of disparities that lack a baseline, or none."""
+        """Return the unit of `distances`: `mm`, `px` for disparities without a baseline, or none."""
         if not self.calibrated or not _AXES.match(pixel_format.name):
             return ""
         return "px" if self.disparity and not (self.baseline and self.focal_length) else "mm"
 
     def distances(self, values: NDArray[Any], pixel_format: PixelFormat) -> NDArray[np.float32]:
-        """Return coordinate C of raw values in `unit_of`, of any shape, NaN where nothing was measured.
+        """Return coordinate C of raw values, in `unit_of`, of any shape; NaN where nothing was measured.
 
-        `values` is as `raw()` gives them, or a part of it; of several coordinates the last axis is theirs.
+        `values` is an array of `raw()`, or a part of it. With several coordinates they are the last axis.
         """
         axes = _axes_of(pixel_format)
         if len(axes) > 1:
@@ -145,20 +145,20 @@ class Scan3d:
     def points(self, image: Frame | Component) -> NDArray[np.float32]:
         """Return the points of a range image: (height, width, 3) float32, x y z in mm, NaN where invalid.
 
-        Images of all three coordinates are scaled. Of images of C alone, a rectified or perspective camera's
-        focal length and principal point give x and y (x to the right, y down, z away from the camera), and a
-        `RectifiedC` image without one has A and B in its columns and lines. Raises PixelFormatError, also
-        where the camera does not report enough.
+        Images of all three coordinates are scaled. For images of C alone, x (right) and y (down) follow from
+        the focal length and principal point of a rectified or perspective camera; without a focal length,
+        from the columns and lines of a `RectifiedC` image. Raises PixelFormatError, also if the camera does
+        not report enough.
         """
         axes, raw = _axes_of(image.pixel_format), image.raw()
         if self.system != "Cartesian":
             raise PixelFormatError(
-                f"points of a {self.system} coordinate system are not computed;"
+                f"points of a {self.system} coordinate system cannot be computed;"
                 " set Scan3dCoordinateSystem=Cartesian if the camera has it"
             )
         if axes == _COORDINATES:
             points = [self._scaled(raw[..., i], axes[i], image.pixel_format) for i in range(3)]
-            return _whole(np.stack(points, axis=-1))
+            return _without_partial(np.stack(points, axis=-1))
         if axes[-1] != "C":
             raise PixelFormatError(
                 f"{image.pixel_format} has no distances; set PixelFormat=Coord3D_ABC32f or Coord3D_C16"
@@ -180,7 +180,7 @@ class Scan3d:
             )
         if "A" in axes:
             x = self._scaled(raw[..., 0], "A", image.pixel_format)
-        return _whole(np.stack([x, y, z], axis=-1))
+        return _without_partial(np.stack([x, y, z], axis=-1))
 
     def _position(self, index: int, places: NDArray[np.float32]) -> NDArray[np.float32]:
         coordinate = self.coordinates[index]
@@ -196,7 +196,7 @@ class Scan3d:
 
 
 def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
-    """Read one coordinate; of a camera that has no selector, what holds for all."""
+    """Read one coordinate, or the values for all from a camera without a selector."""
     scale = _number(grabber, "Scan3dCoordinateScale", axis)
     offset = _number(grabber, "Scan3dCoordinateOffset", axis)
     invalid = None
@@ -228,7 +228,7 @@ def _coordinate_of(values: dict[str, object]) -> Coordinate:
 
 
 def _finite(value: object) -> Any:
-    """Return a number as float, or None for None. Raises ValueError for what is neither, or not finite."""
+    """Return a finite number as float, and None for None. Raises ValueError for anything else."""
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
@@ -237,13 +237,13 @@ def _finite(value: object) -> Any:
 
 
 def _axes_of(pixel_format: PixelFormat) -> str:
-    """Return the coordinates of a pixel, such as `ABC`; `C` of a format that is no Coord3D's."""
+    """Return the coordinates of a pixel, such as `ABC`; `C` for a format other than Coord3D."""
     match = _AXES.match(pixel_format.name)
     return match[1] if match else "C"
 
 
-def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Make all of a point invalid if one of its coordinates is."""
+def _without_partial(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Make all coordinates of a point invalid if one is."""
     points[~np.isfinite(points).all(axis=-1)] = np.nan
     return points
 
@@ -252,23 +252,23 @@ def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
 _POSITION = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
 _COLOUR = [("red", "u1"), ("green", "u1"), ("blue", "u1")]
 _TYPES = {"<f4": "float", "u1": "uchar"}
-"Of a PLY file, by numpy's names."
+"Types of a PLY file by numpy's names."
 
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Measured points, in the order of the image's lines."""
+    """The measured points of an image, line by line."""
 
     points: NDArray[np.float32]
     "(n, 3): x y z in millimetres (without a unit if the camera reports no scale), all finite."
     colours: NDArray[np.uint8] | None = None
     "(n, 3) R G B; None without an intensity image of the same size."
     unit: str = "mm"
-    "Of the points; empty if the camera reports no scale."
+    "Unit of the points; empty if the camera reports no scale."
 
     @classmethod
     def of(cls, frame: Frame, scan: Scan3d) -> PointCloud:
-        """Compute the points of a frame's first image of coordinates, coloured by its intensity image.
+        """Compute the points of a frame's first image of coordinates, with colours from its intensity image.
 
         Raises PixelFormatError if the frame has none, or the camera does not report enough.
         """
@@ -280,7 +280,7 @@ class PointCloud:
             )
         points = scan.points(image)
         valid = np.isfinite(points[..., 2])
-        intensity = next((part for part in frame.components if _colours(part, image)), None)
+        intensity = next((part for part in frame.components if _has_colours_of(part, image)), None)
         colours = None if intensity is None else intensity.rgb()[valid]
         return cls(points[valid], colours, scan.unit_of(image.pixel_format))
 
@@ -309,20 +309,20 @@ def _range_component(frame: Frame) -> Component | None:
     return next((part for part in frame.components if part.pixel_format.is_coordinate), None)
 
 
-def _colours(part: Component, image: Component) -> bool:
-    same = (part.width, part.height) == (image.width, image.height)
-    return same and part.kind is ComponentKind.INTENSITY and part.pixel_format.convertible
+def _has_colours_of(part: Component, image: Component) -> bool:
+    same_size = (part.width, part.height) == (image.width, image.height)
+    return same_size and part.kind is ComponentKind.INTENSITY and part.pixel_format.convertible
 
 
 # -- following a camera --------------------------------------------------------------------------
 def may_change(names: Iterable[str]) -> bool:
-    """Return whether a `Scan3d` must be read again when features of these names have changed."""
-    # Reading under the selector changes the selector itself: that must not start the next reading.
+    """Return whether `Scan3d` must be read again after these features have changed."""
+    # Reading changes the selector, which must not cause another reading.
     return any(name.startswith("Scan3d") and not name.endswith("Selector") for name in names)
 
 
 class CurrentScan3d:
-    """A grabber's Scan3d features, read again when they may have changed. One thread uses `value`."""
+    """A grabber's Scan3d features, read again after changes. Use `value` from one thread."""
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
@@ -333,14 +333,14 @@ class CurrentScan3d:
 
     @property
     def value(self) -> Scan3d:
-        """The features as they are now; reads them, and blocks, only after a change."""
+        """The current features. Blocks to read them after a change."""
         if self._stale.is_set():
             self._stale.clear()
             self._value = Scan3d.read(self._grabber)
         return self._value
 
     def close(self) -> None:
-        """Follow the grabber no longer. May be called twice."""
+        """Stop following the grabber. May be called twice."""
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
@@ -351,35 +351,35 @@ class CurrentScan3d:
 class FollowedScan3d:
     """A grabber's Scan3d features for threads that must not block.
 
-    After a change a thread reads them: a listener must not, as whoever reports a change may hold the grabber.
+    After a change, another thread reads them: the thread that reports the change may hold the grabber.
     """
 
     def __init__(self, grabber: FrameGrabber) -> None:
-        """Blocks while the camera answers."""
+        """Read the features; blocks until the camera answers."""
         self._grabber = grabber
         self.value = Scan3d()
-        "The features as they were read last. Any thread."
+        "The features read last. Any thread."
         self._lock = threading.Lock()
         self._stale = self._reading = True
         grabber.features_changed.connect(self._on_features_changed)
         self._read()
 
     def close(self) -> None:
-        """Follow the grabber no longer. May be called twice."""
+        """Stop following the grabber. May be called twice."""
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if not may_change(names):
             return
         with self._lock:
-            begin, self._stale, self._reading = not self._reading, True, True
-        if begin:
+            idle, self._stale, self._reading = not self._reading, True, True
+        if idle:
             threading.Thread(target=self._read, name="scan3d", daemon=True).start()
 
     def _read(self) -> None:
-        """Read until nothing has changed meanwhile."""
+        """Read until nothing has changed during a reading."""
         while self._take_stale():
-            with suppress(GrabberError):  # of a grabber that is closed or away; its return is a change
+            with suppress(GrabberError):  # a grabber that is closed or lost reports a change on its return
                 self.value = Scan3d.read(self._grabber)
 
     def _take_stale(self) -> bool:

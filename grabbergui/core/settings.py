@@ -1,15 +1,15 @@
-"""Settings: features together with where their selectors stand, and how to bring several to given values.
+"""Settings: features with the values of their selectors, and how to write several of them.
 
-A selector (GenICam standard, `pSelected`) decides which of several values a feature shows: `Gain` is
-the gain of the channel that `GainSelector` selects. A setting names such a value whatever is selected at the
-moment: `Gain[GainSelector=Red]`. `FrameGrabber.read_setting` and `write_setting` select, read or write, and
-select back as one step.
+A selector (GenICam standard, `pSelected`) decides which of several values a feature shows: `Gain` is the gain
+of the channel that `GainSelector` selects. A setting names one of these values regardless of the current
+selection: `Gain[GainSelector=Red]`. `FrameGrabber.read_setting` and `write_setting` select, read or write,
+and restore the selection in one step.
 
-`settle` writes several settings though one may hide, lock or limit another: loading a file, undo, and a
-camera's return after a power loss all work this way. A setting that is refused (an offset that does not fit
-the old width) is tried again after the others, as long as a pass gets anything done. Then every value is read
-back, and what a later write disturbed is written once more. Automatic modes and switches are written last in
-each pass, because writing what they rule turns a mode off and a switch on.
+`settle` writes several settings that may hide, lock or limit each other, for loading a file, for undo, and
+when a camera returns after a power loss. A refused setting (an offset that does not fit the old width) is
+tried again after the others, as long as a pass makes progress. Then every value is read back, and those that
+a later write changed are written again. Automatic modes and enablers are written last in each pass, because
+writing a feature that they control switches the mode off or the enabler on.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ Selected = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class SettingKey:
-    """The name of a setting: a feature, and where its selectors stand."""
+    """The name of a setting: a feature, and the entries of its selectors."""
 
     name: str
     selected: Selected = ()
-    "Empty for a feature without selectors, or for whatever they select at the moment."
+    "Empty for a feature without selectors, or for the current selection."
 
     @classmethod
     def parse(cls, text: str) -> SettingKey:
@@ -69,7 +69,7 @@ class SettingKey:
 
     @classmethod
     def parse_assignment(cls, text: str) -> tuple[SettingKey, str] | None:
-        """Read `Gain=3` or `Gain[GainSelector=Red]=3`; None where there is no value. Raises UsageError."""
+        """Read `Gain=3` or `Gain[GainSelector=Red]=3`; return None without a value. Raises UsageError."""
         match = _ASSIGNMENT.fullmatch(text)
         return (cls.parse(match[1].strip()), match[2]) if match is not None else None
 
@@ -81,7 +81,7 @@ class SettingKey:
 
 
 class ValueChange(NamedTuple):
-    """A setting, its value before and after a write; None where it could not be read."""
+    """A setting with its values before and after a write; None for a value that could not be read."""
 
     key: SettingKey
     before: FeatureValue | None
@@ -90,25 +90,25 @@ class ValueChange(NamedTuple):
 
 @dataclass(frozen=True)
 class WriteResult:
-    """Everything that one write changed."""
+    """Everything that a write changed."""
 
     feature: Feature
-    "The feature that was written, as the camera reports it afterwards."
+    "The written feature as the camera reports it afterwards."
     written: tuple[ValueChange, ...]
-    "Written values in order: companions that had to be switched, and at last the setting itself."
+    "Written values in order: companions that had to be switched, then the setting itself."
     consequences: tuple[ValueChange, ...] = ()
-    "Settings that the camera changed because of it (Height after BinningVertical)."
+    "Settings that the camera changed because of the write (Height after BinningVertical)."
     also_changed: tuple[Feature, ...] = ()
-    """The features of companions and consequences, as the camera reports them afterwards.
+    """The features of companions and consequences as the camera reports them afterwards.
 
-    A caller that has them here need not read them again. One that is missing must be read.
+    A caller need not read these again, but must read any that is missing.
     """
 
 
 # -- selectors -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Selectors:
-    """The selectors of each feature in a camera's feature tree. Asks no camera."""
+    """The selectors of each feature in a camera's feature tree. Makes no request to the camera."""
 
     tree: Category
     descriptions: Mapping[str, FeatureDescription] = field(init=False)
@@ -123,11 +123,11 @@ class Selectors:
         object.__setattr__(self, "names", names)
 
     def of(self, name: str) -> tuple[str, ...]:
-        """Return what selects a feature, and what selects that: outermost first, each once."""
+        """Return the selectors of a feature and their own selectors, outermost first, each once."""
         found: list[str] = []
         description = self.descriptions.get(name)
         for selector in description.selectors if description is not None else ():
-            # A description that selects itself in a circle must not be followed for ever.
+            # Selectors may select each other in a circle, which must not be followed forever.
             if selector not in found and selector != name and selector in self.descriptions:
                 found.append(selector)
                 above: list[str] = []
@@ -144,7 +144,7 @@ class Selectors:
 
 
 def setting_names(selectors: Selectors) -> list[str]:
-    """Return the features that make up a camera's settings: the streamable ones, if it has any."""
+    """Return the features that are a camera's settings: the streamable ones, if it has any."""
     known = selectors.descriptions
     streamable = [name for name, d in known.items() if d.streamable and d.kind is not FeatureKind.COMMAND]
     if streamable:
@@ -153,23 +153,23 @@ def setting_names(selectors: Selectors) -> list[str]:
 
 
 MAX_INSTANCES = 4096
-"Of one feature under its selectors: a look-up table of 12 bits. More is left out and reported."
+"Most instances of a feature, enough for a 12-bit look-up table. A feature with more is reported."
 
 
 def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
     """Return every combination of the selectors' entries, and the reason if some are omitted.
 
-    Reads the selectors, writes nothing. If they cannot be changed, only their present entries are returned.
+    Reads the selectors, writes nothing. If they cannot be changed, only their current entries are returned.
     """
     features = [grabber.feature(name) for name in path]
-    standing = tuple((f.name, format_value(f.value)) for f in features if f.value is not None)
-    if len(standing) < len(features):
-        return [], ""  # the camera hides its selector at the moment, and the feature with it
+    current = tuple((f.name, format_value(f.value)) for f in features if f.value is not None)
+    if len(current) < len(features):
+        return [], ""  # a selector is not available, and so the feature is not either
     if not all(f.access.writable for f in features if len(selector_entries(f)) > 1):
-        return [standing], "only the present entry of its selector, which cannot be changed"
+        return [current], "only the present entry of its selector, which cannot be changed"
     choices = [selector_entries(feature) for feature in features]
     if math.prod(len(entries) for entries in choices) > MAX_INSTANCES:
-        return [standing], f"more than {MAX_INSTANCES} instances; only the selected one is kept"
+        return [current], f"more than {MAX_INSTANCES} instances; only the selected one is kept"
     return [tuple(zip(path, entries, strict=True)) for entries in itertools.product(*choices)], ""
 
 
@@ -182,18 +182,18 @@ def selector_entries(selector: Feature) -> Sequence[str]:
     low, high = selector.minimum, selector.maximum
     if selector.kind is FeatureKind.INTEGER and isinstance(low, int) and isinstance(high, int):
         numbers = range(low, high + 1, int(selector.increment or 1))
-        # Only the beginning is made, enough to see that there are too many.
+        # The first ones are enough to recognise that there are too many.
         return [str(number) for number in itertools.islice(numbers, MAX_INSTANCES + 1)]
     return [format_value(selector.value)]
 
 
 # -- values --------------------------------------------------------------------------------------
 _TOLERANCE = 1e-6
-"Relative: other programs print seven digits of a float, and a camera rounds to its register."
+"Relative tolerance, as other programs print seven digits of a float and a camera rounds to its register."
 
 
 def same_value(first: FeatureValue, second: FeatureValue) -> bool:
-    """Whether two values mean the same, also where one is text from a file."""
+    """Return whether two values are equal, even if one is text from a file."""
     if str(first) == str(second):
         return True
     one, other = _number(first), _number(second)
@@ -205,7 +205,7 @@ def same_value(first: FeatureValue, second: FeatureValue) -> bool:
 
 
 def is_number(value: FeatureValue) -> bool:
-    """Whether a value is a number, or text that means one."""
+    """Return whether a value is a number, or the text of one."""
     return _number(value) is not None
 
 
@@ -227,26 +227,26 @@ def _number(value: FeatureValue) -> int | float | None:
 
 # -- several settings ----------------------------------------------------------------------------
 MAX_PASSES = 6
-"Of writing: more than any chain of dependencies among SFNC's features is long."
+"Most passes of writing, more than the longest chain of dependencies among SFNC's features."
 BATCH = 16
-"Settings that are read or written in one go; other callers wait that long."
+"Settings that are read or written in one go while other callers wait."
 
 
 class Settled(Enum):
     """The outcome of one setting."""
 
     WRITTEN = "written"
-    "It has the wanted value, whether it was written or another write brought it there."
+    "It has the wanted value, by this write or another."
     REFUSED = "refused"
     DIFFERENT = "different"
-    "It was written, but has another value: the camera rounded it, or another setting moved it."
+    "It was written but has another value, as the camera rounded it or another setting changed it."
     UNANSWERED = "unanswered"
     "The connection was lost while it was written."
 
 
 Report = Callable[[SettingKey, Settled, FeatureValue | None, FeatureError | None, Feature | None], None]
-"""Called whenever something becomes known of a setting, the last call counts: its key, what became of it, its
-value, the refusal, the feature as it was when it was refused."""
+"""Called with each result for a setting, of which the last counts: key, outcome, value, the error if it was
+refused, and the feature at that time."""
 
 
 def settle(
@@ -257,11 +257,11 @@ def settle(
     reluctantly: Collection[SettingKey] = (),
     cancelled: Callable[[], bool] = lambda: False,
 ) -> dict[SettingKey, str]:
-    """Write settings until the camera has all of them; return those it has not, with the reason for each.
+    """Write settings until the camera has all of them; return the others with the reason for each.
 
-    Equal values are not written, and selectors end where they stood. Values that a wanted automatic mode
-    regulates, and those named by `reluctantly`, are written only where another setting is refused without
-    them. Raises TransportError. Once `cancelled`, nothing more is written.
+    Equal values are not written, and selectors are restored. Values that a wanted automatic mode regulates,
+    and those in `reluctantly`, are only written if another setting is refused without them. Raises
+    TransportError. Once `cancelled` returns true, nothing more is written.
     """
     work = _Settling(grabber, wanted, report, cancelled)
     work.run(frozenset(reluctantly))
@@ -276,10 +276,10 @@ class _Settling:
     cancelled: Callable[[], bool]
     problems: dict[SettingKey, str] = field(default_factory=dict)
     _seen: dict[SettingKey, FeatureValue] = field(default_factory=dict)
-    "Values that came out other than wanted; writing again helps only where they have changed since."
+    "Values that differed from the wanted ones; writing again helps only if they have changed since."
 
     def run(self, reluctantly: frozenset[SettingKey]) -> None:
-        """Write pass after pass, until a pass changes nothing."""
+        """Write in passes until a pass changes nothing."""
         companions = {key.name: Companions.of(key.name, self.grabber.has_feature) for key in self.wanted}
         switches = {name for found in companions.values() for name in found.names}
         order = sorted(self.wanted, key=lambda key: key.name in switches)
@@ -295,11 +295,11 @@ class _Settling:
             if not again or (len(refused) == len(pending) and not held):
                 return
             if refused and held:
-                # An automatic mode may hold these at values that the refused ones do not fit. Writing them
-                # switches their companions, which are therefore checked again.
+                # The values left out so far may be incompatible with the refused ones. Writing them switches
+                # their companions, which are therefore checked again.
                 self._write([key for key in order if key in held])
                 for key in regulated:
-                    self.problems.pop(key, None)  # their modes decide
+                    self.problems.pop(key, None)  # their automatic modes determine them
                 names = {name for key in held for name in companions[key.name].names}
                 again.update(key for key in order if key.name in names)
                 held = frozenset()
@@ -324,7 +324,7 @@ class _Settling:
                 if feature.value is None or not same_value(feature.value, self.wanted[key]):
                     feature = self.grabber.write_setting(key, self.wanted[key]).feature
             except TransportError:
-                if feature is not None:  # it was read, so that the loss came with the write
+                if feature is not None:  # it could be read, so the write failed
                     self.report(key, Settled.UNANSWERED, None, None, feature)
                 raise
             except FeatureError as error:
@@ -337,7 +337,7 @@ class _Settling:
         return refused
 
     def _disturbed(self, keys: Iterable[SettingKey]) -> list[SettingKey]:
-        """Return settings that have another value than wanted, and were not seen with that value before."""
+        """Return settings whose value differs from the wanted one and is not one seen before."""
         disturbed = []
         for key in self._in_batches(keys):
             try:
@@ -359,7 +359,7 @@ class _Settling:
         return disturbed
 
     def _in_batches(self, keys: Iterable[SettingKey]) -> Iterator[SettingKey]:
-        """Give the keys, a batch at a time with the grabber to ourselves; selectors move once a batch."""
+        """Yield the keys; hold the grabber for a batch at a time, and restore selectors once per batch."""
         remaining = iter(keys)
         while batch := list(itertools.islice(remaining, BATCH)):
             selectors = {selector: None for key in batch for selector, _ in key.selected}

@@ -1,12 +1,12 @@
-"""The roles of features, under any of the names that cameras give them, and their companions.
+"""The roles of features under their various names, and the companions of features.
 
-The Standard Feature Naming Convention (SFNC) names come first; older cameras and ROS drivers follow. A role
-is what the window's favourites, the YARP feature ids and the ROS 2 services mean when they say "exposure".
+A role is what the window's favourites, the YARP feature ids and the ROS 2 services mean by "exposure". Names
+of the Standard Feature Naming Convention (SFNC) come first, those of older cameras and ROS drivers follow.
 
-A companion is the automatic mode that regulates a feature, or the switch that makes it act: `ExposureTime`
-has the mode `ExposureAuto`, `AcquisitionFrameRate` the switch `AcquisitionFrameRateEnable` (SFNC; older
-cameras use other names). Which companions a feature has, what must be written to them before it, and whether
-one of them makes it read-only is decided here alone.
+A companion is the automatic mode that regulates a feature, or its enabler: `ExposureTime` has the mode
+`ExposureAuto`, `AcquisitionFrameRate` the enabler `AcquisitionFrameRateEnable` (SFNC; older cameras use other
+names). Only this module decides which companions a feature has, what must be written to them before it, and
+whether one of them makes it read-only.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureVa
 
 
 class Role(Enum):
-    """A purpose, and the names cameras have given to it, best first."""
+    """The purpose of a feature, with its names in cameras, best first."""
 
     EXPOSURE = (
         "ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw", "Shutter", "ManualDirectShutter",
@@ -60,7 +60,7 @@ class Role(Enum):
         return names
 
     def find(self, has: Callable[[str], bool]) -> str | None:
-        """The first name for which `has` holds, or None."""
+        """Return the first name that `has` accepts, or None."""
         return next((name for name in self.names if has(name)), None)
 
 
@@ -71,7 +71,7 @@ FILE_ACCESS = frozenset({
     "FileSelector", "FileOperationSelector", "FileOperationExecute", "FileOpenMode", "FileAccessBuffer",
     "FileAccessOffset", "FileAccessLength", "FileOperationStatus", "FileOperationResult", "FileSize",
 })  # fmt: skip
-"""The features of FileAccessControl, by which files are moved: none is a setting."""
+"""The features of FileAccessControl, which transfer files. None is a setting."""
 
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
@@ -79,7 +79,7 @@ AUTO_CONTINUOUS = "Continuous"
 
 
 def role_of(name: str) -> Role | None:
-    """Return the role of a feature of this name; None if it is not known."""
+    """Return the role of a feature by its name; None if the name is unknown."""
     return next((role for role in Role if name in role.names), None)
 
 
@@ -91,8 +91,8 @@ _AUTOMATIC = {
     Role.BALANCE_RATIO: ("BalanceWhiteAuto",),
 }
 _MODES_OF = {name: modes for role, modes in _AUTOMATIC.items() for name in role.names}
-_FORMS = ("Abs", "Raw")
-"Endings of the pre-SFNC names of one quantity; its companions are named without them."
+_ENDINGS = ("Abs", "Raw")
+"Endings of a quantity's pre-SFNC names, which its companions' names omit."
 
 Has = Callable[[str], bool]
 "Whether the camera has a feature of this name."
@@ -100,7 +100,7 @@ Has = Callable[[str], bool]
 
 @dataclass(frozen=True)
 class Companions:
-    """The names of a feature's companions; None where it has none."""
+    """The names of a feature's companions; None if it has none."""
 
     mode: str | None = None
     enabler: str | None = None
@@ -123,13 +123,13 @@ def automatic_mode_of(name: str, has: Has) -> str | None:
 
 
 def enabler_of(name: str, has: Has) -> str | None:
-    """Return the switch that makes `name` act (`AcquisitionFrameRateEnable`), if there is one."""
+    """Return the enabler of `name` (`AcquisitionFrameRateEnable`), if there is one."""
     quantity = _quantity(name)
     return next((found for found in (f"{quantity}Enable", f"{quantity}Enabled") if has(found)), None)
 
 
 def regulated_by_mode(names: Iterable[str], has: Has) -> dict[str, list[str]]:
-    """Return the automatic modes of these features, and which of the features each of them regulates."""
+    """Map the automatic modes of these features to the features that each regulates."""
     found: dict[str, list[str]] = {}
     for name in names:
         if (mode := automatic_mode_of(name, has)) is not None:
@@ -138,22 +138,22 @@ def regulated_by_mode(names: Iterable[str], has: Has) -> dict[str, list[str]]:
 
 
 def is_on(value: FeatureValue | None) -> bool:
-    """Whether an automatic mode or a switch with this value is on."""
+    """Return whether an automatic mode or enabler with this value is on."""
     return value not in (AUTO_OFF, False, None)
 
 
 def regulating(mode: Feature | None) -> bool:
-    """Whether an automatic mode is on."""
+    """Return whether an automatic mode is on."""
     return mode is not None and is_on(mode.value)
 
 
 def offers(feature: Feature, entry: str) -> bool:
-    """Whether a feature is an enumeration with this entry."""
+    """Return whether a feature is an enumeration with this entry."""
     return feature.kind is FeatureKind.ENUMERATION and any(entry == known.name for known in feature.entries)
 
 
 def switched_off(mode: Feature) -> tuple[str, FeatureValue] | None:
-    """Return the write that switches an automatic mode off; None where it is off, or cannot be switched."""
+    """Return the write that switches an automatic mode off; None if it is off or cannot be switched."""
     if not regulating(mode) or not mode.access.writable:
         return None
     if mode.kind is FeatureKind.BOOLEAN:
@@ -163,15 +163,15 @@ def switched_off(mode: Feature) -> tuple[str, FeatureValue] | None:
 
 
 def switched_on(enabler: Feature) -> tuple[str, FeatureValue] | None:
-    """Return the write that turns a feature's switch on; None where it is on, or cannot be switched."""
+    """Return the write that switches an enabler on; None if it is on or cannot be switched."""
     off = enabler.kind is FeatureKind.BOOLEAN and enabler.value is False
     return (enabler.name, True) if off and enabler.access.writable else None
 
 
 def as_editable(feature: Feature, mode: Feature | None) -> Feature:
-    """Return the feature as it is offered for editing.
+    """Return the feature with the access to offer for editing.
 
-    A feature that is read-only only because its own automatic mode is on can be written: `write_feature`
+    A feature that is read-only because its own automatic mode is on can be written, as `write_feature`
     switches the mode off first. Every other lock stays.
     """
     if mode is None or mode.name != feature.auto or feature.access is not AccessMode.READ_ONLY:
@@ -182,7 +182,7 @@ def as_editable(feature: Feature, mode: Feature | None) -> Feature:
 
 
 def _quantity(name: str) -> str:
-    for form in _FORMS:
-        if name.endswith(form) and name != form:
-            return name.removesuffix(form)
+    for ending in _ENDINGS:
+        if name.endswith(ending) and name != ending:
+            return name.removesuffix(ending)
     return name

@@ -1,6 +1,6 @@
-"""Further handles on one open grabber, so that the window and the network servers of a process share it.
+"""Further handles on an open grabber, by which the window and the network servers of a process share it.
 
-A `ReadOnlyGrabber` is a handle for networks whose peers are not trusted.
+A `ReadOnlyGrabber` is a handle for networks with untrusted peers.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from grabbergui.core.settings import Selectors, SettingKey, WriteResult
 
 
 class SharedGrabber(FrameGrabber):
-    """Another handle on a grabber that somebody else opened, and closes.
+    """Another handle on an open grabber, which it neither opens nor closes.
 
-    Everything is passed on, changes come from either side, but closing this handle leaves the grabber open.
-    Its queues are closed with it. Stopping the stream stops it for all, as on the camera itself.
+    It passes all calls on to the grabber and all signals back. Closing the handle closes the queues opened
+    through it, but not the grabber. Stopping the stream stops it for every handle.
     """
 
     shared = True
@@ -34,12 +34,12 @@ class SharedGrabber(FrameGrabber):
         super().__init__(grabber.info)
         self._grabber = grabber
         self._queues: list[FrameQueue] = []
-        self._opening = threading.Lock()
-        "Of the list of queues, as any thread may open one."
+        self._queues_lock = threading.Lock()
+        "Protects the list of queues, as any thread may open one."
 
     def open(self, access: Access = Access.CONTROL) -> None:
-        """Listen to the grabber; it is open already."""
-        # Not to `emit` itself: psygnal would try it with as many arguments as it takes to fail.
+        """Listen to the grabber, which is already open."""
+        # Not connected to `emit` itself, which psygnal would call with too many arguments first.
         self._grabber.features_changed.connect(self._on_features_changed)
         self._grabber.connection_changed.connect(self._on_connection_changed)
         self._grabber.noticed.connect(self._on_noticed)
@@ -52,7 +52,7 @@ class SharedGrabber(FrameGrabber):
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
         self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
-        with self._opening:
+        with self._queues_lock:
             queues, self._queues = self._queues, []
         for queue in queues:
             queue.close()
@@ -171,7 +171,7 @@ class SharedGrabber(FrameGrabber):
     @override
     def open_queue(self, depth: int = 2) -> FrameQueue:
         queue = self._grabber.open_queue(depth)
-        with self._opening:
+        with self._queues_lock:
             self._queues = [*(q for q in self._queues if not q.closed), queue]
         return queue
 
@@ -194,15 +194,15 @@ _REASON = "the camera is served read-only"
 
 
 class ReadOnlyGrabber(SharedGrabber):
-    """A handle on an open grabber through which images and values come, and nothing is written."""
+    """A handle on an open grabber that delivers frames and values, and refuses every write."""
 
     @property
     def access(self) -> Access:
-        """Monitor, whatever access this process has itself."""
+        """Monitor, whatever access this process has."""
         return Access.MONITOR
 
     def feature(self, name: str) -> Feature:
-        """Return the feature as it is now, writable by nobody. Raises FeatureNotFoundError."""
+        """Return the current feature without write access. Raises FeatureNotFoundError."""
         return self._unwritable(super().feature(name))
 
     def read_features(self, names: Sequence[str]) -> list[Feature]:
@@ -214,20 +214,20 @@ class ReadOnlyGrabber(SharedGrabber):
         raise FeatureAccessError(f"{super().feature(name).name} cannot be written: {_REASON}", name)
 
     def read_setting(self, key: SettingKey) -> Feature:
-        """Read a feature under its selectors. Raises FeatureAccessError if they have other values."""
-        return FrameGrabber.read_setting(self, key)  # which selects by `write_feature` of this class
+        """Read a feature. Raises FeatureAccessError unless its selectors already have the key's values."""
+        return FrameGrabber.read_setting(self, key)  # selects by this class's `write_feature`
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Raise FeatureAccessError, or FeatureNotFoundError."""
         return WriteResult(self.write_feature(key.name, value), ())
 
     def pauses_for(self, name: str) -> bool:
-        """Return False: no write gets as far as to pause the stream."""
+        """Return False, as every write is refused."""
         return False
 
     def offered(self, feature: Feature) -> Feature:
-        """Return the feature as nobody may write it."""
-        return FrameGrabber.offered(self, feature)  # which asks for the access of this class
+        """Return the feature without write access."""
+        return FrameGrabber.offered(self, feature)  # depends on this class's `access`
 
     def execute(self, name: str) -> None:
         """Raise FeatureAccessError, or FeatureNotFoundError."""
@@ -242,12 +242,12 @@ class ReadOnlyGrabber(SharedGrabber):
         raise FeatureAccessError(f"{name} cannot be written: {_REASON}", name)
 
     def start(self, *, keep_trigger: bool = False) -> None:
-        """Do nothing if the stream is on. Raises AccessDeniedError otherwise."""
+        """Do nothing if the stream is on. Raises AccessDeniedError if it is off."""
         if not self.streaming:
             raise AccessDeniedError(f"the stream cannot be started: {_REASON}")
 
     def stop(self) -> None:
-        """Raise AccessDeniedError: the stream belongs to everybody."""
+        """Raise AccessDeniedError, as other consumers need the stream."""
         raise AccessDeniedError(f"the stream cannot be stopped: {_REASON}")
 
     def _unwritable(self, feature: Feature) -> Feature:

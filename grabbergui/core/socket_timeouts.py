@@ -1,7 +1,7 @@
-"""Timeouts that the kernel keeps for a socket (SO_RCVTIMEO, SO_SNDTIMEO) in programs with an interval timer.
+"""Socket timeouts of the kernel (SO_RCVTIMEO, SO_SNDTIMEO) in programs with an interval timer.
 
-Python repeats a system call that a signal interrupted, and the kernel's timeout begins anew. Beside a timer
-of a shorter period (`signal.setitimer`, as profilers use it) it would never end.
+Python repeats a system call that a signal interrupted, and the kernel's timeout starts again. With an
+interval timer of a shorter period (`signal.setitimer`, as profilers use it) it would never expire.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ else:
     def wait_readable(sock: socket.socket) -> int:
         """Wait until the socket is readable, or for its SO_RCVTIMEO, if a timer would interrupt `recv`.
 
-        Returns flags for `recv`: it need not wait any more. Returns 0 at once where nothing interrupts it.
+        Returns flags for `recv`, which then does not wait. Returns 0 immediately if nothing interrupts it.
         """
         return _wait(sock, select.POLLIN, socket.SO_RCVTIMEO)
 
     def wait_writable(sock: socket.socket) -> int:
-        """Wait likewise for SO_SNDTIMEO; returns flags for `send`."""
+        """Wait in the same way for SO_SNDTIMEO; return flags for `send`."""
         return _wait(sock, select.POLLOUT, socket.SO_SNDTIMEO)
 
     def _wait(sock: socket.socket, event: int, option: int) -> int:
         if threading.get_ident() != threading.main_thread().ident:
-            return 0  # signals are handled by the main thread
+            return 0  # only the main thread handles signals
         timers = (signal.ITIMER_REAL, signal.ITIMER_VIRTUAL, signal.ITIMER_PROF)
         next_signal = min([left for timer in timers if (left := signal.getitimer(timer)[0])], default=0.0)
         if not next_signal:
@@ -48,5 +48,5 @@ else:
             return 0
         poll = select.poll()
         poll.register(sock.fileno(), event)
-        poll.poll(limit * 1000)  # Python waits for what is left of it after a signal
+        poll.poll(limit * 1000)  # after a signal, Python waits for the remaining time only
         return socket.MSG_DONTWAIT

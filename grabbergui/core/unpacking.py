@@ -1,4 +1,4 @@
-"""Payload bytes to arrays of whole lines (PFNC 2.4): views where the bytes allow it, else copies."""
+"""Converts payload bytes to arrays of whole lines (PFNC 2.4), by views if possible, else by copies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from grabbergui.core.pixel_loops import (
 
 
 class SensorPicture(Protocol):
-    """The part of a `Frame` that lays out its pixels; `Frame` documents the fields."""
+    """The fields of a `Frame` that determine its pixels; `Frame` documents them."""
 
     payload: NDArray[np.uint8]
     width: int
@@ -30,7 +30,7 @@ class SensorPicture(Protocol):
 
 
 def check(frame: SensorPicture) -> None:
-    """Raise PixelFormatError unless the payload holds an image that can be laid out."""
+    """Raise PixelFormatError unless the payload contains an image of a known layout."""
     pixel_format, size = frame.pixel_format, f"{frame.width}×{frame.height}"
     if not pixel_format.convertible:
         code = f" (0x{pixel_format.code:08X})" if not pixel_format.name.startswith("0x") else ""
@@ -49,14 +49,13 @@ def check(frame: SensorPicture) -> None:
 
 
 def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[Any]:
-    """Lines `first` up to, but without, `last` as the sensor gave them.
+    """Return the sensor's values of the lines from `first` up to, but excluding, `last`.
 
     Shape (lines, width), or (lines, width, n) for n components in the order of `PixelFormat.raw_order`. Up
     to 8 bits are uint8, up to 16 native uint16 with the value in the low bits, 32 and 64 bits likewise;
-    signed and floating-point formats have numpy's types of them. Of YUV 4:2:2 and BiColor n is 2; where no
-    pixel has bytes of its own (YUV 4:1:1 and 4:2:0, semiplanar), chroma is repeated and n is 3. A view of
-    the payload where its bytes can be used as they are: packed, big-endian and unaligned samples are copied.
-    Raises PixelFormatError.
+    signed and floating-point formats have the corresponding types. For YUV 4:2:2 and BiColor n is 2; for YUV
+    4:1:1, 4:2:0 and semiplanar chroma is repeated and n is 3. The array is a view of the payload, but a copy
+    of packed, big-endian or unaligned samples. Raises PixelFormatError.
     """
     check(frame)
     last = frame.height if last is None else last
@@ -74,7 +73,7 @@ def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDAr
 
 
 def high_lines(frame: SensorPicture, first: int, last: int) -> NDArray[np.uint8] | None:
-    """The eight highest bits of `lines` where they can be had without the others; else None."""
+    """Return the eight highest bits of `lines` if they can be unpacked separately; else None."""
     check(frame)
     pixel_format = frame.pixel_format
     if not pixel_format.packed or pixel_format.planar or pixel_format.depth <= 8:
@@ -104,7 +103,7 @@ def _by_pixel(samples: NDArray[Any], components: int) -> NDArray[Any]:
 
 
 def _needed_bytes(frame: SensorPicture) -> int:
-    """The bytes of the image; the padding of its last line may be missing."""
+    """Return the bytes of the image; the padding of its last line may be missing."""
     pixel_format, width, height, padding = frame.pixel_format, frame.width, frame.height, frame.padding_x
     if not padding:
         return pixel_format.image_bytes(width, height)
@@ -118,7 +117,7 @@ def _needed_bytes(frame: SensorPicture) -> int:
 def _sample_lines(
     frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int
 ) -> NDArray[Any]:
-    """Lines of `count` samples each, of an image or a plane that begins with `data`: (lines, count)."""
+    """Return lines of `count` samples each, of an image or plane that begins with `data`: (lines, count)."""
     if frame.pixel_format.packed:
         return _packed_lines(frame, data, count, first, last)
     return _whole_lines(frame, data, count, first, last)
@@ -140,13 +139,13 @@ def _packed_lines(
     frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int, *, high: bool = False
 ) -> NDArray[Any]:
     if not frame.padding_x:
-        # The bit stream goes on over the ends of lines.
+        # The bit stream continues across the ends of lines.
         run = _packed_run(frame, data, first * count, last * count, high=high)
         return run.reshape(last - first, count)
     layout, depth = frame.pixel_format.layout, frame.pixel_format.depth
     to_samples = unpack_high if high else unpack
     data, group = np.ascontiguousarray(data), samples_per_group(layout, depth)
-    # Each line begins on a byte of its own: stretch it to whole groups, unpack, and cut it off.
+    # Each line begins on a byte: extend it to whole groups, unpack, and truncate it.
     line = (count * packed_bits(layout, depth) + 7) // 8
     groups, stride = -(-count // group), line + frame.padding_x
     stretched = np.zeros((last - first, groups * bytes_per_group(layout, depth)), np.uint8)
@@ -158,7 +157,7 @@ def _packed_lines(
 def _packed_run(
     frame: SensorPicture, data: NDArray[np.uint8], begin: int, end: int, *, high: bool = False
 ) -> NDArray[Any]:
-    """Samples of a stream without padding; `begin` may lie in the middle of a group of bytes."""
+    """Return samples of a stream without padding; `begin` may lie within a group of bytes."""
     layout, depth = frame.pixel_format.layout, frame.pixel_format.depth
     skipped = begin % samples_per_group(layout, depth)
     start = begin // samples_per_group(layout, depth) * bytes_per_group(layout, depth)
@@ -167,7 +166,7 @@ def _packed_run(
 
 
 def _planar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
-    """(lines, width, components), one plane behind the other; unpacked ones are a view of the payload."""
+    """Return (lines, width, components) from separate planes; a view of the payload if they are unpacked."""
     pixel_format, width, height = frame.pixel_format, frame.width, frame.height
     if not frame.padding_x:
         plane = pixel_format.image_bytes(width, height) // pixel_format.components
@@ -189,7 +188,7 @@ def _planar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
 
 
 def _field_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
-    """Bit fields of little-endian words, 16 or 32 bits a pixel, to (lines, width, 3)."""
+    """Return (lines, width, 3) from bit fields of words, 16 or 32 bits per pixel."""
     pixel_format = frame.pixel_format
     item = pixel_format.bits_per_pixel // 8
     stride = pixel_format.line_bytes(frame.width) + frame.padding_x
@@ -210,10 +209,10 @@ def _field_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
 
 
 def _yuv411_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
-    """(lines, width, 3) Y U V: four pixels share the chroma of their six bytes.
+    """Return (lines, width, 3) Y U V from groups of six bytes, in which four pixels share chroma.
 
-    Groups go on over the ends of lines without padding. Pixels of a last group that is cut off borrow the
-    chroma before it, or have none.
+    Without padding, groups continue across the ends of lines. Pixels of an incomplete last group take the
+    chroma of the group before it, or have none.
     """
     pixel_format, width = frame.pixel_format, frame.width
     data, line = np.ascontiguousarray(frame.payload), pixel_format.line_bytes(width)
@@ -249,13 +248,13 @@ def _spread_411(rows: NDArray[np.uint8], order: str, width: int) -> NDArray[np.u
 
 
 def _chroma_plane(frame: SensorPicture) -> tuple[int, int]:
-    """Lines of the second plane, and bytes of one."""
+    """Return the number of lines of the chroma plane, and the bytes of a line."""
     vertical = frame.pixel_format.cell[1]
     return -(-frame.height // vertical), 2 * -(-frame.width // 2)
 
 
 def _semiplanar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
-    """(lines, width, 3) Y U V from a plane of luma and one of interleaved chroma."""
+    """Return (lines, width, 3) Y U V from a plane of luma and one of interleaved chroma."""
     width, height, padding = frame.width, frame.height, frame.padding_x
     data, vertical = np.ascontiguousarray(frame.payload), frame.pixel_format.cell[1]
     luma_stride, (chroma_lines, chroma_bytes) = width + padding, _chroma_plane(frame)

@@ -1,8 +1,8 @@
-"""How a source is named everywhere: `sim:`, `gige:192.168.0.10`, `yarp:/grabber?carrier=mjpeg`.
+"""URIs of sources: `sim:`, `gige:192.168.0.10`, `yarp:/grabber?carrier=mjpeg`.
 
-The options of each kind of source are a dataclass, whose fields are the only list of them: `read_options`
-turns a URI into an instance, and `option_rows` lists them for `--help` and for the reference in the docs. No
-function here opens a socket or imports a driver.
+The options of each kind of source are the fields of a dataclass: `read_options` turns a URI into an instance,
+and `option_rows` lists them for `--help` and for the reference in the docs. No function here opens a socket
+or imports a driver.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from urllib.parse import parse_qsl, quote, unquote, urlencode
 from grabbergui.core.errors import UsageError
 
 SIMULATED = "sim:"
-"""The camera that is always there."""
+"""The built-in simulated camera."""
 
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
 _PLAIN = "/:@,;+=~!$&'()*[]#"
-"Signs that a name keeps as they are; a question mark, a blank or a percent sign would be misread."
+"Characters that are not escaped in a name. A question mark, space or percent sign would be misread."
 
 
 @dataclass(frozen=True)
 class SourceUri:
-    """A kind of source, which one of that kind, and options."""
+    """A URI: the kind of source, its name, and options."""
 
     scheme: str
     "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `yarp`, `ros2`, `file`."
@@ -37,33 +37,33 @@ class SourceUri:
 
     @classmethod
     def parse(cls, text: str) -> SourceUri:
-        """Read a URI as a user types it. Raises UsageError."""
+        """Parse a URI as a user types it. Raises UsageError."""
         scheme, colon, rest = text.strip().partition(":")
         scheme = scheme.lower()
         if not colon or not _SCHEME.fullmatch(scheme):
             raise UsageError(f"'{text}' is no source; write its kind first, as in sim: or gige:192.168.0.10")
-        # Two slashes are what people type out of habit; one begins a YARP port or a ROS topic.
+        # People type two slashes out of habit; one begins a YARP port or a ROS topic.
         name, _, query = rest.removeprefix("//").partition("?")
         if query and "=" not in query:
             raise UsageError(f"'{text}': write options as ?name=value&name=value")
         return cls(
             scheme,
-            unquote(name, errors="surrogateescape"),  # of files, which need not be UTF-8
+            unquote(name, errors="surrogateescape"),  # file names need not be UTF-8
             dict(parse_qsl(query, keep_blank_values=True)),
         )
 
     def __str__(self) -> str:
         query = "?" + urlencode(self.options) if self.options else ""
-        slashes = "//" if self.name.startswith("//") else ""  # parsing takes two away
+        slashes = "//" if self.name.startswith("//") else ""  # parsing removes two
         return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN, errors='surrogateescape')}{query}"
 
     def option(self, name: str, default: str = "") -> str:
-        """One option's text."""
+        """Return the text of an option."""
         return self.options.get(name, default)
 
 
 def is_ip_address(name: str) -> bool:
-    """Whether a source's name is an IPv4 address, rather than a serial number or the like."""
+    """Return whether a source's name is an IPv4 address, not a serial number or another name."""
     try:
         ipaddress.IPv4Address(name)
     except ValueError:
@@ -73,17 +73,17 @@ def is_ip_address(name: str) -> bool:
 
 @dataclass(frozen=True)
 class NoOptions:
-    """For kinds of source that have none."""
+    """The options of a kind of source that has none."""
 
 
 class OptionRow(NamedTuple):
-    """One option as documented."""
+    """The documentation of an option."""
 
     name: str
     form: str
-    "The values that it takes, as in `0|1` or `BYTES`."
+    "The allowed values, as in `0|1` or `BYTES`."
     default: str
-    "The value that applies without it; empty where that is the camera's own or nothing."
+    "The default value; empty if that is the camera's own or none."
     meaning: str
 
 
@@ -119,13 +119,13 @@ def _one_of(*choices: str) -> Callable[[str], str]:
 
 
 def _option(default: Any, form: str, meaning: str, read: Callable[[str], Any] = str) -> Any:
-    """Return a field. `read` turns an option's text into its value and raises ValueError for a bad one."""
+    """Return a dataclass field. `read` converts an option's text, and raises ValueError for a bad one."""
     return field(default=default, metadata={"form": form, "meaning": meaning, "read": read})
 
 
 @dataclass(frozen=True)
 class SimulatedOptions:
-    """`sim:` values at power-on. The registers of the simulated camera check them."""
+    """`sim:` values at power-on, which the simulated camera's registers validate."""
 
     width: str = _option("", "PIXELS", "width of the image")
     height: str = _option("", "PIXELS", "height of the image")
@@ -141,7 +141,7 @@ class SimulatedOptions:
 
 @dataclass(frozen=True)
 class GigeUriOptions:
-    """`gige:` how the stream is sent and received."""
+    """`gige:` the stream's transmission and reception."""
 
     packet_size: str = _option(
         "auto",
@@ -236,7 +236,7 @@ Options = TypeVar("Options")
 
 
 def read_options(kind: type[Options], uri: SourceUri) -> Options:
-    """Return the options of a URI. Raises UsageError naming the option and the values that it takes."""
+    """Return the options of a URI. Raises UsageError naming the option and its allowed values."""
     known = {row.name: row for row in option_rows(kind)}
     readers = {entry.name: entry.metadata["read"] for entry in fields(kind)}  # type: ignore[arg-type]
     values: dict[str, Any] = {}
