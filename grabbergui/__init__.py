@@ -5,13 +5,13 @@ import grabbergui
 
 with grabbergui.open("gige:192.168.0.10") as camera:
     camera.exposure_time = 20_000
-    picture = camera.grab().rgb()
+    image = camera.grab().rgb()
 ```
 
-The names in `__all__` are the public interface; nothing else is. Within a minor version (0.2.x) they keep
-their meaning. A name is deprecated for one minor version, with a `DeprecationWarning`, before it goes.
+Only the names in `__all__` are the public interface. Within a minor version (0.2.x) they keep their meaning.
+Before a name is removed, it is deprecated for a minor version, with a `DeprecationWarning`.
 
-Importing this module loads neither Qt nor any transport: each name is imported when it is first used.
+Importing this module loads neither Qt nor any transport, as each name is imported on its first use.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import importlib
 import os
 from typing import TYPE_CHECKING
 
-# OpenCV reads it when it is loaded. By default its threads spin for a while after each call, waiting for the
-# next; between two frames that is in vain, and costs more than the conversion of a small one.
+# OpenCV reads this variable when it is loaded. By default its threads spin for a while after each call, in
+# case of another; between frames this costs more than the conversion of a small one.
 os.environ.setdefault("OPENCV_THREAD_POOL_ACTIVE_WAIT_WORKER", "0")
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ _HOMES = {
     "PixelFormatError": "core.errors",
     "CameraFileError": "core.errors",
 }
-"""Public name to the module that defines it, below `grabbergui`."""
+"""The module below `grabbergui` that defines each public name."""
 
 __all__ = [
     "AccessDeniedError",

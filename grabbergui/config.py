@@ -1,16 +1,17 @@
-"""Configuration: `.ini` files as YARP finds and reads them, and the options of `grabbergui serve` in them.
+"""Configuration: YARP's `.ini` files, and the options of `grabbergui serve` in them.
 
-The `.ini` dialect has `key value` lines in `[sections]`. A value is what follows the key on its line; quotes
-around it are dropped. Lines starting with `//` or `#` are comments. A section may be introduced as
-`[group name]`, which YARP uses for lists of groups; both words then name it.
+The `.ini` dialect has `key value` lines in `[sections]`. A value is the rest of the line after the key,
+without surrounding quotes. Lines starting with `//` or `#` are comments. A section may begin with
+`[group name]`, which YARP uses for lists of groups; both words are then its name.
 
-A file is looked for in the current folder, then for the context given, `contexts/<context>` below the
+A file is looked for in the current folder; then, if there is a context, in `contexts/<context>` of the
 configuration home, the data home, and the system's configuration and data folders; then in those folders
 themselves. The environment variables are YARP's: YARP_CONFIG_HOME, YARP_DATA_HOME, YARP_CONFIG_DIRS,
 YARP_DATA_DIRS (colon-separated).
 
-Keys of `serve` are ours and those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`,
-`terminal`); the command line wins over the file. `AllowedAddresses` says whose requests are answered.
+`serve` has its own keys and those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`,
+`terminal`); the command line takes precedence over the file. `AllowedAddresses` decides whose requests are
+answered.
 """
 
 from __future__ import annotations
@@ -34,9 +35,9 @@ log = logging.getLogger(__name__)
 
 # -- .ini files ----------------------------------------------------------------------------------
 _ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
-"""`key value`, and `key = value` for those used to other dialects."""
+"""`key value`, or `key = value` as in other dialects."""
 _MAX_BYTES = 1024 * 1024
-"""A longer file is no configuration."""
+"""Largest size of a configuration file."""
 
 
 @dataclass
@@ -78,7 +79,7 @@ def _unquoted(value: str) -> str:
 
 
 def find_ini(name: str, context: str = "", environment: Mapping[str, str] = os.environ) -> Path:
-    """Return the first file of that name, or an absolute path itself. Raises UsageError with the folders."""
+    """Return the first file of this name, or an absolute path itself. Raises UsageError with the folders."""
     if Path(name).is_absolute():
         folders = [Path("/")]
     else:
@@ -106,7 +107,7 @@ def _search_path(context: str = "", environment: Mapping[str, str] = os.environ)
 
 
 def config_folders(environment: Mapping[str, str] = os.environ) -> list[Path]:
-    """Return the user's folder of configuration, then the system's."""
+    """Return the user's configuration folder, then the system's."""
     home = {"win32": "AppData/Roaming", "darwin": "Library/Preferences"}.get(sys.platform, ".config")
     return [
         _folder(environment, "YARP_CONFIG_HOME", "XDG_CONFIG_HOME", home),
@@ -131,57 +132,57 @@ def _folders(environment: Mapping[str, str], yarp: str, xdg: str, default: str) 
 # -- options of serve ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class ServeOptions:
-    """One camera and how it is shared."""
+    """The options of `grabbergui serve` for a camera."""
 
     source: str = ""
-    "A URI; empty means the first GigE Vision camera, or the simulated one with `fake`."
+    "A URI; empty for the first GigE Vision camera, or the simulated one with `fake`."
     fake: bool = False
     index: int = 0
-    "Number of the camera among those found, if no source is named."
+    "Number of the camera among those found, if no source is given."
     monitor: bool = False
     "Only monitor, while another application controls the camera."
     pixel_format: str = ""
-    "Set before streaming."
+    "PixelFormat to set before streaming."
     introspection: bool = False
     "Log every feature with its value and range when the camera is open."
     terminal: bool = False
     window: bool = False
     yarp: str = ""
-    "The image port's name; empty: not on YARP."
+    "The image port's name; empty to not serve on YARP."
     ros2: str = ""
-    "The node's name; empty: not on ROS 2."
+    "The node's name; empty to not serve on ROS 2."
     frame_id: str = "camera"
     "Frame id in the headers of ROS 2 images."
     calibration: str = ""
     "A camera_info YAML file for both networks; `set_camera_info` of ROS 2 writes it."
     qos: str = "reliable"
-    "Of ROS 2 images: reliable, or sensor_data (best effort)."
+    "QoS of ROS 2 images: reliable, or sensor_data (best effort)."
     with_name_server: bool = False
     "Run a YARP name server too."
     nameserver: str = ""
-    "HOST:PORT of the YARP name server; empty: found as YARP does."
+    "HOST:PORT of the YARP name server; empty to find it as YARP does."
     bind: str = ""
-    "The address our YARP ports listen on; empty: where the name server is reachable from."
+    "Address on which the YARP ports listen; empty for the one that reaches the name server."
     capabilities: str = "COLOR"
-    "COLOR or RAW: what the YARP image port sends."
+    "COLOR or RAW images on the YARP image port."
     raw: bool = False
     "Send raw images on a second YARP port as well."
     period: float = 0.0
-    "Seconds between YARP images at least; 0: every frame."
+    "Least seconds between YARP images; 0 for every frame."
     normalised: bool = False
     "Serve YARP feature values as 0…1."
     read_only: bool = False
-    "Let peers on the networks see images and values, and change nothing."
+    "Let peers on the networks read images and values, but change nothing."
     allow: str = ""
-    "Addresses and networks, separated by commas or blanks, whose YARP ports and browsers are answered."
+    "Addresses and networks, separated by commas or spaces, whose YARP ports and browsers are answered."
     require_authentication: bool = False
     "Serve on YARP only with a key in auth.conf, which every peer must prove to know."
     metrics_token: str = ""
-    "A file with the token that whoever reads the counters must send."
+    "A file with the token that a reader of the counters must send."
     lost_timeout: float = 0.0
-    "Seconds after which a source that was lost is given up; 0: never."
+    "Seconds after which a lost source is given up; 0 for never."
     metrics: str = ""
-    "HOST:PORT, or PORT on this machine only, where the counters are for Prometheus; empty: nowhere."
+    "HOST:PORT, or PORT on this computer only, that serves the counters to Prometheus; empty for none."
 
     def __post_init__(self) -> None:
         for name in ("period", "lost_timeout"):
@@ -191,18 +192,18 @@ class ServeOptions:
 
     @property
     def allowed(self) -> AllowedAddresses:
-        """The addresses that are answered. Raises UsageError."""
+        """The addresses whose requests are answered. Raises UsageError."""
         return AllowedAddresses.parse(self.allow.replace(",", " ").split())
 
     @property
     def uri(self) -> str:
-        """The source to open, if it is known without a search for cameras."""
+        """The source to open; empty if cameras must be searched first."""
         return self.source or (SIMULATED if self.fake else "")
 
     def with_file(self, section: Section, given: frozenset[str], where: str) -> ServeOptions:
-        """These options with a file's values for those not in `given` (the command line's).
+        """Return the options with a file's values for those not in `given` (by the command line).
 
-        An unknown key is warned of, with the nearest known one. Raises UsageError for a bad value.
+        Logs a warning for an unknown key, with the most similar known one. Raises UsageError for a bad value.
         """
         changes: dict[str, Any] = {}
         for key, text in section.values.items():
@@ -228,7 +229,7 @@ _NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_for
     "name": "yarp",
     "node_name": "ros2",
 }
-"""Maps a file's keys to our fields."""
+"""The field of each key of a file."""
 
 _YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
 """Keys that YARP's own tools read from the same files."""
@@ -244,7 +245,7 @@ def _value(key: str, text: str, kind: str, where: str) -> Any:
 
 
 def _switch(text: str) -> bool:
-    """A key alone means yes."""
+    """Read a switch; a key without a value means yes."""
     lowered = text.lower()
     if lowered in ("", "1", "true", "on", "yes"):
         return True
@@ -253,12 +254,12 @@ def _switch(text: str) -> bool:
     raise ValueError(text)
 
 
-# -- addresses that are answered -----------------------------------------------------------------
+# -- allowed addresses ---------------------------------------------------------------------------
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 class AllowedAddresses:
-    """A set of networks. Without any, everybody is allowed; this machine always is."""
+    """A set of networks. Without any, every address is allowed; this computer is always allowed."""
 
     def __init__(self, networks: Iterable[_Network] = ()) -> None:
         self._networks = tuple(networks)
@@ -274,7 +275,7 @@ class AllowedAddresses:
         return not self._networks
 
     def allows(self, address: str, own: str = "") -> bool:
-        """Whether a peer at `address` is answered; `own` is this machine's end of the connection."""
+        """Return whether a peer at `address` is allowed; `own` is the local address of the connection."""
         if not self._networks or address == own:
             return True
         try:
@@ -287,7 +288,7 @@ class AllowedAddresses:
 
     @property
     def hosts(self) -> list[str] | None:
-        """The single addresses; None if a network is allowed, whose addresses are too many to list."""
+        """The single addresses; None if a network is allowed, which has too many to list."""
         if any(network.num_addresses > 1 for network in self._networks):
             return None
         return [str(network.network_address) for network in self._networks]

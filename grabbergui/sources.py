@@ -1,7 +1,7 @@
-"""The kinds of source, and how each is found and opened.
+"""The kinds of source: finds and opens sources of every kind.
 
-The only module that knows every kind. It imports each on demand, so that a missing package disables only the
-kind that needs it.
+This is the only module that knows every kind. It imports each on demand, so that a missing package disables
+only the kind that needs it.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ class SourceKind(str, Enum):
 
     @property
     def options(self) -> type[Any]:
-        """The dataclass of this kind's options, as in `core.uri`."""
+        """The dataclass of this kind's options, from `core.uri`."""
         return _OPTIONS.get(self, NoOptions)
 
     @property
     def forms(self) -> tuple[tuple[str, str], ...]:
-        """Examples of URIs without options, each with its meaning; the shortest first."""
+        """Examples of URIs without options and their meanings, the shortest first."""
         return _FORMS[self]
 
 
@@ -68,7 +68,7 @@ _MODULES: dict[str, str] = {
     SourceKind.ROS2: "grabbergui.net.ros2.client",
     SourceKind.FILE: "grabbergui.recording.playback",
 }
-"""Modules with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
+"""The module of each kind, with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 
 _OPTIONS: dict[SourceKind, type[Any]] = {
     SourceKind.SIM: SimulatedOptions,
@@ -115,20 +115,20 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
 
 
 def schemes() -> list[str]:
-    """List the schemes that a URI can begin with."""
+    """Return the schemes of URIs."""
     return [kind.value for kind in SourceKind]
 
 
 def parse(uri: str) -> SourceUri:
-    """A URI of a kind that there is. Raises UsageError."""
+    """Parse a URI of a known kind. Raises UsageError."""
     return _known(SourceUri.parse(uri))
 
 
 def create(uri: str | SourceUri) -> FrameGrabber:
-    """The grabber that a URI names, not yet opened.
+    """Return the grabber for a URI, not yet opened.
 
-    Raises UsageError for a malformed URI or unknown kind, SourceUnavailableError where the kind needs
-    something this machine lacks.
+    Raises UsageError for a malformed URI or unknown kind, SourceUnavailableError if the kind needs something
+    that this computer lacks.
     """
     parsed = parse(uri) if isinstance(uri, str) else _known(uri)
     opener = cast("Callable[[SourceUri], FrameGrabber]", _load(parsed.scheme).create)
@@ -136,12 +136,12 @@ def create(uri: str | SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) -> list[DeviceInfo]:
-    """Every source found within `timeout` seconds, all kinds at once; a kind that fails finds none.
+    """Return every source found within `timeout` seconds, searching all kinds in parallel.
 
-    `longer` has the seconds of kinds that are given more.
+    A kind whose search fails finds none. `longer` gives some schemes more seconds.
     """
     seconds = dict.fromkeys(schemes(), timeout) | dict(longer or {})
-    # All kinds import it: their threads must not meet in a module that is half imported.
+    # All kinds import this module, and their threads must not find it partially imported.
     importlib.import_module("grabbergui.core.grabber")
     with ThreadPoolExecutor(len(seconds)) as pool:
         found = pool.map(_discover, seconds.keys(), seconds.values())
@@ -149,7 +149,7 @@ def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) ->
 
 
 def discover_kind(scheme: str, timeout: float = 1.0) -> list[DeviceInfo]:
-    """Every source of one kind found within `timeout` seconds; none where that kind fails."""
+    """Return every source of one kind found within `timeout` seconds; none if the search fails."""
     return _discover(scheme, timeout)
 
 
@@ -179,6 +179,6 @@ def _load(scheme: str) -> ModuleType:
     except Exception as error:
         log.info("loading %s", _MODULES[scheme], exc_info=True)
         raise SourceUnavailableError(
-            f"{scheme}: sources need a package that is here but broken ({type(error).__name__}: {error});"
-            " install grabbergui again in a new environment"
+            f"{scheme}: sources need a package that is installed but broken"
+            f" ({type(error).__name__}: {error}); install grabbergui again in a new environment"
         ) from error

@@ -1,1 +1,1 @@
-"""Calibrating cameras: boards and markers, the fit and its file, and where a camera sits on a robot."""
+"""Camera calibration: boards and markers, the fit and its file, and hand–eye calibration."""

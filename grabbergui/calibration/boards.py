@@ -1,9 +1,9 @@
-"""Boards of known size to calibrate by: printing them, and finding them in an image.
+"""Calibration boards of known size: prints them, and finds them in an image.
 
 A board is saved as a page at its true size: a PDF (version 1.4, black and white rectangles; ISO 32000, 8.5),
-or a PNG that knows its resolution (pixels per metre in a pHYs chunk). Below it is a rule of 100 mm, to check
-what the printer made of it. Large images are searched reduced; the corners found are then refined in the full
-one.
+or a PNG with its resolution (pixels per metre in a pHYs chunk). A ruler of 100 mm below the board shows
+whether the printer changed the scale. Large images are reduced for the search, and the corners are then
+refined in the full image.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from grabbergui.core.errors import UsageError
 Points = NDArray[np.float32]
 
 _FEWEST_CORNERS = 8
-"Of a ChArUco board, which may be partly out of the image."
+"Fewest visible corners of a ChArUco board, which may be partly outside the image."
 SEARCH_PIXELS = 1_600_000
-"An image is halved until it is no larger than this before a board is searched in it."
+"Largest image in which a board is searched. Larger ones are halved until they fit."
 KINDS = ("charuco", "chessboard")
 
 
@@ -40,9 +40,9 @@ class View:
     board: Points
     "(n, 3) corners on the board, metres from its upper left corner."
     picture: Points
-    "(n, 2) where they are seen, pixels."
+    "(n, 2) the same corners in the image, pixels."
     ids: NDArray[np.int64]
-    "(n,) which corners they are."
+    "(n,) ids of the corners."
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Rectangle:
     width: float
     height: float
     dark: bool
-    "Black; white otherwise, upon the black."
+    "Whether it is black, or else white on black."
 
 
 class Board(Protocol):
@@ -71,16 +71,16 @@ class Board(Protocol):
         ...
 
     def find(self, grey: Grey) -> View | None:
-        """Its corners in an image, to a fraction of a pixel; None where too few are seen."""
+        """Return its corners in an image, with subpixel accuracy; None if too few are visible."""
         ...
 
     def drawing(self) -> list[Rectangle]:
-        """How to print it; later ones lie upon earlier ones."""
+        """Return the rectangles to print; later ones cover earlier ones."""
         ...
 
 
 class CharucoBoard(Board):
-    """A chessboard with markers in its white fields; may be partly out of the image."""
+    """A chessboard with markers in its white fields; may be partly outside the image."""
 
     def __init__(self, columns: int, rows: int, square: float, marker: float, dictionary: str) -> None:
         """Numbers of fields, and edges of field and marker in metres."""
@@ -115,7 +115,7 @@ class CharucoBoard(Board):
             return None
         board, picture = self.pattern.matchImagePoints(corners, ids)
         board, picture = np.float32(board).reshape(-1, 3), np.float32(picture).reshape(-1, 2)
-        # Corners of a single row say nothing about perspective.
+        # Corners in a single row do not determine the perspective.
         if np.ptp(board[:, 0]) == 0 or np.ptp(board[:, 1]) == 0:
             return None
         picture = _refined(grey, board, picture, factor, self.square)
@@ -142,13 +142,13 @@ class CharucoBoard(Board):
         return parts
 
     def _bits(self, number: int) -> NDArray[np.uint8]:
-        """(side, side) of a marker, 1 where it is white."""
+        """Return the bits of a marker, (side, side), 1 where it is white."""
         codes = self._numbers.bytesList[number : number + 1]
         return np.asarray(cv2.aruco.Dictionary.getBitsFromByteList(codes, self._numbers.markerSize), np.uint8)
 
 
 class Chessboard(Board):
-    """A plain chessboard; all of it must be seen."""
+    """A plain chessboard, which must be entirely visible."""
 
     def __init__(self, columns: int, rows: int, square: float) -> None:
         """Numbers of fields, and the edge of a field in metres."""
@@ -179,7 +179,7 @@ class Chessboard(Board):
 
 @dataclass(frozen=True)
 class BoardSettings:
-    """Which board it is, as people say it."""
+    """The description of a board by its user."""
 
     kind: str = KINDS[0]
     columns: int = 8
@@ -187,11 +187,11 @@ class BoardSettings:
     square: float = 0.03
     "Edge of a field, metres."
     marker: float = 0.022
-    "Edge of a marker's black square, metres; of a ChArUco board."
+    "Edge of the black square of a ChArUco board's markers, metres."
     dictionary: str = "5X5_100"
 
     def board(self) -> Board:
-        """The board. Raises UsageError for one that cannot be."""
+        """Return the board. Raises UsageError for an impossible one."""
         if self.kind == "chessboard":
             return Chessboard(self.columns, self.rows, self.square)
         return CharucoBoard(self.columns, self.rows, self.square, self.marker, self.dictionary)
@@ -201,7 +201,7 @@ def _check(columns: int, rows: int, square: float) -> None:
     if not (3 <= columns <= 50 and 3 <= rows <= 50):
         raise UsageError(f"a board of {columns}×{rows} fields cannot be used; allowed: 3 to 50 each way")
     if not (math.isfinite(square) and 0.001 <= square <= 1):
-        raise UsageError(f"fields of {square:g} m is impossible; allowed: 0.001 to 1")
+        raise UsageError(f"fields of {square:g} m are impossible; allowed: 0.001 to 1")
 
 
 def _dark_fields(columns: int, rows: int, square: float) -> list[Rectangle]:
@@ -214,7 +214,7 @@ def _dark_fields(columns: int, rows: int, square: float) -> list[Rectangle]:
 
 
 def _runs(bits: NDArray[np.uint8]) -> list[tuple[int, int]]:
-    """Start and length of every run of ones."""
+    """Return start and length of every run of ones."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], bits, [0]))))
     return [(int(start), int(end - start)) for start, end in edges.reshape(-1, 2)]
 
@@ -228,11 +228,11 @@ def _reduced(grey: Grey) -> tuple[Grey, int]:
 
 
 def _refined(grey: Grey, board: Points, picture: Points, factor: int, square: float) -> Points:
-    """Corners found in an image reduced by `factor`, found again in the full one."""
+    """Refine corners that were found in an image reduced by `factor`, in the full image."""
     if factor == 1:
         return picture
     full = ((picture + 0.5) * factor - 0.5).astype(np.float32)
-    # A window that holds no other corner, whatever the slant: of the hull's area, what one field takes.
+    # The window must contain no other corner, so it depends on the average area of a field in the image.
     on_board = np.ascontiguousarray(board[:, :2])
     fields = max(cv2.contourArea(cv2.convexHull(on_board)) / square**2, 1.0)
     field = cv2.contourArea(cv2.convexHull(full)) / fields
@@ -246,20 +246,20 @@ def _refined(grey: Grey, board: Points, picture: Points, factor: int, square: fl
 _PAPERS = {"A4": (210, 297), "A3": (297, 420), "A2": (420, 594), "A1": (594, 841), "A0": (841, 1189)}
 "Width and height, mm."
 _MARGIN = 10.0
-"Of white around the board, mm, which detectors need and printers too."
+"White space around the board, mm, for detectors and printers."
 _FOOT = 10.0
-"For rule and title below the board, mm."
+"Space for ruler and title below the board, mm."
 _RULE = 100.0
-"Length of the rule, mm."
+"Length of the ruler, mm."
 _DPI = 300
-"Of a PNG."
+"Resolution of a PNG."
 _POINTS = 72 / 25.4
-"In a millimetre."
+"PDF's points in a millimetre."
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page and where the board lies on it, mm."""
+    """A page and the position of the board on it, mm."""
 
     paper: str
     width: float
@@ -269,7 +269,7 @@ class Sheet:
 
 
 def sheet_for(board: Board) -> Sheet:
-    """The smallest paper that holds a board, upright or across. Raises UsageError where none does."""
+    """Return the smallest page, upright or landscape, for a board. Raises UsageError if it fits on none."""
     width, height = 1e3 * board.columns * board.square, 1e3 * board.rows * board.square
     for paper, (short, long) in _PAPERS.items():
         for page_width, page_height in ((long, short), (short, long)):
@@ -282,7 +282,7 @@ def sheet_for(board: Board) -> Sheet:
 
 
 def save(board: Board, path: Path) -> Sheet:
-    """Write `.pdf` or `.png`; the paper it is for. Raises UsageError for another kind of file, OSError."""
+    """Write `.pdf` or `.png`; return the paper. Raises UsageError for another kind of file, OSError."""
     kind = path.suffix.lower()
     if kind not in (".pdf", ".png"):
         raise UsageError(f"a board is saved as .pdf or .png, not as '{path.name}'")
@@ -292,7 +292,7 @@ def save(board: Board, path: Path) -> Sheet:
 
 
 def pdf(board: Board, sheet: Sheet) -> bytes:
-    """The page as a PDF file."""
+    """Return the page as a PDF file."""
     lines = []
     dark = True
     for part in _parts(board, sheet):
@@ -302,14 +302,14 @@ def pdf(board: Board, sheet: Sheet) -> bytes:
         x, y = part.x * _POINTS, (sheet.height - part.y - part.height) * _POINTS
         lines.append(f"{x:.4f} {y:.4f} {part.width * _POINTS:.4f} {part.height * _POINTS:.4f} re f")
     x, y = (sheet.left + _RULE + 6) * _POINTS, 8 * _POINTS
-    lines.append(f"0 g BT /F1 8 Tf {x:.2f} {y:.2f} Td ({_words(board)}) Tj ET")
+    lines.append(f"0 g BT /F1 8 Tf {x:.2f} {y:.2f} Td ({_caption(board)}) Tj ET")
     content = "\n".join(lines).encode("latin-1")
     page = (
         f"<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {sheet.width * _POINTS:.4f} "
         f"{sheet.height * _POINTS:.4f}] /Contents 4 0 R /Resources << /Font << /F1 5 0 R >> >> >>"
     )
     objects = [
-        # A viewer that fits pages to the paper's margins would spoil the scale.
+        # Viewers must not fit the page to the paper's margins, which would change the scale.
         b"<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",
         b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
         page.encode(),
@@ -328,31 +328,31 @@ def pdf(board: Board, sheet: Sheet) -> bytes:
 
 
 def png(board: Board, sheet: Sheet, dpi: int = _DPI) -> bytes:
-    """The page as a PNG file."""
-    picture = raster(board, sheet, dpi)
+    """Return the page as a PNG file."""
+    image = raster(board, sheet, dpi)
     place = round((sheet.left + _RULE + 6) / 25.4 * dpi), round((sheet.height - 8) / 25.4 * dpi)
-    text = _words(board).encode("ascii", "replace").decode()
-    cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, dpi / 300, 0, max(1, dpi // 150), cv2.LINE_AA)
-    file = cv2.imencode(".png", picture)[1].tobytes()
-    # After the header chunk: 8 bytes of signature, 25 of IHDR (PNG specification, 11.3.4.3).
+    text = _caption(board).encode("ascii", "replace").decode()
+    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, dpi / 300, 0, max(1, dpi // 150), cv2.LINE_AA)
+    file = cv2.imencode(".png", image)[1].tobytes()
+    # It follows the signature of 8 bytes and the IHDR chunk of 25 (PNG specification, 11.3.4.3).
     body = b"pHYs" + struct.pack(">IIB", *[round(dpi / 0.0254)] * 2, 1)
     chunk = struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
     return file[:33] + chunk + file[33:]
 
 
 def raster(board: Board, sheet: Sheet, dpi: int) -> NDArray[np.uint8]:
-    """The page's rectangles as a grey image; every edge lies on the nearest pixel's."""
+    """Return the page's rectangles as a grey image, with edges rounded to whole pixels."""
     scale = dpi / 25.4
-    picture = np.full((round(sheet.height * scale), round(sheet.width * scale)), 255, np.uint8)
+    image = np.full((round(sheet.height * scale), round(sheet.width * scale)), 255, np.uint8)
     for part in _parts(board, sheet):
         left, top = round(part.x * scale), round(part.y * scale)
         right, bottom = round((part.x + part.width) * scale), round((part.y + part.height) * scale)
-        picture[top:bottom, left:right] = 0 if part.dark else 255
-    return picture
+        image[top:bottom, left:right] = 0 if part.dark else 255
+    return image
 
 
 def _parts(board: Board, sheet: Sheet) -> list[Rectangle]:
-    """Everything on the page in mm from its upper left corner."""
+    """Return all rectangles of the page, in mm from its upper left corner."""
     parts = [
         Rectangle(
             sheet.left + 1e3 * part.x,
@@ -371,6 +371,6 @@ def _parts(board: Board, sheet: Sheet) -> list[Rectangle]:
     return parts
 
 
-def _words(board: Board) -> str:
-    """The title in characters that both fonts have."""
-    return f"{board.title.replace('×', ' x ')}. The rule is {_RULE:g} mm long."
+def _caption(board: Board) -> str:
+    """Return the text below the board, in characters that both fonts have."""
+    return f"{board.title.replace('×', ' x ')}. The ruler is {_RULE:g} mm long."

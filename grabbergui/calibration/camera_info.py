@@ -1,11 +1,11 @@
-"""The calibration that goes with an image, and its file: what ROS's camera_info_manager is to a driver.
+"""The calibration of each frame, and its file; the counterpart of ROS's camera_info_manager.
 
-A `FittedCalibration` adapts the calibration of a file to binning and region of each frame. A
-`CalibrationChoice` is one that can be exchanged while it is in use.
+A `FittedCalibration` adapts the calibration of a file to the binning and region of each frame. A
+`CalibrationChoice` can be exchanged while it is in use.
 
 Files are camera_info YAML, as camera_info_manager and camera_calibration write it. PyYAML reads them,
-restricted to what such a file needs: mappings, lists, text and numbers as YAML 1.2 has them (`1e-3` is a
-number, `on` is text), and the tag of OpenCV's matrices.
+restricted to mappings, lists, text, numbers as in YAML 1.2 (`1e-3` is a number, `on` is text), and the tag of
+OpenCV's matrices.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ log = logging.getLogger(__name__)
 
 # -- the calibration of each frame ---------------------------------------------------------------
 _FULL_SIZE = ("WidthMax", "HeightMax")
-"""The largest image with the camera's present binning (SFNC, Image Format Control)."""
+"""The largest image with the current binning (SFNC, Image Format Control)."""
 _OFFSET = ("OffsetX", "OffsetY")
 
 _NONE = "the camera has no calibration; serve it with --calibration FILE"
@@ -47,12 +47,12 @@ Pair = tuple[int, int]
 
 
 class FittedCalibration:
-    """One camera's calibration, shared by the networks that it is served on. Any thread may call."""
+    """A camera's calibration, shared by the networks that serve it. Any thread."""
 
     def __init__(self, grabber: FrameGrabber, file: Path | None = None) -> None:
         """Load `file` if it exists; `keep` writes it. Raises UsageError for a bad file, OSError."""
         self.calibration: Calibration | None = None
-        "As it was made; None without one."
+        "The calibration as it was made; None without one."
         self._grabber = grabber
         self._file: Path | None = None
         self._fitted: tuple[object, Calibration | None] = (None, None)
@@ -79,22 +79,22 @@ class FittedCalibration:
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def keep(self, calibration: Calibration) -> Path | None:
-        """Use another calibration; returns the file that it was saved to, if any. Raises OSError."""
+        """Use another calibration, and save it if there is a file; return that file. Raises OSError."""
         if self._file is not None:
             save(calibration, self._file)
         self.calibration = calibration
         return self._file
 
     def of(self, frame: Frame) -> Calibration | None:
-        """Return the calibration that holds for a frame; None, with one warning, if it cannot be known.
+        """Return the calibration of a frame; None, with one warning, if it cannot be determined.
 
-        Without a calibration of ours it is what the source itself says of its images.
+        Without a calibration here, it is the one that the source reports.
         """
         size, offset = (frame.width, frame.height), (frame.offset_x, frame.offset_y)
         calibration = self.calibration
         if calibration is None:
             return self._own(size)
-        if not self._listening:  # not before, since a camera that is listened to is polled
+        if not self._listening:  # only now, as listening makes the camera poll its features
             self._listening = True
             self._grabber.features_changed.connect(self._on_features_changed, unique=True)
         key = (calibration, size, offset, self._changes)
@@ -110,9 +110,9 @@ class FittedCalibration:
         return result
 
     def now(self) -> Calibration:
-        """Return the calibration of images as the camera is set at the moment.
+        """Return the calibration of images with the camera's current settings.
 
-        Raises FeatureNotFoundError without one, UsageError where it is of another region.
+        Raises FeatureNotFoundError without one, UsageError if it does not fit the region.
         """
         size = self._pair((Role.WIDTH.find(self._has), Role.HEIGHT.find(self._has)))
         if size is None:
@@ -133,7 +133,7 @@ class FittedCalibration:
         return self._pair(_FULL_SIZE)
 
     def _pair(self, names: tuple[str | None, str | None]) -> Pair | None:
-        """The values of two integer features; None if either is missing."""
+        """Return the values of two integer features; None if either is missing."""
         values = [self._grabber.feature(name).value for name in names if name and self._has(name)]
         match values:
             case [int(first), int(second)]:
@@ -149,43 +149,43 @@ class FittedCalibration:
 
 
 def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair | None) -> Calibration:
-    """Fit a calibration to images of `size`, which may be binned and cut out of `full_size` at `offset`.
+    """Fit a calibration to images of `size`, cut out at `offset` from binned ones of `full_size`.
 
-    A calibration of exactly that size is returned as it is. Without `full_size` the image counts as whole.
-    Raises UsageError if the proportions show that the calibration is of another region.
+    A calibration of exactly that size is returned unchanged. Without `full_size` the image counts as whole.
+    Raises UsageError if the aspect ratios show that the calibration is of another region.
     """
     if size == (calibration.width, calibration.height):
         return calibration
     return calibration.scaled_to(*(full_size or size)).cut_out(*offset, *size)
 
 
-# -- a choice that may change --------------------------------------------------------------------
+# -- an exchangeable calibration -----------------------------------------------------------------
 CalibrationFor = Callable[[int, int], Calibration]
-"Width and height of images to their calibration. Raises UsageError for a size that it does not fit."
+"Returns the calibration of images by width and height. Raises UsageError for a size that it does not fit."
 
 
 class CalibrationChoice:
-    """Is called as a CalibrationFor. Any thread."""
+    """A CalibrationFor that can be exchanged. Any thread."""
 
     def __init__(self, chosen: CalibrationFor) -> None:
         self._chosen = chosen
 
     @classmethod
     def file(cls, path: Path) -> CalibrationChoice:
-        """That of a camera_info file. Raises UsageError, OSError."""
+        """Choose the calibration of a camera_info file. Raises UsageError, OSError."""
         return cls(load(path).scaled_to)
 
     @classmethod
     def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
-        """An ideal camera that sees `degrees` from left to right."""
+        """Choose an ideal camera with a horizontal field of view of `degrees`."""
         return cls(partial(Calibration.from_field_of_view, degrees=degrees))
 
     def __call__(self, width: int, height: int) -> Calibration:
-        """The calibration for images of a size."""
+        """Return the calibration of images by size."""
         return self._chosen(width, height)
 
     def exchange(self, other: CalibrationChoice) -> None:
-        """Be like another from now on."""
+        """Choose the same as `other` from now on."""
         self._chosen = other._chosen
 
 
@@ -196,7 +196,7 @@ def load(path: Path) -> Calibration:
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write a file that camera_info_manager reads. Raises OSError."""
+    """Write a camera_info file. Raises OSError."""
     write_whole(path, dump(calibration))
 
 
@@ -217,7 +217,7 @@ def dump(calibration: Calibration) -> str:
 
 
 def parse(text: str, where: str = "calibration") -> Calibration:
-    """Read a camera_info file's text. Raises UsageError naming `where` and the fault."""
+    """Read the text of a camera_info file. Raises UsageError naming `where` and the fault."""
     values = read_yaml(text, where)
     model = _text(values, "distortion_model", "plumb_bob")
     if model not in DISTORTION_LENGTH:
@@ -225,7 +225,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
             f"{where}: distortion model '{model[:60]}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
         )
     coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
-    # Older files leave out zeros at the end.
+    # Older files omit zeros at the end.
     padding = DISTORTION_LENGTH[model] - coefficients.size
     if padding < 0:
         raise UsageError(f"{where}: {coefficients.size} coefficients are too many for {model}")
@@ -251,13 +251,13 @@ def _matrix(values: Matrix) -> dict[str, Any]:
 
 
 def _numbers(values: dict[str, Any], key: str, where: str) -> Matrix:
-    """A matrix entry, checked: rows × cols finite numbers."""
+    """Return a matrix entry of rows × cols numbers. Raises UsageError for any other entry."""
     entry = values.get(key)
     if not isinstance(entry, dict) or not isinstance(entry.get("data"), list):
         raise UsageError(f"{where}: {key} is missing, or has no list 'data'")
     data, rows, columns = entry["data"], entry.get("rows"), entry.get("cols")
     if not all(isinstance(value, (int, float)) for value in data):
-        raise UsageError(f"{where}: {key} holds something that is no number")
+        raise UsageError(f"{where}: {key} contains something other than numbers")
     if not isinstance(rows, int) or not isinstance(columns, int) or rows * columns != len(data) or rows < 1:
         lengths = f"{_text(entry, 'rows', 'no')[:60]} rows and {_text(entry, 'cols', 'no')[:60]} columns"
         raise UsageError(f"{where}: {key} has {len(data)} numbers for {lengths}")
@@ -269,7 +269,7 @@ def _optional(values: dict[str, Any], key: str, where: str) -> Matrix | None:
 
 
 def _text(values: dict[str, Any], key: str, default: str) -> str:
-    """Return a text or a number as text, and other things by their kind: aliases can make them huge."""
+    """Return a text or number as text, and other values by their type, as aliases can make them huge."""
     value = values.get(key, default)
     return str(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
 
@@ -285,7 +285,7 @@ _MAX_FILE_BYTES = 64 * 1024
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a calibration's file, of any kind of calibration. Raises UsageError, OSError."""
+    """Return the text of a file of any kind of calibration. Raises UsageError, OSError."""
     with path.open("rb") as file:
         content = file.read(_MAX_FILE_BYTES + 1)
     if len(content) > _MAX_FILE_BYTES:
@@ -296,11 +296,11 @@ def text_of(path: Path) -> str:
 # -- YAML of calibrations ------------------------------------------------------------------------
 _TAG = "tag:yaml.org,2002:"
 _OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
-"The first line of OpenCV's files, which YAML would write with a blank."
+"The first line of OpenCV's files, which in YAML would have a space instead of the colon."
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
-    """Knows the tags below, and takes plain text for a number where YAML 1.2 does."""
+    """Accepts the tags below, and resolves plain text to numbers as YAML 1.2 does."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012, PyYAML's own name
     yaml_constructors = {  # noqa: RUF012
@@ -311,7 +311,7 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
 
 
 class _Dumper(yaml.SafeDumper):  # type: ignore[misc]
-    """Quotes text that a reader of YAML 1.1 or 1.2 takes for something else; lists go in brackets."""
+    """Quotes text that YAML 1.1 or 1.2 would resolve to another type; writes lists in brackets."""
 
 
 def _in_brackets(dumper: yaml.SafeDumper, values: list[Any]) -> yaml.Node:
@@ -331,7 +331,7 @@ _Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_m
 
 
 def read_yaml(text: str, where: str) -> dict[str, Any]:
-    """Return the mapping that a text contains; empty if there is none. Raises UsageError with the line."""
+    """Return the mapping in a text, or an empty one. Raises UsageError with the line."""
     try:
         values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
     except yaml.MarkedYAMLError as error:
@@ -345,6 +345,6 @@ def read_yaml(text: str, where: str) -> dict[str, Any]:
 
 
 def write_yaml(values: dict[str, Any]) -> str:
-    """Return the text of a mapping; lists of numbers go in brackets."""
+    """Return the text of a mapping, with lists in brackets."""
     text: str = yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
     return text

@@ -1,8 +1,8 @@
-"""Calibrating a camera from views of a printed board.
+"""Calibrates a camera from views of a printed board.
 
-A `Collector` examines images one after the other and keeps those views that add something to the `Coverage`:
-parts of the image, tilts, distances. Once there are enough, `solve` gives the calibration with the error of
-every view, and leaves out views that fit badly.
+A `Collector` examines image after image and keeps the views that differ from those before. `Coverage` counts
+the parts of the image, tilts and distances that were seen. Once there are enough views, `solve` returns the
+calibration with the error of every view; it leaves out views that fit badly.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 GRID = (8, 6)
-"Cells of the image, across and down, in which corners are counted."
+"Columns and rows of cells of the image, in which corners are counted."
 TILTED = 0.08
-"Slant from which a board counts as tilted: about 15° where it fills half of the image."
+"Least slant of a tilted board: about 15° if it fills half of the image."
 NEAR, FAR = 0.40, 0.22
-"Size of the board in parts of the image's longer side from, and below, which it is near or far."
+"Sizes, relative to the image's longer side, above which a board is near and below which it is far."
 
 Counts = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """How one view differs from another: place, size and slant of the board, each about 0 to 1."""
+    """Position, size and slant of the board in a view, each about 0 to 1, to compare views."""
 
     x: float
     y: float
     size: float
     slant_x: float
-    "Positive where the board's right edge is nearer."
+    "Positive if the board's right edge is nearer."
     slant_y: float
-    "Positive where its lower edge is nearer."
+    "Positive if its lower edge is nearer."
 
     def apart(self, other: Placement) -> float:
-        """By how much two differ at most."""
+        """Return the largest difference to another placement."""
         return float(np.abs(self._vector - other._vector).max())
 
     @property
@@ -52,7 +52,7 @@ class Placement:
         return np.array([self.x, self.y, self.size, self.slant_x, self.slant_y])
 
 
-def _none(*shape: int) -> Counts:
+def _zeros(*shape: int) -> Counts:
     return np.zeros(shape, np.int64)
 
 
@@ -60,12 +60,12 @@ def _none(*shape: int) -> Counts:
 class Coverage:
     """Counts of the corners, tilts and sizes seen so far."""
 
-    cells: Counts = field(default_factory=lambda: _none(GRID[1], GRID[0]))
-    "Corners seen in each cell of the image, (rows, columns)."
-    tilts: Counts = field(default_factory=lambda: _none(3, 3))
-    "Views by tilt: upper edge nearer, none, lower edge nearer; left, none, right in each."
-    sizes: Counts = field(default_factory=lambda: _none(3))
-    "Views by distance: far, between, near."
+    cells: Counts = field(default_factory=lambda: _zeros(GRID[1], GRID[0]))
+    "Corners in each cell of the image, (rows, columns)."
+    tilts: Counts = field(default_factory=lambda: _zeros(3, 3))
+    "Views by nearer edge, (3, 3): upper, none, lower; left, none, right."
+    sizes: Counts = field(default_factory=lambda: _zeros(3))
+    "Views by distance: far, medium, near."
 
     def add(self, view: View, placement: Placement, size: tuple[int, int]) -> None:
         """Count a view in an image of `size`."""
@@ -76,19 +76,18 @@ class Coverage:
         self.sizes[0 if placement.size < FAR else 2 if placement.size > NEAR else 1] += 1
 
     def copy(self) -> Coverage:
-        """As it is now."""
+        """Return a copy."""
         return Coverage(self.cells.copy(), self.tilts.copy(), self.sizes.copy())
 
     @property
     def part(self) -> float:
-        """Of the image, 0 to 1, in which corners were seen."""
+        """The fraction of the image, 0 to 1, in which corners were seen."""
         return float((self.cells > 0).mean())
 
     def missing(self) -> str:
-        """Return how the board should be held next, as display text; empty where everything is covered.
+        """Return how to hold the board next, as display text; empty if everything is covered.
 
-        Focal length and distance cannot be distinguished by views that are not tilted, so tilts come first
-        once there are some views.
+        Views without tilt cannot distinguish focal length and distance, so tilts come first after some views.
         """
         views = int(self.sizes.sum())
         for name, seen in (
@@ -117,15 +116,15 @@ def _third(slant: float) -> int:
 FEWEST_VIEWS = 5
 MOST_VIEWS = 200
 _DIFFERENT = 0.06
-"How far a view must be from all others, in parts of the image and of its own size and tilt."
+"Least distance of a view's `Placement` from all others."
 _STILL = 0.003
-"How far corners may move from one image to the next, in parts of the image's longer side."
+"Most movement of corners from image to image, relative to the image's longer side."
 _BAD_VIEW = 2.5
-"A view whose error is this many times the median is left out."
+"Error of a view that is left out, relative to the median."
 
 
 class Verdict(Enum):
-    """The outcome of looking at an image; the values are display text."""
+    """The result of examining an image; the values are display text."""
 
     NOT_SEEN = "no board is seen"
     MOVING = "hold it still"
@@ -135,28 +134,28 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A calibration and how good it is."""
+    """A calibration and its accuracy."""
 
     calibration: Calibration
     errors: tuple[float, ...]
-    "Root mean square reprojection error of each view, pixels; NaN of one that was left out."
+    "Root mean square reprojection error of each view, pixels; NaN for one that was left out."
     rms: float
-    "Of all views used, pixels."
+    "Root mean square reprojection error of all used views, pixels."
     uncertainty: tuple[float, float, float, float]
     "Standard deviations of fx, fy, cx, cy, pixels."
     residuals: tuple[NDArray[np.float64], ...]
-    "Of every view, left out or not: (n, 2) from where each corner was seen to where it should be, pixels."
+    "(n, 2) pixels from the detected to the expected corners of every view, including those left out."
 
     def error_of(self, number: int) -> float:
-        """Root mean square error of a view, also of one that was left out."""
+        """Return the root mean square error of a view, which may have been left out."""
         return math.sqrt(float((self.residuals[number] ** 2).sum(axis=1).mean()))
 
 
 class Collector:
-    """Gathers views of one board by one camera. Use from one thread."""
+    """Collects views of a board by a camera. Use from one thread."""
 
     def __init__(self, board: Board, wanted: int = 20, still: bool = False) -> None:
-        """`wanted` is how many views are enough; with `still`, only a board at rest counts."""
+        """`wanted` is the number of views to collect; with `still`, the board must be at rest."""
         if not FEWEST_VIEWS <= wanted <= MOST_VIEWS:
             raise UsageError(f"{wanted} views: out of range; allowed: {FEWEST_VIEWS} to {MOST_VIEWS}")
         self.views: list[View] = []
@@ -175,17 +174,17 @@ class Collector:
         return len(self.views) >= self.wanted
 
     def missing(self) -> str:
-        """Return how the board should be held next, as display text; empty where everything is covered."""
+        """Return how to hold the board next, as display text; empty if everything is covered."""
         return self.coverage.missing()
 
     def add(self, grey: Grey) -> bool:
-        """Look at an image; whether its view is kept."""
+        """Examine an image; return whether its view is kept."""
         return self.look(grey) is Verdict.KEPT
 
     def look(self, grey: Grey, keep: bool = True) -> Verdict:
-        """Look at an image (rows, columns) uint8 and keep its view where that adds something.
+        """Examine an image (rows, columns) uint8, and keep its view if it differs from those before.
 
-        With `keep` false, say only what would come of it. Raises UsageError for one of another size.
+        With `keep` false, only return the result. Raises UsageError for an image of another size.
         """
         size = grey.shape[1], grey.shape[0]
         if self._size is not None and self._size != size:
@@ -213,10 +212,10 @@ class Collector:
         used: Collection[int] | None = None,
         left_out: Collection[int] = (),
     ) -> Result:
-        """Calibrate from the views kept so far. Raises UsageError if they do not suffice.
+        """Calibrate from the collected views. Raises UsageError if they are not sufficient.
 
-        `used` are the numbers of the views to calibrate from; by default all but those in `left_out` and
-        those that fit badly.
+        `used` are the numbers of the views to use; by default all but those in `left_out` and those that fit
+        badly.
         """
         chosen = sorted(set(range(len(self.views))) - set(left_out) if used is None else set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:
@@ -262,12 +261,12 @@ class Collector:
 
 
 def placed(view: View, size: tuple[int, int]) -> Placement:
-    """Where and how a board is seen in an image of `size`."""
+    """Return the placement of a board in an image of `size`."""
     flat = cv2.findHomography(view.board[:, :2], view.picture)[0]
     low, high = view.board[:, :2].min(axis=0), view.board[:, :2].max(axis=0)
     corners = np.array([[[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]])
     outline = cv2.perspectiveTransform(corners.astype(float), flat)[0]
-    # Which of its edges is the left one in the image depends on how it is turned.
+    # The board may be rotated, so its upper left corner is the one nearest to that of the image.
     outline = np.roll(outline, -int(np.argmin(outline.sum(axis=1))), axis=0)
     if cv2.contourArea(outline.astype(np.float32), oriented=True) < 0:
         outline = outline[[0, 3, 2, 1]]
@@ -286,7 +285,7 @@ def placed(view: View, size: tuple[int, int]) -> Placement:
 
 
 def _moved(before: View, after: View) -> float:
-    """By how many pixels the corners moved on average that are in both; infinite where there are none."""
+    """Return the mean movement of the corners in both views, pixels; infinite if there are none."""
     _, first, second = np.intersect1d(before.ids, after.ids, return_indices=True)
     if not len(first):
         return math.inf

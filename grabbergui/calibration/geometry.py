@@ -1,7 +1,7 @@
 """Poses and twists. A pose is a (4, 4) float64 matrix that takes coordinates of its frame to the base's.
 
-A twist is (6,) float64: velocity in m/s, then angular velocity in rad/s, both along the axes of the base,
-of the frame's origin; that is how KDL's `diff` and `addDelta` have it.
+A twist is (6,) float64, as in KDL's `diff` and `addDelta`: the velocity of the frame's origin in m/s, then
+the angular velocity in rad/s, both along the axes of the base.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Vector = NDArray[np.float64]
 
 
 def pose(rotation: ArrayLike | None = None, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
-    """A pose of a (3, 3) rotation and a position in metres."""
+    """Return the pose of a (3, 3) rotation and a position in metres."""
     matrix = np.eye(4)
     if rotation is not None:
         matrix[:3, :3] = rotation
@@ -25,20 +25,20 @@ def pose(rotation: ArrayLike | None = None, translation: ArrayLike = (0.0, 0.0, 
 
 
 def inverse(matrix: Pose) -> Pose:
-    """The base as seen from the frame."""
-    turned = matrix[:3, :3].T
-    return pose(turned, -turned @ matrix[:3, 3])
+    """Return the pose of the base in the frame."""
+    rotation = matrix[:3, :3].T
+    return pose(rotation, -rotation @ matrix[:3, 3])
 
 
 def cross(first: Vector, second: Vector) -> Vector:
-    """(…, 3) cross products of (…, 3) vectors, for a few of which numpy's own takes four times as long."""
+    """Return (…, 3) cross products of (…, 3) vectors; for a few vectors four times as fast as numpy's."""
     after, last = [1, 2, 0], [2, 0, 1]
     product: Vector = first[..., after] * second[..., last] - first[..., last] * second[..., after]
     return product
 
 
 def rotation_from_vector(vector: ArrayLike) -> NDArray[np.float64]:
-    """(3, 3) of axis × angle in radians (Rodrigues)."""
+    """Return the (3, 3) rotation of axis × angle in radians (Rodrigues)."""
     x, y, z = (float(value) for value in np.asarray(vector, np.float64))
     angle = math.sqrt(x * x + y * y + z * z)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -52,14 +52,14 @@ def rotation_from_vector(vector: ArrayLike) -> NDArray[np.float64]:
 
 
 def vector_from_rotation(rotation: NDArray[np.float64]) -> Vector:
-    """Axis × angle in radians, the angle 0 to π; the inverse of `rotation_from_vector`."""
+    """Return axis × angle in radians, with an angle from 0 to π; the inverse of `rotation_from_vector`."""
     twice, sine, cosine = _turn(rotation)
     angle = math.atan2(sine, cosine)
     if sine > 1e-6:
         return np.array(twice) * (angle / (2 * sine))
     if cosine > 0:
         return np.array(twice) / 2
-    # Half a turn: R + I = 2 · axis · axisᵀ, of which the largest column is the safest to take.
+    # Half a turn: R + I = 2 · axis · axisᵀ, whose largest column gives the most accurate axis.
     outer = rotation + np.eye(3)
     column = outer[:, int(np.argmax(np.diag(outer)))]
     half_turn: Vector = column / np.linalg.norm(column) * angle
@@ -74,7 +74,7 @@ def _turn(rotation: NDArray[np.float64]) -> tuple[tuple[float, float, float], fl
 
 
 def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
-    """(3, 3) of a quaternion of any length; not finite where it has none."""
+    """Return the (3, 3) rotation of a quaternion of any length; NaN if its length is zero."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not norm > 0:
         return np.full((3, 3), np.nan)
@@ -89,7 +89,7 @@ def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[
 
 
 def quaternion_from_rotation(rotation: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """The quaternion x y z w of a (3, 3) rotation, w not negative."""
+    """Return the quaternion x y z w of a (3, 3) rotation, with w not negative."""
     vector = vector_from_rotation(rotation)
     angle = float(np.linalg.norm(vector))
     x, y, z = vector * (math.sin(angle / 2) / angle if angle > 0 else 0.5)
@@ -97,40 +97,40 @@ def quaternion_from_rotation(rotation: NDArray[np.float64]) -> tuple[float, floa
 
 
 def pose_from_vector(values: ArrayLike) -> Pose:
-    """Of x y z in metres and a rotation vector in radians, as the Cartesian controller writes poses."""
+    """Return the pose of x y z in metres and a rotation vector in radians, as in YARP's Cartesian control."""
     numbers = np.asarray(values, np.float64)
     return pose(rotation_from_vector(numbers[3:6]), numbers[:3])
 
 
 def vector_from_pose(matrix: Pose) -> Vector:
-    """Position in metres and rotation vector in radians, the inverse of `pose_from_vector`."""
+    """Return position in metres and rotation vector in radians, the inverse of `pose_from_vector`."""
     return np.concatenate((matrix[:3, 3], vector_from_rotation(matrix[:3, :3])))
 
 
 def diff(start: Pose, end: Pose, seconds: float = 1.0) -> Vector:
-    """The constant twist that takes `start` to `end` in `seconds`; KDL's `diff`."""
+    """Return the constant twist that moves `start` to `end` in `seconds`; KDL's `diff`."""
     turn = start[:3, :3] @ vector_from_rotation(start[:3, :3].T @ end[:3, :3])
     return np.concatenate((end[:3, 3] - start[:3, 3], turn)) / seconds
 
 
 def add_delta(start: Pose, twist: Vector, seconds: float = 1.0) -> Pose:
-    """Where a constant twist leads in `seconds`; KDL's `addDelta`."""
+    """Return the pose after a constant twist for `seconds`; KDL's `addDelta`."""
     return pose(rotation_from_vector(twist[3:] * seconds) @ start[:3, :3], start[:3, 3] + twist[:3] * seconds)
 
 
 def angle_between(first: Pose, second: Pose) -> float:
-    """By how much two poses are turned against each other, radians."""
+    """Return the angle between the rotations of two poses, radians."""
     _, sine, cosine = _turn(first[:3, :3].T @ second[:3, :3])
     return math.atan2(sine, cosine)
 
 
 def distance(first: Pose, second: Pose) -> float:
-    """Metres between two poses' origins."""
+    """Return the metres between the origins of two poses."""
     return math.dist(first[:3, 3].tolist(), second[:3, 3].tolist())
 
 
 def is_pose(matrix: NDArray[np.float64]) -> bool:
-    """Whether it is finite and a rotation with a position; what a failed solver returns is not."""
+    """Return whether a matrix is finite and a rotation with a position; results of failed solvers are not."""
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         return False
     rotation = matrix[:3, :3]

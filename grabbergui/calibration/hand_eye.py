@@ -1,10 +1,10 @@
-"""Hand–eye calibration: finds where a camera sits on a robot, from images of one target in many joint poses.
+"""Hand–eye calibration: finds the pose of a camera on a robot, from images of a target in many joint poses.
 
-OpenCV's closed-form methods (Tsai, Park, Horaud, Andreff, Daniilidis) give a start, and the best one is
-refined by Levenberg–Marquardt on the pixels of all corners at once, weighted by how noisy corners and joint
-readings are. `hand_eye_model` has the geometry.
+The best result of OpenCV's closed-form methods (Tsai, Park, Horaud, Andreff, Daniilidis) is refined by
+Levenberg–Marquardt on the pixels of all corners together, weighted by the noise of corners and of joint
+readings. `hand_eye_model` has the geometry.
 
-The result is kept in a file of the robot: plain YAML, with poses as ROS's static transforms have them.
+The result is saved in a file of the robot: plain YAML, with poses as in ROS's static transforms.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from grabbergui.core.errors import UsageError
 # -- the fit -------------------------------------------------------------------------------------
 FEWEST_VIEWS = 5
 LEAST_NOISE = 0.01
-"Pixels below which no detection of corners is."
+"Lower limit of the noise of detected corners, pixels."
 READING_SPREADS = tuple(math.radians(degrees) for degrees in (0.0, 0.02, 0.05, 0.1, 0.2, 0.5))
-"Noise of joint readings that is tried, standard deviations."
+"Standard deviations of joint readings to try, radians."
 OUTLIER = 4.0
-"A view that is this many times further off than the median is left out."
+"Error of a view that is left out, relative to the median."
 _TOO_LITTLE = "the views differ too little: turn camera or target about two axes between them"
 _METHODS = {
     "Park": cv2.CALIB_HAND_EYE_PARK,
@@ -56,16 +56,16 @@ _ITERATIONS = 60
 
 @dataclass(frozen=True, eq=False)
 class HandEyeResult(Guess):
-    """The outcome and how sure it is."""
+    """The result of a calibration and its uncertainty."""
 
     covariance: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
-    "(6, 6) of the camera's pose: metres along, then radians about the axes of what it is mounted on."
+    "(6, 6) of the camera's pose: metres along, then radians about the axes of its mount."
     rms: float = 0.0
-    "Pixels, of the views that were used."
+    "Root mean square error of the used views, pixels."
     errors: tuple[float, ...] = ()
-    "Root mean square of every view's corners, pixels; NaN for one that was left out."
+    "Root mean square error of each view, pixels; NaN for one that was left out."
     reading_spread: float = 0.0
-    "Radians: standard deviation of the joint readings, of `READING_SPREADS`."
+    "Estimated standard deviation of the joint readings, one of `READING_SPREADS`, radians."
     method: str = ""
     "OpenCV's method whose solution was refined: Park, Horaud, Daniilidis, Tsai or Andreff."
 
@@ -79,8 +79,8 @@ class HandEyeResult(Guess):
 def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: Calibration) -> HandEyeResult:
     """Find camera, target and joint offsets. Raises UsageError for too few views or too little motion.
 
-    How noisy corners are is measured by fitting the target to each image alone, how noisy joint readings are
-    by which of `READING_SPREADS` makes all views together the most likely.
+    The noise of corners is measured by fitting the target to each image alone; the noise of joint readings is
+    the one of `READING_SPREADS` with the highest likelihood of all views.
     """
     if len(views) < FEWEST_VIEWS:
         raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
@@ -118,7 +118,7 @@ def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
 
 
 class _Fit:
-    """The most likely guess if corners and joint readings are so noisy, by Levenberg–Marquardt."""
+    """The most likely guess for a given noise of corners and joint readings, by Levenberg–Marquardt."""
 
     def __init__(
         self, problem: Problem, views: Sequence[HandEyeView], start: Guess, pixel: float, spread: float
@@ -127,18 +127,18 @@ class _Fit:
         self._problem, self._views, self._pixel = problem, views, pixel
         self._white = self._whitening(start)
         self.guess = self._descended(start)
-        # Once more, as noise of the readings acts through the geometry that was just found.
+        # Again, as the effect of the readings' noise depends on the geometry that was just found.
         self._white = self._whitening(self.guess)
         self.guess = self._descended(self.guess)
         self.likelihood = self._trimmed_likelihood()
 
     def strangeness(self, view: HandEyeView, guess: Guess) -> float:
-        """Return how many times its noise a view is off, root mean square."""
+        """Return the root mean square error of a view relative to its noise."""
         white = self._whitened(view, guess) @ self._problem.residuals(view, guess)
         return math.sqrt(float(white @ white) / len(white))
 
     def covariance(self) -> NDArray[np.float64]:
-        """Return the parameters' covariance. Raises UsageError if something was not found at all."""
+        """Return the parameters' covariance. Raises UsageError if a parameter is not determined."""
         jacobian, residuals = self._jacobian(self.guess), self._residuals(self.guess)
         known = jacobian.T @ jacobian
         if not np.linalg.cond(known) <= 1e14:
@@ -183,13 +183,13 @@ class _Fit:
         return np.vstack([*corners, prior])
 
     def _whitening(self, guess: Guess) -> list[NDArray[np.float64]]:
-        """Return every view's weights; views that are far off get less, so that one cannot bend the rest."""
+        """Return the weights of each view, smaller for large errors, which would distort the fit."""
         strange = np.array([self.strangeness(view, guess) for view in self._views])
         shares = np.minimum(1.0, 2 * max(float(np.median(strange)), 1.0) / np.maximum(strange, 1e-9))
         return [share * self._whitened(view, guess) for share, view in zip(shares, self._views, strict=True)]
 
     def _trimmed_likelihood(self) -> float:
-        """Return the logarithm of how likely the views are, the least likely tenth left out."""
+        """Return the log-likelihood of the views without the least likely tenth."""
         each = []
         for view in self._views:
             weight = self._whitened(view, self.guess)
@@ -198,7 +198,7 @@ class _Fit:
         return sum(sorted(each)[math.ceil(len(each) / 10) :])
 
     def _whitened(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
-        """Return (2 n, 2 n): what makes a view's residuals independent and of unit variance."""
+        """Return the (2 n, 2 n) matrix that makes a view's residuals independent and of unit variance."""
         moved = self._problem.by_readings(view, guess) * self.spread
         covariance = self._pixel**2 * np.eye(len(moved)) + moved @ moved.T
         return np.linalg.inv(np.linalg.cholesky(covariance)).astype(np.float64)
@@ -222,7 +222,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
         seen, _ = cv2.projectPoints(view.points, turn, place, calibration.matrix, calibration.distortion)
         squares += float(np.sum((np.asarray(seen).reshape(-1, 2) - view.pixels) ** 2))
         freedom += 2 * len(view.points) - 6
-        # The camera's mount as seen from the target's.
+        # The pose of the camera's mount in the frame of the target's.
         tools.append(
             geometry.inverse(camera_from_target(arrangement, still, view.camera_angles, view.target_angles))
         )
@@ -256,7 +256,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
 # -- the file ------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """The link that carries the camera, in the names of tf."""
+    """The link that carries the camera, by its names in tf."""
 
     eye: str
     "`head`, `hand` or `fixed`."
@@ -265,16 +265,16 @@ class Placement:
     frame: str
     "The camera's optical frame."
     turned: Pose = field(default_factory=lambda: np.eye(4))
-    "The kinematic chain's tool as seen from `mount`."
+    "The pose of the kinematic chain's tool in `mount`."
 
     def on_mount(self, camera: Pose) -> Pose:
-        """Return the camera as seen from `mount`."""
+        """Return the pose of the camera in `mount`."""
         placed: Pose = self.turned @ camera
         return placed
 
 
 def static_transform_command(result: HandEyeResult, placement: Placement) -> str:
-    """Return the command that publishes the camera's place on tf."""
+    """Return the command that publishes the camera's pose on tf."""
     placed = placement.on_mount(result.camera)
     x, y, z = placed[:3, 3]
     turn = geometry.quaternion_from_rotation(placed[:3, :3])
@@ -286,7 +286,7 @@ def static_transform_command(result: HandEyeResult, placement: Placement) -> str
 
 
 def save(result: HandEyeResult, path: Path, placement: Placement | None = None) -> None:
-    """Write a result, with the frames' names if `placement` has them. Raises OSError."""
+    """Write a result, with the names of the frames if `placement` is given. Raises OSError."""
     metres, radians = result.uncertainty
     content: dict[str, Any] = {}
     if placement is not None:
@@ -312,7 +312,7 @@ def save(result: HandEyeResult, path: Path, placement: Placement | None = None) 
 
 
 def placement(path: Path) -> Placement | None:
-    """Read what carries the camera; None where the file does not say. Raises UsageError, OSError."""
+    """Read the link that carries the camera; None if the file has none. Raises UsageError, OSError."""
     content = _content(path)
     entry = content.get("transform")
     if entry is None:
@@ -327,7 +327,7 @@ def placement(path: Path) -> Placement | None:
 
 
 def load(path: Path) -> HandEyeResult:
-    """Read a result. Raises UsageError for a file that holds none, OSError."""
+    """Read a result. Raises UsageError for a file without one, OSError."""
     content = _content(path)
     return HandEyeResult(
         _pose(content, "camera", path),
@@ -384,11 +384,11 @@ def _numbers(content: dict[str, Any], key: str, shape: tuple[int, ...] | None, p
 
 
 _LONGEST_LIST = 100
-"In a file: joints of a robot, with room to spare."
+"Longest list of numbers in a file; more than a robot has joints."
 
 
 def _is_small(entry: object, dimensions: int = 2) -> bool:
-    """Whether an entry is a number, or short lists of numbers: aliases can make a short file's lists huge."""
+    """Return whether an entry is a number or short lists of numbers, as aliases can make lists huge."""
     if not isinstance(entry, list):
         return isinstance(entry, int | float)
     short = dimensions > 0 and len(entry) <= _LONGEST_LIST

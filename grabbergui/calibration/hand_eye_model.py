@@ -1,15 +1,15 @@
-"""The geometry of hand–eye calibration: what moves, what is sought, and how the image depends on it.
+"""The geometry of hand–eye calibration: arrangements, unknowns, residuals and their derivatives.
 
-One model covers every arrangement. The camera hangs on a chain of joints or stands still, and so does the
-target: eye in head and eye in hand have the camera on a chain, eye to hand has the target on one, and a head
-that looks at a board in the hand has both. Sought are the camera on its chain's tool, the target on its, and
-the constant offsets of the joints.
+One model covers every arrangement. Camera and target are each mounted on a chain of joints or fixed: the
+camera is on a chain for eye in head and eye in hand, the target for eye to hand, and both for a head that
+looks at a board in the hand. The unknowns are the pose of the camera on its chain's tool, that of the target,
+and the constant offsets of the joints.
 
-Two offsets cannot be separated from the poses that are sought; they stay zero and are part of them: that of
-a chain's last joint, which turns the tool as the camera's own rotation does, and, where the other side stands
-still, that of the first joint, which turns the whole scene.
+Two offsets cannot be separated from these poses and remain zero: that of a chain's last joint, which rotates
+the tool like the camera's own rotation, and, if the other side is fixed, that of the first joint, which
+rotates the whole scene.
 
-Proposals are the joint poses that determine the camera's place best.
+`propose` chooses the joint poses that determine the camera's pose best.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 OFFSET_SPREAD = math.radians(0.5)
-"Standard deviation that joint offsets are expected to have before anything is measured."
+"Expected standard deviation of joint offsets, before any measurement."
 
 
 class Joints(Protocol):
@@ -56,7 +56,7 @@ class Joints(Protocol):
 
 @dataclass(frozen=True)
 class Arrangement:
-    """The moving chains, of the camera and of the target; None for a part that stands still in the base."""
+    """The chains of the camera and of the target; None for one that is fixed in the base."""
 
     camera: Joints | None
     target: Joints | None
@@ -79,30 +79,30 @@ class Arrangement:
 
 @dataclass(frozen=True, eq=False)
 class HandEyeView:
-    """The target in one image, and the joints meanwhile."""
+    """The target in an image, and the joint readings."""
 
     camera_angles: Vector
-    "Radians; empty for a camera that stands still."
+    "Radians; empty for a fixed camera."
     target_angles: Vector
-    "Radians; empty for a target that stands still."
+    "Radians; empty for a fixed target."
     points: NDArray[np.float64]
     "(n, 3) corners in the target's frame, metres."
     pixels: NDArray[np.float64]
-    "(n, 2) where they are seen."
+    "(n, 2) the same corners in the image, pixels."
 
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """The unknowns of a hand–eye calibration, estimated so far."""
+    """An estimate of the unknowns of a hand–eye calibration."""
 
     camera: Pose
     "The optical frame on its chain's tool, or in the base."
     target: Pose
     "The target on its chain's tool, or in the base."
     camera_offsets: Vector
-    "Radians to be added to the camera chain's readings."
+    "Radians to add to the readings of the camera's chain."
     target_offsets: Vector
-    "Radians to be added to the target chain's readings."
+    "Radians to add to the readings of the target's chain."
 
 
 def camera_from_target(arrangement: Arrangement, guess: Guess, camera: Vector, target: Vector) -> Pose:
@@ -116,10 +116,10 @@ def camera_from_target(arrangement: Arrangement, guess: Guess, camera: Vector, t
 
 
 class Problem:
-    """Residuals of an arrangement and their derivatives.
+    """The residuals of an arrangement and their derivatives.
 
-    Parameters are small changes to a guess: camera (6) and target (6), each metres along and radians about
-    the axes of what it is mounted on, then the joint offsets that can be found.
+    Parameters are small changes to a guess: camera (6) and target (6), each in metres along and radians about
+    the axes of its mount, then the joint offsets that can be found.
     """
 
     def __init__(self, arrangement: Arrangement, calibration: Calibration) -> None:
@@ -128,7 +128,7 @@ class Problem:
         self.size = 12 + int(self._free[0].sum() + self._free[1].sum())
 
     def prior(self, guess: Guess) -> Vector:
-        """Return the offsets over their expected spread, the residuals that keep them small."""
+        """Return the offsets divided by their expected spread, as residuals that keep them small."""
         offsets = (guess.camera_offsets[self._free[0]], guess.target_offsets[self._free[1]])
         return np.concatenate(offsets) / OFFSET_SPREAD
 
@@ -147,7 +147,7 @@ class Problem:
         )
 
     def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
-        """Return (2 n,) pixels from where corners are seen to where the guess has them."""
+        """Return (2 n,) pixels from the detected corners to those expected by the guess."""
         return self.residuals_at(
             view, camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
         )
@@ -213,9 +213,9 @@ def root_mean_square(residuals: Vector) -> float:
 def _motion(
     chain: Joints | None, angles: Vector, mounted: Pose
 ) -> tuple[Pose, NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pose in the base of what is mounted on a chain's tool, and the twists that move it.
+    """Return the pose in the base of a part mounted on a chain's tool, and the twists that move it.
 
-    Of (6, 6) twists, three are along and three about the axes of the tool; (joints, 6) are of the joints.
+    (6, 6) twists are along and about the axes of the tool; (joints, 6) are those of the joints.
     """
     tool = np.eye(4) if chain is None else chain.forward(angles)
     place = tool @ mounted
@@ -237,7 +237,10 @@ def _displacements(twists: NDArray[np.float64], arms: NDArray[np.float64]) -> ND
 def information(
     problem: Problem, views: Sequence[HandEyeView], guess: Guess, pixel: float
 ) -> NDArray[np.float64]:
-    """Return (size, size): what views and prior know of the parameters; corners are `pixel` pixels sure."""
+    """Return (size, size): the information of views and prior about the parameters.
+
+    `pixel` is the standard deviation of corners in pixels.
+    """
     known = np.zeros((problem.size, problem.size))
     known[12:, 12:] = np.eye(problem.size - 12) / OFFSET_SPREAD**2
     for view in views:
@@ -247,13 +250,13 @@ def information(
 
 
 STEEPEST = math.radians(60)
-"Between the target's normal and the line of sight, beyond which corners are poorly seen."
+"Largest angle between the target's normal and the line of sight; corners are poorly visible beyond it."
 MARGIN = 0.04
-"Of the image's size that stays free around the target."
+"Free margin around the target, relative to the image's size."
 LIMIT_MARGIN = math.radians(3)
-"Radians from a joint's limits that poses keep."
+"Least distance of poses from a joint's limits, radians."
 LEVER = 0.5
-"Metres at which a turned camera is as bad as a displaced one."
+"Metres of displacement that count as much as a radian of rotation."
 
 
 def propose(
@@ -268,10 +271,10 @@ def propose(
 ) -> list[tuple[Vector, Vector]]:
     """Return joint angles (camera's chain, target's chain) of `count` poses that show the whole target.
 
-    Poses are drawn within the joint limits; of those that show the target, each next one is chosen that
-    leaves the least uncertainty of the camera (metres² plus radians² × `LEVER`²) after the views before it.
-    They are geometry only: whether a robot may go there is its gate's decision. Raises UsageError if fewer
-    poses show the target.
+    Poses are drawn at random within the joint limits. Of those that show the target, each next one minimises
+    the uncertainty of the camera (metres² plus radians² × `LEVER`²) after the views before it. Only geometry
+    is considered; the robot's gate decides whether it may go there. Raises UsageError if fewer poses show the
+    target.
     """
     random, candidates = np.random.default_rng(seed), []
     problem = Problem(arrangement, calibration)
@@ -312,7 +315,7 @@ def _drawn(random: np.random.Generator, chain: Joints | None) -> Vector:
 def _seen_whole(
     target: Pose, points: NDArray[np.float64], calibration: Calibration
 ) -> NDArray[np.float64] | None:
-    """Return the target's (n, 2) pixels; None where it is not seen, or too steeply."""
+    """Return the target's (n, 2) pixels; None if it is not entirely visible, or seen too obliquely."""
     in_camera = points @ target[:3, :3].T + target[:3, 3]
     if in_camera[:, 2].min() < 0.1:
         return None

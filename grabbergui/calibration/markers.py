@@ -1,14 +1,14 @@
-"""ArUco markers and AprilTags, and boards of them: corners to a fraction of a pixel, and the target's pose.
+"""Detects ArUco markers, AprilTags and boards of them, with subpixel corners and the target's pose.
 
-A target is one marker, or a board of them: a grid, or a ChArUco board. A board may be partly hidden or out of
-the image. The pose of a target is that of its middle: x right, y up, z out of its face.
+A target is a marker or a board of markers: a grid, or a ChArUco board. A board may be partly hidden or
+outside the image. The pose of a target is that of its centre: x right, y up, z out of its face.
 
-Large images are searched reduced, and the corners found are then refined in the full image, so that an image
+Large images are reduced for the search, and the corners are then refined in the full image, so that an image
 of nine megapixels takes about as long as one of half a megapixel.
 
-Poses are by IPPE, with a covariance. In perspective a plane has two poses that explain its corners about
-equally well when it is small or far. The better one is given where it is clearly better; else the view is
-ambiguous and there is none. The other solution is kept, so that a filter can recognise a flip.
+Poses are computed by IPPE, with a covariance. If a plane is small or far away, two poses explain its corners
+about equally well. If one is clearly better, it is the result, and the other is kept so that a filter can
+recognise a flip; else the view is ambiguous and has no pose.
 """
 
 from __future__ import annotations
@@ -28,41 +28,41 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 Grey = NDArray[np.uint8]
-"(rows, columns), one byte a pixel."
+"(rows, columns), a byte per pixel."
 
 # -- single markers ------------------------------------------------------------------------------
 SEARCH_PIXELS = 700_000
-"An image is halved until it is no larger than this before markers are searched in it."
+"Largest image in which markers are searched. Larger ones are halved until they fit."
 
 
 @dataclass(frozen=True, eq=False)
 class MarkerDetection:
-    """One marker, or a board of markers that is one target."""
+    """A detected marker, or a board of markers that is one target."""
 
     marker_id: int
-    "Of a board its first marker's."
+    "Id of the marker, or of a board's first marker."
     corners: NDArray[np.float64]
-    "(4, 2) pixels of the full image, from the printed upper left on, clockwise as printed."
+    "(4, 2) pixels of the full image, clockwise from the printed marker's upper left corner."
     pose: geometry.Pose | None = None
-    "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
+    "Marker (x right, y up, z out of its face) to camera; None if there is no reliable one."
     problem: str = ""
     "Why there is no pose, as display text: ambiguous, behind the camera, no calibration."
     reprojection_error: float = 0.0
     "Root mean square over the corners' coordinates, pixels."
     covariance: NDArray[np.float64] | None = None
-    "(6, 6) of the pose: metres along, then radians about the camera's axes, as ROS orders it."
+    "(6, 6) of the pose: metres along, then radians about the camera's axes, in ROS's order."
     other_pose: geometry.Pose | None = None
-    "The second solution, beside a `pose`; None where there is one solution only."
+    "The second solution; None if there is only one."
     points: NDArray[np.float64] | None = None
-    "(n, 3) metres on the target whose places gave the `pose`."
+    "(n, 3) metres on the target, from which the `pose` was computed."
     pixels: NDArray[np.float64] | None = None
-    "(n, 2) where they are seen."
+    "(n, 2) the same points in the image, pixels."
 
 
 def dictionary_by_name(name: str) -> int:
-    """OpenCV's number of `4X4_50`, `tag36h11`, `DICT_ARUCO_ORIGINAL` …. UsageError lists what there is."""
+    """Return OpenCV's number of `4X4_50`, `tag36h11` or `DICT_ARUCO_ORIGINAL`. Raises UsageError."""
     known = {entry[5:].upper(): entry for entry in dir(cv2.aruco) if entry.startswith("DICT_")}
-    # AprilTag's own library writes tag36h11 for what OpenCV calls APRILTAG_36H11.
+    # OpenCV's APRILTAG_36H11 is tag36h11 in AprilTag's own library.
     wanted = re.sub(r"^TAG_?(?=\d)", "APRILTAG_", name.upper().removeprefix("DICT_"))
     if wanted not in known:
         raise UsageError(f"there is no marker dictionary {name}; there are {', '.join(sorted(known))}")
@@ -70,14 +70,14 @@ def dictionary_by_name(name: str) -> int:
 
 
 def check_marker(dictionary: str, marker: int) -> None:
-    """Raises UsageError for an id that the dictionary does not have; it would be looked for for ever."""
+    """Raise UsageError for an id that the dictionary does not have, which would never be found."""
     ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)).bytesList)
     if not 0 <= marker < ids:
         raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
 
 
 class ArucoDetector:
-    """Markers of one dictionary and size. Use from one thread."""
+    """Detects markers of one dictionary and size. Use from one thread."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class ArucoDetector:
         self._square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """All markers in an image (rows, columns) uint8, with poses where there is a calibration."""
+        """Return all markers in an image (rows, columns) uint8, with poses if there is a calibration."""
         reduced, factor = grey, 1
         while reduced.size > self._search_pixels:
             reduced = cv2.resize(reduced, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
@@ -126,9 +126,9 @@ class ArucoDetector:
 
 
 def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    """Corners of an image reduced by `factor`, found again in the full one."""
+    """Refine corners that were found in an image reduced by `factor`, in the full image."""
     corners = (square + 0.5) * factor - 0.5
-    # No wider than a third of a marker's cell, or the window would hold other edges than the corner's.
+    # Not wider than a third of a marker's cell, or the window would contain edges of other corners.
     edge = float(np.linalg.norm(corners[0] - corners[1]))
     reach = max(2, min(2 * factor, int(edge / 20)))
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
@@ -141,14 +141,14 @@ def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np
 # -- boards of markers ---------------------------------------------------------------------------
 BOARD_KINDS = ("grid", "charuco")
 FEWEST_POINTS = 6
-"Corners that must be seen of a board: two markers of a grid, or six corners of ChArUco fields."
+"Fewest visible corners of a board: two markers of a grid, or six corners of ChArUco fields."
 GAP = 0.25
-"Of a marker's edge, between the markers of a grid and around those of a ChArUco board, unless it is given."
+"Default gap between markers of a grid, and around those of a ChArUco board, relative to a marker's edge."
 
 
 @dataclass(frozen=True)
 class MarkerBoard:
-    """A board as it is printed."""
+    """The description of a printed board."""
 
     kind: str
     "`grid`: markers with gaps between them; `charuco`: a chessboard with markers in its white fields."
@@ -156,12 +156,12 @@ class MarkerBoard:
     "Markers across a grid, fields across a ChArUco board."
     rows: int
     size: float
-    "Metres along the edge of a marker's black square."
+    "Edge of a marker's black square, metres."
     dictionary: str
     pitch: float = 0.0
-    "Metres from one marker's edge to the next marker's; a field's edge. 0: a quarter more than `size`."
+    "Metres from marker to marker, or the edge of a field; 0 for a quarter more than `size`."
     first: int = 0
-    "The first marker's number; the others follow row by row."
+    "Id of the first marker; the others follow row by row."
 
     def __post_init__(self) -> None:
         if self.kind not in BOARD_KINDS:
@@ -179,27 +179,27 @@ class MarkerBoard:
                 f"a pitch of {self.step:g} m must be more than the markers' size, {self.size:g} m, "
                 "or they would overlap"
             )
-        there = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary)).bytesList)
-        if not 0 <= self.first <= there - self.markers:
+        ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary)).bytesList)
+        if not 0 <= self.first <= ids - self.markers:
             raise UsageError(
-                f"the dictionary {self.dictionary} has the markers 0 to {there - 1}; "
+                f"the dictionary {self.dictionary} has the markers 0 to {ids - 1}; "
                 f"the board needs {self.markers} from {self.first} on"
             )
 
     @property
     def markers(self) -> int:
-        """Return how many markers are on it."""
+        """Number of markers."""
         fields = self.columns * self.rows
         return fields if self.kind == "grid" else fields // 2
 
     @property
     def step(self) -> float:
-        """Return the metres from marker to marker, or of a field's edge."""
+        """Metres from marker to marker, or the edge of a field."""
         return self.pitch or (1 + GAP) * self.size
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Return width and height of the printed pattern, metres."""
+        """Width and height of the printed pattern, metres."""
         gap = self.step - self.size if self.kind == "grid" else 0.0
         return self.columns * self.step - gap, self.rows * self.step - gap
 
@@ -213,19 +213,19 @@ class MarkerBoard:
         return cv2.aruco.CharucoBoard(shape, self.step, self.size, numbers, ids)
 
     def image(self, pixels_per_metre: float) -> Grey:
-        """Return the board as it is printed, without a margin: (rows, columns) uint8."""
+        """Return the printed board without a margin: (rows, columns) uint8."""
         width, height = (max(8, round(metres * pixels_per_metre)) for metres in self.extent)
         return np.asarray(self.pattern.generateImage((width, height)), np.uint8)
 
     def centred(self, points: NDArray[Any]) -> NDArray[np.float64]:
-        """Return OpenCV's points of the board, (n, 3), from its middle and with y up."""
+        """Convert OpenCV's points of the board to (n, 3) coordinates from its centre, with y up."""
         width, height = self.extent
         flat = np.asarray(points, np.float64).reshape(-1, 3)
         return np.column_stack((flat[:, 0] - width / 2, height / 2 - flat[:, 1], np.zeros(len(flat))))
 
 
 class BoardDetector:
-    """Finds one board; detects it as if it were a marker. Use from one thread."""
+    """Detects a board as if it were a marker. Use from one thread."""
 
     def __init__(self, board: MarkerBoard, calibration: Calibration | None = None) -> None:
         """Without a calibration there are no poses."""
@@ -236,7 +236,7 @@ class BoardDetector:
         self._charuco = cv2.aruco.CharucoDetector(board.pattern) if board.kind == "charuco" else None
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """The board in an image (rows, columns) uint8: none, or one, with the reason if it has no pose."""
+        """Return the board in an image (rows, columns) uint8, if any, with the reason if it has no pose."""
         markers = [marker for marker in self._markers.detect(grey) if marker.marker_id in self._ids]
         if not markers:
             return []
@@ -259,12 +259,12 @@ class BoardDetector:
     def _corners(
         self, grey: Grey, markers: list[MarkerDetection]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return points on the board, (n, 3), and where they are seen, (n, 2) pixels."""
+        """Return points on the board, (n, 3), and in the image, (n, 2) pixels."""
         corners = [marker.corners.astype(np.float32).reshape(1, 4, 2) for marker in markers]
         ids: Any = np.array([[marker.marker_id] for marker in markers], np.int32)
         found: Any = corners
         if self._charuco is not None:
-            # Where fields meet, corners are sharper than those of markers.
+            # The corners where fields meet are sharper than those of markers.
             found, ids, _, _ = self._charuco.detectBoard(grey, None, None, corners, ids)
             if ids is None or len(ids) < FEWEST_POINTS:
                 return np.zeros((0, 3)), np.zeros((0, 2))
@@ -280,17 +280,17 @@ def _around(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 # -- poses ---------------------------------------------------------------------------------------
 STEEPEST_VIEW = math.radians(72)
-"Beyond this angle between the marker's face and the line of sight it is seen edge-on."
+"Largest angle between a marker's normal and the line of sight; beyond it the marker is seen edge-on."
 AMBIGUITY_RATIO = 1.5
-"The second pose's reprojection error over the first's, below which they cannot be distinguished."
+"Ratio of the second pose's reprojection error to the first's, below which the view is ambiguous."
 AMBIGUITY_ANGLE = math.radians(12)
-"Two poses nearer to each other than this are as good as one."
+"Angle between two poses below which they count as one."
 LARGEST_ERROR = 0.03
-"Reprojection error over the marker's edge beyond which its corners are no square's."
+"Largest reprojection error of a square, relative to the marker's edge."
 CORNER_NOISE = 0.2
-"Pixels by which a corner is expected to be off, standard deviation of each coordinate."
+"Expected standard deviation of each coordinate of a corner, pixels."
 CORNER_TRUST = 20
-"As many residuals as that expectation is worth beside the measured ones: four corners leave only two."
+"Weight of this expectation in residuals; four corners leave only two measured ones."
 
 
 def located(
@@ -298,8 +298,8 @@ def located(
 ) -> MarkerDetection:
     """Return the marker with its pose, or with the reason why there is none.
 
-    `points` are (n, 3) metres on the target, z = 0, at least four and not on a line; `pixels` (n, 2) is where
-    they are seen. `of` is the calibration of images of this very size.
+    `points` are (n, 3) metres on the target with z = 0, at least four and not on a line; `pixels` are the
+    same (n, 2) points in the image. `of` is the calibration of images of exactly this size.
     """
     square = len(points) == 4
     method = cv2.SOLVEPNP_IPPE_SQUARE if square else cv2.SOLVEPNP_IPPE
@@ -324,9 +324,9 @@ def located(
 
 
 def judged(marker: MarkerDetection, poses: list[geometry.Pose], errors: list[float]) -> MarkerDetection:
-    """The marker with the first of a solver's poses, or with the reason why it cannot be trusted.
+    """Return the marker with the first of a solver's poses, or with the reason why it is not reliable.
 
-    `errors` are the poses' reprojection errors in pixels, the smallest first.
+    `errors` are the reprojection errors of the poses in pixels, the smallest first.
     """
     if not poses or not geometry.is_pose(poses[0]) or not math.isfinite(errors[0]):
         return replace(marker, problem="no pose fits its corners")
@@ -353,14 +353,14 @@ def pose_covariance(
 ) -> NDArray[np.float64] | None:
     """Return the (6, 6) covariance of a pose from the derivatives of its reprojection; None if singular.
 
-    `error` is the reprojection error, root mean square over the corners' coordinates in pixels. The noise of
-    corners is estimated from it and from `CORNER_NOISE`.
+    `error` is the reprojection error, the root mean square over the corners' coordinates in pixels. The noise
+    of corners is estimated from it and from `CORNER_NOISE`.
     """
     placed = points @ pose[:3, :3].T
     turn = geometry.vector_from_rotation(pose[:3, :3])
     _, derivatives = cv2.projectPoints(points, turn, pose[:3, 3], of.matrix, of.distortion)
     by_place = np.asarray(derivatives, np.float64)[:, 3:6].reshape(-1, 2, 3)
-    # A turn ω about the camera's axes moves a corner r by ω × r, and row · (ω × r) = (r × row) · ω.
+    # A rotation ω about the camera's axes moves a corner r by ω × r, and row · (ω × r) = (r × row) · ω.
     by_turn = np.cross(placed[:, None, :], by_place)
     jacobian = np.concatenate((by_place, by_turn), axis=2).reshape(-1, 6)
     freedom = max(2 * len(points) - 6, 0)
@@ -377,7 +377,7 @@ def pose_covariance(
 def _refined_pose(
     pose: geometry.Pose, points: NDArray[np.float64], pixels: NDArray[np.float64], of: Calibration
 ) -> geometry.Pose:
-    """Return the most likely pose near one of IPPE's, which minimises another error."""
+    """Return the pose with the least reprojection error near one of IPPE's."""
     turn, place = cv2.solvePnPRefineLM(
         points,
         pixels,

@@ -1,8 +1,8 @@
 """Recordings: writing frames to files, and playing files back as a source (`file:`).
 
-A recording has frames with times, and a note with the metadata of each. Pixels are kept as `Frame.raw` gives
-them: packed formats in words of 16 bits, a Bayer pattern as it is, so that playback shows what the sensor
-saw. A note is one line of JSON.
+A recording has frames with times, and a note with the metadata of each. Pixels are stored as in `Frame.raw`:
+packed formats in 16-bit words, a Bayer pattern unconverted, so that playback delivers the sensor's values. A
+note is a line of JSON.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.scan3d import Scan3d
 
 DEFAULT_RATE = 25.0
-"Frames per second where nothing was noted."
+"Frames per second of a recording without times."
 
 
 # -- kinds of recordings -------------------------------------------------------------------------
 class RecordingKind(Enum):
-    """The kind of a recording's files."""
+    """The kind of files of a recording."""
 
     PNG = "png"
-    "A folder of PNG: compressed without loss, on several threads."
+    "A folder of PNG: lossless compression, on several threads."
     TIFF = "tiff"
     "A folder of TIFF: as fast as the disk."
     H264 = "h264"
-    "A movie that every player opens: 8 bits, with losses."
+    "A movie that every player opens: 8 bits, lossy."
     HEVC = "hevc"
     "A movie (H.265): smaller, and slower to write."
     AV1 = "av1"
     "A movie (AV1): the smallest."
     LOSSLESS = "lossless"
-    "A movie (H.264 without losses): 8 bits exactly, as fast as a camera of 8.8 MP."
+    "A movie (lossless H.264): 8 bits exactly, as fast as a camera of 8.8 MP."
     FFV1 = "ffv1"
     "A movie (FFV1): Mono of up to 16 bits and 8-bit colour exactly; smaller, and slower to write."
     MCAP = "mcap"
-    "ROS 2 messages, as they come; opens in Foxglove and `ros2 bag`."
+    "Uncompressed ROS 2 messages, for Foxglove and `ros2 bag`."
 
     @property
     def suffix(self) -> str:
-        """The ending of its files; empty for a folder."""
+        """The suffix of its files; empty for a folder."""
         return ".mcap" if self is RecordingKind.MCAP else ".mp4" if self in MOVIE_KINDS else ""
 
 
@@ -66,10 +66,7 @@ MOVIE_KINDS = (
 
 
 def kind_of(path: Path, *, movie: RecordingKind = RecordingKind.H264) -> RecordingKind:
-    """Return the kind that a path's ending asks for: a movie, MCAP, or a folder of PNG.
-
-    Raises UsageError.
-    """
+    """Return the kind for a path's suffix: a movie, MCAP, or a folder of PNG. Raises UsageError."""
     suffix = path.suffix.lower()
     if suffix == ".mcap":
         return RecordingKind.MCAP
@@ -86,13 +83,13 @@ class RecordingError(GrabberError):
 
 
 class DiskFullError(RecordingError):
-    """A recording ended because its disk is full. The frames written before are kept."""
+    """A recording ended because the disk is full. The frames written before are kept."""
 
     def __init__(self, path: Path, free: int) -> None:
         super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
         self.path = path
         self.free = free
-        "Bytes that are left, too few for another frame and the end of the file."
+        "Free bytes, too few for another frame and the end of the file."
 
 
 class SourceClosedError(RecordingError):
@@ -111,24 +108,24 @@ class UnfinishedFileError(RecordingError):
         self.cause = cause
 
 
-# -- what every recording is ---------------------------------------------------------------------
+# -- the interface of recordings -----------------------------------------------------------------
 class Recording(ABC):
-    """Frames with times, in any order of access. One thread at a time."""
+    """Frames with times, with random access. One thread at a time."""
 
     path: Path
     title: str = ""
-    "Display text: the source that was recorded."
+    "The recorded source, as display text."
     scan: Scan3d | None = None
     "The meaning of its 3D data; None if that was not recorded."
     times_ns: list[int]
-    "Of each frame, never falling; only differences matter."
+    "The time of each frame, never decreasing; only differences are meaningful."
 
     def __len__(self) -> int:
         return len(self.times_ns)
 
     @abstractmethod
     def frame(self, index: int, received_ns: int) -> Frame:
-        """A frame, as though it had arrived at `received_ns`. Raises RecordingError."""
+        """Return a frame with the time of receipt `received_ns`. Raises RecordingError."""
 
     @abstractmethod
     def close(self) -> None:
@@ -142,21 +139,20 @@ class Recording(ABC):
 
 # -- times ---------------------------------------------------------------------------------------
 _CLOCK_SET = 1_000_000_000
-"Nanoseconds: a longer way back is a clock that was set."
+"Nanoseconds. If the time decreases by more, the clock was set back."
 
 
 class Rising:
-    """Times of frames, one after the other, on a clock that is never set back."""
+    """Converts the times of successive frames to a clock that is never set back."""
 
     def __init__(self) -> None:
         self._highest = 0
         self._shift = 0
 
     def next(self, time_ns: int) -> int:
-        """Return a time that is no earlier than those before it.
+        """Return a time that is not earlier than those before it.
 
-        One a little earlier is held at the highest so far; after a longer way back, which is a clock that was
-        set, time goes on from there.
+        A slightly earlier time becomes the highest so far; if the clock was set back, time continues there.
         """
         if time_ns + self._shift < self._highest - _CLOCK_SET:
             self._shift = self._highest - time_ns
@@ -165,7 +161,7 @@ class Rising:
 
 
 def rising(times: list[int]) -> list[int]:
-    """Return the times of frames as `Rising` has them."""
+    """Return the times of frames as converted by `Rising`."""
     clock = Rising()
     return [clock.next(time) for time in times]
 
@@ -174,25 +170,25 @@ T = TypeVar("T")
 
 
 def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:
-    """Return items that lie roughly in the order of receipt, sorted by time up to where a clock was set."""
-    stretches: list[list[T]] = [[]]
+    """Sort items that are roughly in order by time, but not across a point where the clock was set back."""
+    sections: list[list[T]] = [[]]
     latest = 0
     for item in items:
         if time(item) < latest - _CLOCK_SET:
-            stretches.append([])
+            sections.append([])
             latest = 0
-        stretches[-1].append(item)
+        sections[-1].append(item)
         latest = max(latest, time(item))
-    return [item for stretch in stretches for item in sorted(stretch, key=time)]
+    return [item for section in sections for item in sorted(section, key=time)]
 
 
 # -- opening -------------------------------------------------------------------------------------
 VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
-"Endings of movies that are played."
+"Suffixes of movies that are played."
 
 
 def open_recording(path: Path) -> Recording:
-    """The recording in a folder or file. Raises MissingFileError, UsageError, RecordingError."""
+    """Open the recording in a folder or file. Raises MissingFileError, UsageError, RecordingError."""
     try:
         return _opened(path)
     except OSError as error:
@@ -200,7 +196,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def _opened(path: Path) -> Recording:
-    # On demand: each kind needs another library.
+    # Imported on demand, as each kind needs another library.
     if not path.exists():
         raise MissingFileError(f"there is no recording {path}; write file: and a folder, a movie or an .mcap")
     if path.is_dir():
@@ -220,11 +216,11 @@ def _opened(path: Path) -> Recording:
     )
 
 
-# -- notes, and frames made of them --------------------------------------------------------------
+# -- notes, and frames built from them -----------------------------------------------------------
 MAX_LINE = 4096
-"Characters of one note."
+"Most characters of a note."
 MAX_SIDE = 65536
-"Pixels; more is no image."
+"Largest width and height in pixels."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,11 +228,11 @@ class FrameNote:
     """The metadata of a recorded frame."""
 
     file: str = ""
-    "Its file in the recording's folder; empty where pixels are elsewhere."
+    "Its file in the recording's folder; empty if pixels are elsewhere."
     width: int
     height: int
     pixel_format: str
-    "PFNC name of the pixels as they are kept."
+    "PFNC name of the stored pixels."
     frame_id: int = 0
     timestamp_ns: int = 0
     "Device clock."
@@ -246,12 +242,12 @@ class FrameNote:
     offset_y: int = 0
 
     def line(self) -> str:
-        """One line of JSON, its end included."""
+        """Return a line of JSON, including its end."""
         return json.dumps(asdict(self), separators=(",", ":")) + "\n"
 
 
 def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNote:
-    """The note of a frame that is kept in a pixel format."""
+    """Return the note of a frame that is stored in a pixel format."""
     return FrameNote(
         file=file,
         width=frame.width,
@@ -266,10 +262,9 @@ def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNot
 
 
 def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
-    """Return the pixels to keep and the unpacked format they are in. Raises PixelFormatError.
+    """Return the pixels to store and their unpacked format. Raises PixelFormatError.
 
-    They are `Frame.raw`'s wherever the convention has a format for them, and else what is displayed, in
-    Mono8 or RGB8.
+    They are those of `Frame.raw` if PFNC has a format for them, else the displayed ones in Mono8 or RGB8.
     """
     if not frame.pixel_format.convertible:
         frame.raw()
@@ -282,23 +277,23 @@ def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
 
 
 def format_named(name: str) -> PixelFormat:
-    """The format of a note: PFNC's name, or the code of one without a name. Raises RecordingError."""
+    """Return the format of a PFNC name, or of a code in hexadecimal. Raises RecordingError."""
     if re.fullmatch(r"0x[0-9A-F]{8}", name, re.ASCII):
         return pfnc.by_code(int(name, 16))
     try:
         return pfnc.by_name(name)
     except KeyError:
-        raise RecordingError(f"a recorded frame is of unknown pixel format '{name[:40]}'") from None
+        raise RecordingError(f"a recorded frame has the unknown pixel format '{name[:40]}'") from None
 
 
 def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
-    """A frame of kept pixels. Raises RecordingError where they are not what the note says."""
+    """Return a frame with stored pixels. Raises RecordingError if they do not match the note."""
     pixel_format = format_named(note.pixel_format)
     pixels = pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
     payload = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
     if payload.nbytes < pixel_format.image_bytes(note.width, note.height):
         raise RecordingError(
-            f"a recorded frame of {note.width}×{note.height} {pixel_format} has {payload.nbytes} bytes only"
+            f"a recorded frame of {note.width}×{note.height} {pixel_format} has only {payload.nbytes} bytes"
         )
     return Frame(
         payload,
@@ -314,7 +309,10 @@ def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
 
 
 def read_notes(path: Path) -> Iterator[FrameNote]:
-    """The notes of a file, one a line; a last line cut short by a crash is left out. Raises UsageError."""
+    """Yield the notes of a file, one per line, without a last line that a crash cut short.
+
+    Raises UsageError, RecordingError.
+    """
     try:
         with path.open(encoding="utf-8") as file:
             number = 0
@@ -341,7 +339,7 @@ def _note(line: str, where: str) -> FrameNote:
     texts = (note.file, note.pixel_format)
     numbers = [getattr(note, f.name) for f in fields(FrameNote) if f.name not in ("file", "pixel_format")]
     if not all(isinstance(text, str) for text in texts) or not all(type(number) is int for number in numbers):
-        raise UsageError(f"{where}: a number or a text of the frame's note is of the wrong kind")
+        raise UsageError(f"{where}: a value of the frame's note has the wrong type")
     if not (0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE) or min(numbers) < 0:
         raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels is impossible")
     if max(numbers) >= 2**64:

@@ -1,4 +1,4 @@
-"""A folder of image files, with or without the notes that a recorder leaves in it."""
+"""Folders of image files, with or without a recorder's notes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from grabbergui.recording import (
 from grabbergui.recording.recorder import OrderedWork, RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
-PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
 MAX_FILE_BYTES = 1 << 30
 
 
@@ -47,12 +47,12 @@ class FolderRecording(Recording):
             self._files = [self._inside(note.file) for note in self._notes if note is not None]
             self.times_ns = rising([note.received_ns for note in self._notes if note is not None])
         else:
-            self._files = sorted(p for p in path.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES)
+            self._files = sorted(p for p in path.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
             self._notes = [None] * len(self._files)
             self.times_ns = [round(index * 1e9 / DEFAULT_RATE) for index in range(len(self._files))]
         if not self._files:
             raise UsageError(
-                f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(PICTURE_SUFFIXES)}"
+                f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(IMAGE_SUFFIXES)}"
             )
 
     @override
@@ -78,7 +78,9 @@ class FolderRecording(Recording):
                 raise RecordingError(f"{file} has no alpha, which {note.pixel_format} in {NOTES_NAME} has")
             pixels = pixels[..., channels]
         if pixels.shape[:2] != (note.height, note.width):
-            raise RecordingError(f"{file} is not of {note.width}×{note.height} pixels as {NOTES_NAME} says")
+            raise RecordingError(
+                f"{file} does not have {note.width}×{note.height} pixels as {NOTES_NAME} says"
+            )
         return rebuilt(pixels, note, received_ns)
 
     @override
@@ -86,16 +88,16 @@ class FolderRecording(Recording):
         pass
 
     def _inside(self, name: str) -> Path:
-        """A file of this folder: notes from anywhere must not read others."""
+        """Return a file of this folder. Raises UsageError for any other, as notes must not read those."""
         if not name or name != Path(name).name or name in (".", ".."):
-            raise UsageError(f"{self.path / NOTES_NAME} names '{name[:60]}', which is no file of its folder")
+            raise UsageError(f"{self.path / NOTES_NAME} names '{name[:60]}', which is not in its folder")
         return self.path / name
 
 
 def file_channels(pixel_format: PixelFormat) -> list[int]:
-    """Where a format's components lie in an image file, which OpenCV has in the order B G R A.
+    """Return the indices of a format's components in an image file, which OpenCV orders as B G R A.
 
-    The same indices lead back, as each only exchanges red and blue.
+    The same indices convert back, as they only swap red and blue.
     """
     order = pixel_format.order
     return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
@@ -103,11 +105,11 @@ def file_channels(pixel_format: PixelFormat) -> list[int]:
 
 _FOREIGN = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "BGR8", (3, "u2"): "BGR16",
             (4, "u1"): "BGRa8", (4, "u2"): "BGRa16"}  # fmt: skip
-"Pixel formats of images without a note, by components and type of their values."
+"Pixel formats of images without a note, by number of components and type of values."
 
 
 def _foreign(pixels: np.ndarray, index: int, file: Path) -> FrameNote:
-    """The note of an image without one. Raises RecordingError for values of another kind than a sensor's."""
+    """Return the note of an image without one. Raises RecordingError for values that no sensor has."""
     components = pixels.shape[2] if pixels.ndim == 3 else 1
     name = _FOREIGN.get((components, pixels.dtype.str[1:]))
     if name is None:
@@ -120,26 +122,25 @@ def _foreign(pixels: np.ndarray, index: int, file: Path) -> FrameNote:
 
 
 _PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
-if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # of OpenCV 4.11
-    _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
-"""Of a noisy sensor's images, looking for repetitions makes larger files and takes three times as long."""
+_PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
+"""For images of a noisy sensor, searching repetitions takes three times as long and makes larger files."""
 _TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
-"""None."""
+"""No compression."""
 _FOLDER_THREADS = min(4, os.cpu_count() or 2)
 
 
 @dataclass(frozen=True)
-class _Kept:
-    """An image that is whole on the disk."""
+class _WrittenImage:
+    """An image that is complete on the disk."""
 
     line: str
     size: int
 
 
 class FolderWriter(RecordingWriter):
-    """An image a frame, and a line of `frames.jsonl` for each, written once the image is whole.
+    """Writes an image file per frame, and then its line of `frames.jsonl`.
 
-    Compressing PNG takes one core much longer than a frame: several threads do it.
+    Several threads compress PNG, as a core takes much longer than a frame.
     """
 
     def __init__(self, path: Path, *, tiff: bool = False) -> None:
@@ -156,8 +157,8 @@ class FolderWriter(RecordingWriter):
 
     @override
     def write(self, frame: Frame) -> None:
-        """Save formats that no image file holds (YUV, unknown ones) as their bytes."""
-        self._work.add(partial(self._keep, self._count, frame))
+        """Add a frame; formats that no image file can have (YUV, unknown ones) are saved as bytes."""
+        self._work.add(partial(self._save, self._count, frame))
         self._count += 1
 
     @override
@@ -179,24 +180,24 @@ class FolderWriter(RecordingWriter):
 
     @override
     def size(self) -> int:
-        """Images that are being compressed count as much as those before."""
+        """Return the bytes written; images in progress are estimated by the average of those before."""
         return self._size + (self._size * self._work.held // self._noted if self._noted else 0)
 
-    def _note(self, kept: _Kept) -> None:
-        self._notes.write(kept.line)
+    def _note(self, written: _WrittenImage) -> None:
+        self._notes.write(written.line)
         self._noted += 1
-        self._size += kept.size + len(kept.line)
+        self._size += written.size + len(written.line)
 
-    # -- a thread of its own ---------------------------------------------------------------------
-    def _keep(self, number: int, frame: Frame) -> _Kept:
+    # -- the threads -----------------------------------------------------------------------------
+    def _save(self, number: int, frame: Frame) -> _WrittenImage:
         suffix, content, pixel_format = self._encoded(frame)
         file = self.path / f"{number:08d}{suffix}"
         try:
             file.write_bytes(content)
         except OSError:
-            file.unlink(missing_ok=True)  # half an image is none
+            file.unlink(missing_ok=True)  # an incomplete image
             raise
-        return _Kept(note_of(frame, pixel_format, file.name).line(), len(content))
+        return _WrittenImage(note_of(frame, pixel_format, file.name).line(), len(content))
 
     def _encoded(self, frame: Frame) -> tuple[str, memoryview, PixelFormat]:
         if not frame.pixel_format.convertible:
@@ -205,8 +206,8 @@ class FolderWriter(RecordingWriter):
             size = frame.pixel_format.image_bytes(frame.width, frame.height)
             return ".raw", np.ascontiguousarray(frame.payload[:size]).data, frame.pixel_format
         pixels, pixel_format = unpacked(frame)
-        picture = pixel_format.family not in (Family.YUV, Family.BICOLOR, Family.COORDINATES)
-        if not picture or pixels.dtype not in (np.uint8, np.uint16):
+        is_image = pixel_format.family not in (Family.YUV, Family.BICOLOR, Family.COORDINATES)
+        if not is_image or pixels.dtype not in (np.uint8, np.uint16):
             return ".raw", np.ascontiguousarray(pixels).data, pixel_format
         if pixel_format.family is Family.RGB:
             pixels = pixels[..., file_channels(pixel_format)]

@@ -1,8 +1,8 @@
-"""MCAP files with ROS 2 images: ours, `ros2 bag`'s and others.
+"""MCAP files with ROS 2 images, from this program's recorder, `ros2 bag` and others.
 
-The file is walked from record to record (MCAP specification 1.0: one byte of opcode, eight of length), so
-that one whose end is missing plays up to there. Chunks that are not compressed, as our recorder's, are walked
-into without being read; compressed ones are decompressed once for their table and again for their frames.
+The file is read record by record (MCAP specification 1.0: a byte of opcode, eight of length), so that one
+whose end is missing plays up to there. Uncompressed chunks, as the recorder writes them, are entered without
+reading them; compressed ones are decompressed once for the index and again for their frames.
 """
 
 from __future__ import annotations
@@ -46,20 +46,21 @@ log = logging.getLogger(__name__)
 
 MAGIC = b"\x89MCAP0\r\n"
 DEVICE_TIME = "/device_time"
-"End of the topic with the camera's own clock, beside the images' topic."
+"Suffix of the topic with the camera's clock, after the images' topic."
 PIXEL_FORMAT_KEY = "pixel_format"
-"Of a channel's metadata: PFNC's name, which ROS's encoding does not contain (Mono12 is mono16)."
+"Key in a channel's metadata: the PFNC name, which ROS's encoding does not contain (Mono12 is mono16)."
 BESIDE_KEY = "beside"
-"Of a channel's metadata: the topic of the frames that its images are further components of."
+"Key in the metadata of a channel with further components: the topic of their frames."
 SCAN_METADATA = "grabbergui/scan3d"
-"Name of the record with what 3D data mean."
+"Name of the record with the meaning of 3D data."
 MAX_CHUNK = 1 << 30
+"Bytes of the largest chunk, before and after decompression."
 MOST_MESSAGES = 10_000_000
-"Of all topics; compressed, a small file could hold any number."
+"Most messages of all topics; a small compressed file could contain any number."
 MAX_SMALL = 1 << 24
-"Bytes of any record that holds no frames."
+"Bytes of the largest record without frames."
 _NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA = 0, 3, 4, 5, 6, 12
-"Opcodes; zero is none: a power cut leaves zeros where a file was to grow."
+"Opcodes. Zero is not one, but after a power cut the end of a file may be zeros."
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class _Channel:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where a message lies: in the file itself (chunk < 0) or in the chunk at an offset."""
+    """The position of a message, in the file itself (chunk < 0) or in the chunk at an offset."""
 
     chunk: int
     offset: int
@@ -82,7 +83,7 @@ class _Place:
 
 
 class McapRecording(Recording):
-    """The images of the topic that has most of them."""
+    """The images of the topic with the most images."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -94,13 +95,13 @@ class McapRecording(Recording):
         self._channels: dict[int, _Channel] = {}
         self._messages: list[_Place] = []
         self._beside: dict[tuple[int, int], list[_Place]] = {}
-        "Further components by the sequence number and the time of their frame."
+        "Further components by sequence number and time of their frame."
         self._chunk: tuple[int, bytes] = (-1, b"")
         try:
             if self._file.read(len(MAGIC)) != MAGIC:
                 raise UsageError(f"{path} is no MCAP file")
-            self._walk()
-            self._choose()
+            self._index()
+            self._choose_topic()
         except BaseException:
             self._file.close()
             raise
@@ -133,7 +134,7 @@ class McapRecording(Recording):
         return rebuilt(self._lines(image, pixel_format), note, received_ns)
 
     def _component(self, image: Frame, place: _Place) -> tuple[int, Component]:
-        """Return an image as a component, behind its place among those of the frame."""
+        """Return an image as a component, after its index in the frame."""
         metadata = self._channels[place.channel].metadata
         kind = ComponentKind.__members__.get(metadata.get("component", ""), ComponentKind.UNDEFINED)
         numbers = (_number(metadata.get(name, "")) for name in ("index", "region", "source", "purpose"))
@@ -154,7 +155,7 @@ class McapRecording(Recording):
         self._file.close()
 
     def _format(self, place: _Place, image: RosImage) -> PixelFormat:
-        """Return the format of an image: as our recorder noted it, else as the encoding says."""
+        """Return the format of an image, from the recorder's metadata or else from the encoding."""
         name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY)
         pixel_format = format_named(name) if name else ros_encodings.format_of(image.encoding)
         if pixel_format is None:
@@ -162,7 +163,7 @@ class McapRecording(Recording):
         return pixel_format
 
     def _lines(self, image: RosImage, pixel_format: PixelFormat) -> NDArray[Any]:
-        """Return (height, bytes of a line without padding) uint8, or (height, n) little-endian samples."""
+        """Return lines without padding: (height, bytes) uint8, or (height, n) little-endian samples."""
         line = pixel_format.line_bytes(image.width)
         if not image.height or not line or line > image.step:
             raise RecordingError(
@@ -172,7 +173,7 @@ class McapRecording(Recording):
         padded = np.frombuffer(image.data, np.uint8)[: image.step * image.height]
         lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])
         size = pixel_format.sample_bytes
-        # Of 8-bit components, YUV's among them, the flag means nothing.
+        # The flag is meaningless for 8-bit components, including YUV.
         if not image.is_bigendian or size == 1 or pixel_format.packed:
             return lines
         sample = f"{pixel_format.kind}{size}"
@@ -187,38 +188,38 @@ class McapRecording(Recording):
         except RemoteProtocolError:
             return 0
 
-    # -- walking the file ------------------------------------------------------------------------
-    def _walk(self) -> None:
+    # -- indexing the file -----------------------------------------------------------------------
+    def _index(self) -> None:
         size = self._file.seek(0, 2)
         at = len(MAGIC)
         while at + 9 <= size:
             self._file.seek(at)
             opcode, length = struct.unpack("<BQ", self._file.read(9))
             if opcode == _NOTHING or at + 9 + length > size:
-                return  # cut short: what came before is whole
+                return  # cut short here
             if opcode == _CHUNK:
-                inside = self._inside_uncompressed(length)
-                if inside:
-                    at += 9 + inside
+                header = self._uncompressed_header(length)
+                if header:
+                    at += 9 + header
                     continue
-                self._enter_chunk(at, length)
+                self._index_chunk(at, length)
             elif opcode in (_SCHEMA, _CHANNEL, _METADATA) and length <= MAX_SMALL:
-                self._learn(opcode, self._file.read(length))
+                self._add_definition(opcode, self._file.read(length))
             elif opcode == _MESSAGE and length >= 22:
-                self._note_message(self._file.read(22), -1, at + 9, length)
+                self._add_message(self._file.read(22), -1, at + 9, length)
             at += 9 + length
 
-    def _inside_uncompressed(self, length: int) -> int:
-        """How far into a chunk that is not compressed its records begin; 0 of one that is."""
+    def _uncompressed_header(self, length: int) -> int:
+        """Return the length of an uncompressed chunk's header; 0 for a compressed one."""
         head = self._file.read(32)
         count = struct.unpack_from("<I", head, 28)[0] if len(head) == 32 else 1
         return 32 + 8 if count == 0 and length >= 32 + 8 else 0
 
-    def _enter_chunk(self, at: int, length: int) -> None:
+    def _index_chunk(self, at: int, length: int) -> None:
         if length > MAX_CHUNK:
             raise RecordingError(f"{self.path}: a chunk of {length} bytes; at most {MAX_CHUNK} are read")
         try:
-            content = memoryview(self._decompressed(at))
+            content = memoryview(self._chunk_content(at))
         except RecordingError:
             return
         offset = 0
@@ -228,12 +229,12 @@ class McapRecording(Recording):
                 return
             body = content[offset + 9 : offset + 9 + inner]
             if opcode in (_SCHEMA, _CHANNEL) and inner <= MAX_SMALL:
-                self._learn(opcode, bytes(body))
+                self._add_definition(opcode, bytes(body))
             elif opcode == _MESSAGE and inner >= 22:
-                self._note_message(bytes(body[:22]), at, offset + 9, inner)
+                self._add_message(bytes(body[:22]), at, offset + 9, inner)
             offset += 9 + inner
 
-    def _note_message(self, head: bytes, chunk: int, offset: int, length: int) -> None:
+    def _add_message(self, head: bytes, chunk: int, offset: int, length: int) -> None:
         if len(self._messages) == MOST_MESSAGES:
             raise UsageError(
                 f"{self.path} holds more than {MOST_MESSAGES} messages; cut a part out (`mcap filter`)"
@@ -241,23 +242,23 @@ class McapRecording(Recording):
         channel, sequence, log_time, _ = struct.unpack("<HIQQ", head)
         self._messages.append(_Place(chunk, offset + 22, length - 22, channel, sequence, log_time))
 
-    def _learn(self, opcode: int, body: bytes) -> None:
+    def _add_definition(self, opcode: int, body: bytes) -> None:
         try:
             if opcode == _SCHEMA:
                 number, size = struct.unpack_from("<HI", body)
                 self._schemas[number] = str(body[6 : 6 + size], "utf-8", "replace")
                 return
             if opcode == _METADATA:
-                self._learn_coordinates(body)
+                self._read_coordinates(body)
                 return
             number, schema, size = struct.unpack_from("<HHI", body)
             topic, at = str(body[8 : 8 + size], "utf-8", "replace"), 8 + size
             (size,) = struct.unpack_from("<I", body, at)
             self._channels[number] = _Channel(topic, schema, _pairs(body, at + 4 + size))
         except struct.error:
-            raise UsageError(f"{self.path}: a schema or channel of it was cut short") from None
+            raise UsageError(f"{self.path}: a schema or channel was cut short") from None
 
-    def _learn_coordinates(self, body: bytes) -> None:
+    def _read_coordinates(self, body: bytes) -> None:
         try:
             (size,) = struct.unpack_from("<I", body)
             if str(body[4 : 4 + size], "utf-8", "replace") == SCAN_METADATA:
@@ -265,7 +266,7 @@ class McapRecording(Recording):
         except (UsageError, struct.error) as error:
             log.warning("%s: %s; distances have no unit", self.path, error)
 
-    def _choose(self) -> None:
+    def _choose_topic(self) -> None:
         by_topic: dict[str, list[_Place]] = {}
         clocks: dict[str, list[_Place]] = {}
         for place in self._messages:
@@ -277,35 +278,36 @@ class McapRecording(Recording):
                 clocks.setdefault(channel.topic, []).append(place)
         if not by_topic:
             raise UsageError(f"{self.path} holds no images of the type {IMAGE_NAME}")
-        frames = [topic for topic, places in by_topic.items() if self._main(places[0]) not in by_topic]
+        frames = [topic for topic, places in by_topic.items() if self._frame_topic(places[0]) not in by_topic]
         topic = max(frames or by_topic, key=lambda topic: len(by_topic[topic]))
         images = by_topic[topic]
         for places in by_topic.values():
-            if self._main(places[0]) == topic:
+            if self._frame_topic(places[0]) == topic:
                 for place in places:
                     self._beside.setdefault((place.sequence, place.log_time), []).append(place)
         self.title = f"{self.path.name} {topic}"
         self._images = in_order_of_receipt(images, lambda place: place.log_time)
-        # A camera that restarted counts its frames from one again.
+        # The sequence number alone is not unique, as a camera that restarts counts from one again.
         self._times = {
             (place.sequence, place.log_time): place for place in clocks.get(topic + DEVICE_TIME, [])
         }
         self.times_ns = rising([place.log_time for place in self._images])
 
-    def _main(self, place: _Place) -> str:
-        """Return the topic of the frames that a component belongs to; empty of frames themselves."""
+    def _frame_topic(self, place: _Place) -> str:
+        """Return the topic of the frames that a component belongs to; empty for frames themselves."""
         return self._channels[place.channel].metadata.get(BESIDE_KEY, "")
 
     def _content(self, place: _Place) -> bytes | memoryview:
         if place.chunk >= 0:
-            return memoryview(self._decompressed(place.chunk))[place.offset : place.offset + place.length]
+            return memoryview(self._chunk_content(place.chunk))[place.offset : place.offset + place.length]
         try:
             self._file.seek(place.offset)
             return self._file.read(place.length)
         except OSError as error:
             raise self._unreadable(error) from error
 
-    def _decompressed(self, at: int) -> bytes:
+    def _chunk_content(self, at: int) -> bytes:
+        """Return the records of the chunk at an offset of the file. Raises RecordingError."""
         if self._chunk[0] != at:
             try:
                 self._file.seek(at + 1)
@@ -315,13 +317,13 @@ class McapRecording(Recording):
                 raise self._unreadable(error) from error
             except struct.error as error:
                 raise RecordingError(f"{self.path} was cut short while it was played") from error
-            self._chunk = (at, self._opened(body))
+            self._chunk = (at, self._uncompressed(body))
         return self._chunk[1]
 
     def _unreadable(self, error: OSError) -> RecordingError:
         return RecordingError(f"{self.path} could not be read: {error.strerror or error}")
 
-    def _opened(self, body: bytes) -> bytes:
+    def _uncompressed(self, body: bytes) -> bytes:
         try:
             size, count = struct.unpack_from("<16xQ4xI", body)
             at = 32 + count + 8
@@ -353,7 +355,7 @@ def _number(text: str) -> int:
 
 
 def _pairs(body: bytes, at: int) -> dict[str, str]:
-    """A map of strings to strings, behind its size in bytes."""
+    """Read a map of strings to strings, which follows its size in bytes."""
     (size,) = struct.unpack_from("<I", body, at)
     at, end, texts = at + 4, at + 4 + size, []
     while at < min(end, len(body)):

@@ -1,4 +1,4 @@
-"""Frames into an MCAP file, as ROS 2 messages."""
+"""Writes frames to an MCAP file as ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from grabbergui.recording.ros_image import RosImage
 
 
 class McapWriter(RecordingWriter):
-    """`sensor_msgs/msg/Image`, not compressed; the camera's clock and further components on topics beside.
+    """Writes `sensor_msgs/msg/Image`, and the camera's clock and further components on other topics.
 
-    A chunk holds an image. The components of a frame have its sequence number and time.
+    Nothing is compressed; each image has a chunk. The components of a frame share sequence number and time.
     """
 
     TOPIC = "/grabbergui/image_raw"
@@ -40,7 +40,7 @@ class McapWriter(RecordingWriter):
         self.path = path
         self._source = _utf8(info.title)
         self._file: BufferedWriter = path.open("xb")
-        # A chunk ends after each image: the file on the disk is readable, and nothing is copied twice.
+        # A chunk ends after each image, so that the file is always readable and nothing is copied twice.
         self._writer = Writer(self._file, chunk_size=1, compression=CompressionType.NONE)
         self._writer.start(profile="ros2", library="grabbergui")
         self._writer.add_metadata("grabbergui", {key: _utf8(text) for key, text in info.as_dict().items()})
@@ -59,7 +59,7 @@ class McapWriter(RecordingWriter):
         for index, part in enumerate(frame.parts):
             if part is not own:
                 messages.append(self._message(frame.of_component(part), part, index))
-        # Last, so that whoever reads a file that was cut short finds no frame without its components.
+        # Last, so that a file that was cut short has no frame without its components.
         messages.append(self._message(frame, own, frame.parts.index(own) if own is not None else 0))
         whole = self._file.tell()
         try:
@@ -74,7 +74,7 @@ class McapWriter(RecordingWriter):
 
     @override
     def close(self) -> None:
-        """After a failed write the summary is left out; readers do without."""
+        """Finish the file; without a summary after a failed write, which readers do not need."""
         if self._file.closed:
             return
         try:
@@ -136,13 +136,13 @@ class McapWriter(RecordingWriter):
         return self._clock
 
     def _abandon(self, size: int) -> None:
-        """Take away the half of a frame that did not fit any more."""
+        """Remove the part of a frame that was written before the disk was full."""
         self._broken = True
         with contextlib.suppress(OSError):
-            self._file.close()  # tries to write the rest once more
+            self._file.close()  # tries to write the rest again
         os.truncate(self.path, size)
 
 
 def _utf8(text: str) -> str:
-    """Return a text with `?` for what is no UTF-8, as names of files may have it: MCAP has nothing else."""
+    """Return a text with `?` for characters of file names that are not UTF-8, which MCAP requires."""
     return text.encode("utf-8", "replace").decode("utf-8")

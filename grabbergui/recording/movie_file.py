@@ -1,4 +1,4 @@
-"""Movies of any kind, read by FFmpeg's libraries (PyAV)."""
+"""Reads movies of any kind by FFmpeg's libraries (PyAV)."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from grabbergui.recording.movie_writer import TIME_BASE, notes_beside, plane_of
 
 MAX_FRAMES = 10_000_000
 MAX_PIXELS = 1 << 28
-"Of a frame that is decoded; a damaged or malicious header may claim any size."
+"Most pixels of a frame that is decoded, as a damaged or malicious header may claim any size."
 NEAR = 8
-"Frames that are decoded to go forward, rather than seeking."
+"Most frames that are decoded to go forward instead of seeking."
 _MISSING = "it is missing from the file"
 _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
-"Containers that are opened. Playlists are not among them: they name other files and hosts."
+"Containers that are opened. Playlists are excluded, as they name other files and hosts."
 
 
 class MovieRecording(Recording):
-    """Any movie. A frame is found by its own time, decoding from the key frame before it."""
+    """A movie of any kind. Frames are found by their times, decoding from the key frame before."""
 
     def __init__(self, path: Path) -> None:
         """Open a movie and index its frames. Raises UsageError."""
@@ -64,7 +64,7 @@ class MovieRecording(Recording):
         self._frames: Iterator[VideoFrame] = iter(())
         self._next = -1
         notes = list(read_notes(notes_beside(path))) if notes_beside(path).is_file() else []
-        # After a crash the notes may be ahead of the movie, or behind it.
+        # After a crash there may be more or fewer notes than frames.
         count = min(len(notes), len(self._pts)) or len(self._pts)
         self._notes, self._pts = notes[:count], self._pts[:count]
         if self._notes:
@@ -100,7 +100,7 @@ class MovieRecording(Recording):
         if not 0 <= index - self._next <= NEAR or self._next < 0:
             self._seek(wanted)
         frame = next(self._frames)
-        if _time_of(frame) > wanted:  # an index that leads behind the frame; from the beginning, then
+        if _time_of(frame) > wanted:  # the index leads past the frame, so start from the beginning
             self._seek(self._pts[0])
             frame = next(self._frames)
         while _time_of(frame) < wanted:
@@ -115,9 +115,9 @@ class MovieRecording(Recording):
         self._frames = self._decode_on()
 
     def _decode_on(self) -> Iterator[VideoFrame]:
-        """Give the frames from here on, up to a packet that was cut short.
+        """Yield the frames from here on, up to a packet that was cut short.
 
-        A decoder on several threads would fail at that packet before it gave the whole frames before it.
+        A decoder on several threads would fail at that packet before it returned the complete frames.
         """
         for packet in self._container.demux(self._stream):
             if packet.is_corrupt:
@@ -127,13 +127,13 @@ class MovieRecording(Recording):
 
 
 _BEGINNINGS = ((4, b"ftyp"), (0, b"\x1a\x45\xdf\xa3"), (8, b"AVI "))
-"Position and first bytes that tell a movie: MP4 and its relatives, Matroska and WebM, AVI."
+"Position and value of the bytes that identify a movie: MP4 and similar, Matroska and WebM, AVI."
 
 _CUT = "is a movie that cannot be read: it was cut off or is damaged"
 
 
 def _unreadable(path: Path, error: FFmpegError | ValueError) -> str:
-    """Return why a file cannot be opened as a movie. FFmpeg says `Invalid data` or EIO of most faults."""
+    """Return why a file is no readable movie, as FFmpeg reports `Invalid data` or EIO for most faults."""
     try:
         with path.open("rb") as file:
             begin = file.read(16)
@@ -159,11 +159,11 @@ def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[i
         raise UsageError(f"{path} is a movie of a codec that this build of PyAV does not have")
     entries = stream.index_entries
     if 0 < len(entries) == stream.frames <= MAX_FRAMES and not stream.codec_context.has_b_frames:
-        end = path.stat().st_size  # a file that was cut short may have its index before its frames
+        end = path.stat().st_size  # a file that was cut short may begin with its index
         if times := [entry.timestamp for entry in entries if entry.pos + entry.size <= end]:
             return stream, times
         raise UsageError(f"{path} {_CUT}")
-    # Without an index (after a crash, or in Matroska), or with frames stored in another order.
+    # There is no index (after a crash, or in Matroska), or frames are stored in another order.
     times = []
     try:
         for packet in container.demux(stream):
@@ -175,7 +175,7 @@ def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[i
             if len(times) > MAX_FRAMES:
                 raise UsageError(f"{path} has more than {MAX_FRAMES} frames; cut a part out")
     except FFmpegError:
-        pass  # damaged from here on: what came before is whole
+        pass  # damaged from here on
     if not times:
         raise UsageError(f"{path} holds no movie that can be read, or its recording was cut short")
     return stream, sorted(set(times))
@@ -187,7 +187,7 @@ def _time_of(frame: VideoFrame) -> int:
 
 
 def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
-    """Return a decoded frame's pixels, and PFNC's name of them."""
+    """Return a decoded frame's pixels, and the PFNC name of their format."""
     kind = frame.format.name
     if kind.startswith("gray16"):
         deep = noted if noted.startswith("Mono") and noted != "Mono8" else "Mono16"

@@ -1,9 +1,8 @@
-"""Movies, written by FFmpeg's libraries (PyAV).
+"""Writes movies by FFmpeg's libraries (PyAV).
 
-While a movie is written, its MP4 file consists of fragments of half a second that have an index each (ISO/IEC
-14496-12, 8.8): after a crash, or on a full disk, the content of the file can be played. Closing the file adds
-an index of the whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) have those of the
-camera.
+While a movie is written, its MP4 file consists of fragments of half a second with an index each (ISO/IEC
+14496-12, 8.8), so that it can be played after a crash or a full disk. Closing the file adds an index of the
+whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) have those of the camera.
 """
 
 from __future__ import annotations
@@ -43,15 +42,15 @@ from grabbergui.recording import (
 from grabbergui.recording.recorder import OrderedWork, RecordingWriter
 
 TIME_BASE = Fraction(1, 1_000_000)
-"Seconds in a unit of a movie's times."
+"The unit of a movie's times in seconds."
 NOMINAL_RATE = 25.0
-"Frames per second in a movie's header if the camera's rate is unknown. Players go by the frames' times."
+"Frames per second in a movie's header if the camera's rate is unknown. Players use the frames' times."
 HIGHEST_RATE = 1e6
-"Hz; a camera that reports more reports no rate."
+"Hz. A higher reported rate counts as unknown."
 LONGEST_GAP = 600_000_000
-"Units between two frames; a longer pause is shortened to this, since MP4 counts durations in 32 bits."
+"Most units between two frames. Longer pauses are shortened, as MP4 counts durations in 32 bits."
 FRAGMENT = 500_000
-"Units of time after which a fragment is written: what a crash may cost."
+"Units of time in a fragment, the most that a crash may cost."
 
 
 def notes_beside(path: Path) -> Path:
@@ -61,17 +60,17 @@ def notes_beside(path: Path) -> Path:
 
 @dataclass(frozen=True)
 class _Encoder:
-    """One of FFmpeg's encoders, and how pixels are given to it."""
+    """One of FFmpeg's encoders, and its pixel formats by FFmpeg's names."""
 
     name: str
     options: dict[str, str]
     mono: str = "yuv420p"
-    "FFmpeg's pixel format for Mono; yuv420p with neutral colour is what every player takes."
+    "For Mono; every player accepts yuv420p with neutral colour."
     colour: str = "yuv420p"
     deep: str = ""
     "For Mono deeper than 8 bits; empty if such pixels are reduced to their eight highest bits."
     odd: bool = True
-    "Whether it takes an odd width or height, in a format without subsampled colour."
+    "Whether it accepts an odd width or height, in a format without subsampled colour."
     environment: dict[str, str] = field(default_factory=dict)
 
 
@@ -83,13 +82,13 @@ _ENCODERS = {
     ),
     RecordingKind.AV1: _Encoder(
         "libsvtav1",
-        # On a busy machine SVT-AV1's threads hang for ever or lose the order of its frames, most often with
-        # little delay (pred-struct=1, lookahead=0), but never with one image at a time (lp=1).
+        # On a busy computer SVT-AV1's threads hang or reorder frames, most often with little delay
+        # (pred-struct=1, lookahead=0), but never with one image at a time (lp=1).
         {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "lp=1:hierarchical-levels=3"},
         odd=False,
         environment={"SVT_LOG": "1"},
     ),
-    # Each frame by itself: faster than differences where nothing may be lost, and any frame is found at once.
+    # Without losses, separate frames are faster than differences, and need no decoding of those before.
     RecordingKind.LOSSLESS: _Encoder("libx264", {**_X264, "qp": "0", "g": "1"}, "gray", "rgb24"),
     RecordingKind.FFV1: _Encoder(
         "ffv1",
@@ -102,27 +101,27 @@ _ENCODERS = {
 
 
 class MovieFile:
-    """One MP4 file that is being written. One thread at a time."""
+    """An MP4 file that is being written. One thread at a time."""
 
     def __init__(
         self, path: Path, kind: RecordingKind, shape: tuple[int, ...], dtype: Any, rate: float
     ) -> None:
-        """Begin a movie of pixels of one shape: (height, width) or (height, width, 3), `rate` in Hz.
+        """Begin a movie of frames of one shape: (height, width) or (height, width, 3). `rate` is in Hz.
 
-        Raises RecordingError if the encoder is missing or does not take the size, OSError.
+        Raises RecordingError if the encoder is missing or does not accept the size, OSError.
         """
         self.size = 0
         "Bytes encoded so far."
         self.written = 0
-        "Bytes in the file; a fragment is written as a whole."
+        "Bytes in the file, to which fragments are written as a whole."
         self.kept = 0
-        "Frames in whole fragments of the file."
+        "Frames in complete fragments of the file."
         self._packets = 0
         self._encoder = _ENCODERS[kind]
         self._path = path
         self._last = -1
         self._failure: RecordingError | OSError | None = None
-        "The error that ended the movie early; every further call raises it."
+        "The error that ended the movie early, which every further call raises."
         height, width = shape[:2]
         self._format = self._format_for(width, height, colour=len(shape) == 3, deep=dtype == np.uint16)
         name = "libx264rgb" if self._format == "rgb24" else self._encoder.name
@@ -162,9 +161,9 @@ class MovieFile:
         self._stream = stream
 
     def add(self, pixels: NDArray[Any], time: int) -> None:
-        """Encode a frame that was taken at `time`, in microseconds. Raises RecordingError, OSError.
+        """Encode a frame with its time in microseconds. Raises RecordingError, OSError.
 
-        A frame that is not later than the one before is put one microsecond after it.
+        A frame that is not later than the one before is moved to one microsecond after it.
         """
         if self._last >= 0:
             time = min(max(time, self._last + 1), self._last + LONGEST_GAP)
@@ -174,7 +173,7 @@ class MovieFile:
         self._mux(frame)
 
     def finish(self) -> None:
-        """Write what the encoder still holds and the index of the whole. Raises RecordingError, OSError."""
+        """Write the frames left in the encoder, and the index. Raises RecordingError, OSError."""
         self._mux(None)
         try:
             self._container.close()
@@ -183,7 +182,7 @@ class MovieFile:
         self._file.close()
 
     def abandon(self) -> None:
-        """Close the file as it is; its whole fragments can be played."""
+        """Close the file without an index; its complete fragments can be played."""
         with contextlib.suppress(FFmpegError, OSError):
             self._container.close()
             self.kept = self._packets
@@ -198,7 +197,7 @@ class MovieFile:
                 self.size += packet.size
                 self._container.mux(packet)
                 written = self._file.tell()
-                if written > self.written:  # the fragment that this packet came after
+                if written > self.written:  # the fragment before this packet was written
                     self.written, self.kept = written, self._packets
                 self._packets += 1
         except (FFmpegError, OSError) as error:
@@ -206,7 +205,7 @@ class MovieFile:
             raise self._failure from error
 
     def _explained(self, error: FFmpegError | OSError) -> RecordingError | OSError:
-        """Return the error that callers expect; the file's own are passed on."""
+        """Return the error to raise: an OSError itself, a RecordingError for others."""
         if isinstance(error, OSError):
             return error
         return RecordingError(f"{self._path} could not be written: {error}")
@@ -248,20 +247,20 @@ class MovieFile:
 
 
 class MovieWriter(RecordingWriter):
-    """A movie, and the times of its frames beside it.
+    """Writes a movie, and the notes of its frames beside it.
 
     The caller's thread converts the next frame while another encodes; the encoder has threads of its own.
     """
 
     def __init__(self, path: Path, kind: RecordingKind, rate: float) -> None:
-        """Begin a movie of one of `writer.MOVIE_KINDS`; `rate` is the camera's in Hz, 0 if unknown."""
+        """Begin a movie of one of `MOVIE_KINDS`; `rate` is the camera's in Hz, 0 if unknown."""
         self.path = path
         self._kind = kind
         self._rate = rate if 0 < rate <= HIGHEST_RATE else NOMINAL_RATE
         self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
         self._movie: MovieFile | None = None
         self._made = False
-        "Whether the file is ours; until the first frame another program may make one of that name."
+        "Whether the file was created here. Before the first frame, another program may create it."
         self._shape: tuple[tuple[int, ...], Any] | None = None
         self._first = 0
         self._clock = Rising()
@@ -291,7 +290,7 @@ class MovieWriter(RecordingWriter):
             raise
 
     def close(self) -> None:
-        """Finish the file. After a failed write it stays in fragments, which players read as well."""
+        """Finish the file. After a failed write it remains fragmented, which players accept."""
         movie, self._movie = self._movie, None
         try:
             with contextlib.suppress(RecordingError, OSError) if self._broken else contextlib.nullcontext():
@@ -308,16 +307,16 @@ class MovieWriter(RecordingWriter):
                 self._kept = (movie.kept or _playable(self.path)) if self._broken else None
 
     def kept(self, given: int) -> int:
-        """Return the frames in whole fragments if it could not be finished; a few more may be played."""
+        """Return the frames in complete fragments if the file is unfinished; a few more may be playable."""
         return given if self._kept is None else min(given, self._kept)
 
     def free(self) -> int:
-        """Return the bytes free besides what waits to be written: half a second may need much."""
+        """Return the free bytes minus those that wait to be written, up to half a second's."""
         held = self._movie.size - self._movie.written if self._movie is not None else 0
         return super().free() - held
 
     def discard(self) -> None:
-        """Remove the movie, if it was begun, and its notes."""
+        """Remove the movie, if it was created, and its notes."""
         notes_beside(self.path).unlink(missing_ok=True)
         if self._made:
             super().discard()
@@ -329,7 +328,7 @@ class MovieWriter(RecordingWriter):
         return self.path.stat().st_size if self._made else 0
 
     def _pixels(self, frame: Frame) -> tuple[NDArray[Any], str]:
-        """Return the pixels of a frame to encode, and PFNC's name of their format."""
+        """Return the pixels of a frame to encode, and the PFNC name of their format."""
         if frame.pixel_format.family not in (Family.MONO, Family.COORDINATES):
             return frame.rgb(), "RGB8"
         if _ENCODERS[self._kind].deep and frame.raw().dtype == np.uint16 and frame.raw().ndim == 2:
@@ -340,9 +339,9 @@ class MovieWriter(RecordingWriter):
 
 @contextlib.contextmanager
 def _scheduled_as_before() -> Iterator[None]:
-    """Take back the real-time priority that SVT-AV1 gives itself and the calling thread if root runs it.
+    """Undo the real-time priority that SVT-AV1 gives itself and the calling thread if root runs it.
 
-    Threads that start later would inherit it, and one that computes would stop the whole machine.
+    Threads that start later would inherit it, and one that computes would freeze the whole computer.
     """
     if sys.platform != "linux":
         yield
@@ -359,7 +358,7 @@ def _scheduled_as_before() -> Iterator[None]:
 
 
 def _playable(path: Path) -> int:
-    """Return how many frames of a short file can be played."""
+    """Return the number of frames of a short file that can be played."""
     from grabbergui.recording.movie_file import MovieRecording
 
     try:
@@ -376,11 +375,11 @@ def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str
 
 
 def plane_of(frame: VideoFrame, number: int) -> NDArray[np.uint8]:
-    """Return a plane of bytes without the padding of its lines, (height, width)."""
+    """Return a plane without padding: (height, width) uint8."""
     plane = frame.planes[number]
     return _bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width]
 
 
 def _bytes_of(plane: VideoPlane) -> NDArray[np.uint8]:
-    """Return a plane's memory, padding included; writable if the frame is."""
+    """Return a plane's memory, including padding; writable if the frame is."""
     return np.asarray(memoryview(cast(bytes, plane)), np.uint8)

@@ -1,7 +1,7 @@
 """A recording as a source: `file:folder`, `file:movie.mp4`, `file:recording.mcap`.
 
-It is paced by the times at which its frames were recorded. Its options are in `PlaybackOptions`; its features
-are where it plays, how fast, and whether again and again.
+The times of the recorded frames determine the pace. The options are in `PlaybackOptions`; the features are
+the position, the speed, and whether it loops.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from grabbergui.recording import Recording, open_recording
 log = logging.getLogger(__name__)
 
 NOTICE_PERIOD = 0.2
-"Seconds between notices that the position has moved."
+"Seconds between signals that the position has changed."
 LOOP_PAUSE = 0.04
-"Seconds from the last frame to the first again, where the recording gives no better."
+"Seconds between repetitions of a single frame."
 LONGEST_GAP = 10.0
-"Seconds; a longer hole in a recording is shortened to this."
+"Seconds. A longer gap in a recording is shortened to this."
 
 
 POSITION = "PlaybackPosition"
@@ -80,7 +80,7 @@ def _described(name: str, kind: FeatureKind, category: str, title: str, tooltip:
 
 
 _DESCRIPTIONS = (
-    _described(PLAYING, FeatureKind.BOOLEAN, _CATEGORY, "Playing", "Off holds the picture at the position."),
+    _described(PLAYING, FeatureKind.BOOLEAN, _CATEGORY, "Playing", "If off, the image stays."),
     _described(POSITION, FeatureKind.INTEGER, _CATEGORY, "Position", "The frame shown, counted from 0."),
     _described(SPEED, FeatureKind.FLOAT, _CATEGORY, "Speed", "1 plays as fast as it was recorded."),
     _described(LOOP, FeatureKind.BOOLEAN, _CATEGORY, "Loop", "Begin again at the end."),
@@ -112,7 +112,7 @@ TREE = Category(
 
 
 def feature(name: str, state: PlaybackState) -> Feature:
-    """A feature as it is now. `name` must be one of DESCRIPTIONS."""
+    """Return the current feature. `name` must be one of DESCRIPTIONS."""
     last = max(0, state.frames - 1)
     readings: dict[str, tuple[FeatureValue, dict[str, object]]] = {
         PLAYING: (state.playing, {}),
@@ -137,10 +137,10 @@ def feature(name: str, state: PlaybackState) -> Feature:
 
 
 class PlaybackGrabber(FrameGrabber):
-    """Plays a recording. Any thread; frames come from a thread of its own while the stream is on.
+    """Plays a recording. Any thread; while the stream is on, another thread delivers the frames.
 
-    A frame's `received_ns` is when it was played, as from a camera; `timestamp_ns` and `frame_id` are those
-    recorded.
+    A frame's `received_ns` is the time of playing, as from a camera; `timestamp_ns` and `frame_id` are the
+    recorded ones.
     """
 
     def __init__(self, info: DeviceInfo, path: Path, *, loop: bool = True, speed: float = 1.0) -> None:
@@ -151,7 +151,7 @@ class PlaybackGrabber(FrameGrabber):
         self._state = PlaybackState(0, 0.0)
         self._changed = threading.Condition(threading.RLock())
         self._starting = threading.Lock()
-        "Held for a whole start or stop, so that no player begins before the one before has ended."
+        "Held during start and stop, so that no player starts before the previous one has ended."
         self._player: threading.Thread | None = None
         self._running = False
         self._shown = -1
@@ -197,7 +197,7 @@ class PlaybackGrabber(FrameGrabber):
 
     @property
     def access(self) -> Access:
-        """Always control: a recording is nobody else's."""
+        """Always control, as nobody else uses the recording."""
         return Access.CONTROL
 
     @override
@@ -232,18 +232,18 @@ class PlaybackGrabber(FrameGrabber):
                 changed.add(TIME)
             elif name == SPEED:
                 now = time.monotonic()
-                # The wait for the next frame goes on at the new speed.
+                # The rest of the wait for the next frame passes at the new speed.
                 self._due = now + (self._due - now) * state.speed / float(accepted)
                 state.speed = float(accepted)
             elif name == LOOP:
                 state.loop = bool(accepted)
             else:
                 state.playing = bool(accepted)
-                changed |= {POSITION, TIME}  # they moved on since the last notice
+                changed |= {POSITION, TIME}  # they have changed since the last signal
                 if state.playing and state.position >= state.frames - 1:
                     state.position, self._shown = 0, -1  # play again after the end
                 elif state.playing and self._shown == state.position:
-                    self._shown = -1  # wound to by hand: go on from this one
+                    self._shown = -1  # continue from the position that was sought
             self._changed.notify_all()
         self.features_changed.emit(frozenset(changed))
         return self.feature(name)
@@ -292,7 +292,7 @@ class PlaybackGrabber(FrameGrabber):
 
     # -- the player's thread ---------------------------------------------------------------------
     def _play(self, recording: Recording) -> None:
-        noticed = 0.0
+        signalled = 0.0
         while True:
             with self._changed:
                 at_position = self._wait_for_turn()
@@ -306,9 +306,9 @@ class PlaybackGrabber(FrameGrabber):
                     if at_position:
                         self._due = time.monotonic()
                     self._advance(recording, index)
-                at_rest = not self._state.playing
-            if time.monotonic() - noticed > NOTICE_PERIOD or at_position or at_rest:
-                noticed = time.monotonic()
+                paused = not self._state.playing
+            if time.monotonic() - signalled > NOTICE_PERIOD or at_position or paused:
+                signalled = time.monotonic()
                 self.features_changed.emit(frozenset({POSITION, TIME, PLAYING, WIDTH}))
 
     def _wait_for_turn(self) -> bool:
@@ -336,12 +336,12 @@ class PlaybackGrabber(FrameGrabber):
             gap = state.duration / (state.frames - 1) if state.frames > 1 else 0.0
             gap = max(gap, LOOP_PAUSE if state.frames == 1 else 0.001)
             state.position = 0
-            self._shown = state.frames  # the first follows, also where it is the only one
+            self._shown = state.frames  # so that the first one follows, even if it is the only one
         else:
             state.playing = False
             return
         state.time = self._time_of(state.position)
-        # After a delay of more than a moment (a busy computer), go on from here instead of catching up.
+        # After a longer delay (on a busy computer), continue from now instead of catching up.
         self._due = max(self._due + min(gap, LONGEST_GAP) / state.speed, time.monotonic() - LOOP_PAUSE)
 
     def _deliver(self, recording: Recording, index: int) -> None:
@@ -364,12 +364,12 @@ class PlaybackGrabber(FrameGrabber):
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """None: recordings are opened by name."""
+    """Return no sources, as recordings are opened by name."""
     return []
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The recording that a URI names, not yet opened. Raises UsageError."""
+    """Return a grabber for the recording of a URI, not yet opened. Raises UsageError."""
     if not uri.name:
         raise UsageError("file: needs a recording, as in file:folder, file:movie.mp4 or file:recording.mcap")
     options = read_options(PlaybackOptions, uri)

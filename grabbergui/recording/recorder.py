@@ -1,8 +1,8 @@
-"""Recording a grabber's stream: what every writer of files is, and the recorder that feeds one.
+"""Records a grabber's stream: the interface of writers, and the recorder that uses one.
 
-A recorder runs on a thread of its own, until it is stopped, reaches a limit or fails. Only that thread calls
-its writer. Each writer notes the time of every frame, and can be closed at any moment with what was written
-so far readable.
+A recorder runs on a thread of its own until it is stopped, reaches a limit or fails. Only that thread calls
+its writer. A writer stores the time of every frame, and can be closed at any time; its files are then
+readable.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 
 # -- writers -------------------------------------------------------------------------------------
 class RecordingWriter(ABC):
-    """Where recorded frames go. A writer overwrites nothing."""
+    """Writes frames to files. Overwrites no file."""
 
     path: Path
     keeps_components = False
@@ -49,17 +49,17 @@ class RecordingWriter(ABC):
 
     @abstractmethod
     def write(self, frame: Frame) -> None:
-        """Add a frame, and wait where earlier ones are not done.
+        """Add a frame; wait if too many earlier ones are in progress.
 
-        Raises RecordingError, PixelFormatError, OSError when the disk is full; also for the frames before.
+        Raises RecordingError, PixelFormatError, OSError if the disk is full, also for earlier frames.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Finish the files. May be called twice. Raises OSError where even that does not fit."""
+        """Finish the files. May be called twice. Raises OSError if the disk is too full for that."""
 
     def kept(self, given: int) -> int:
-        """Return how many of the frames given are in the files, once these are closed."""
+        """Return how many of `given` frames are in the files, once these are closed."""
         return given
 
     def discard(self) -> None:
@@ -68,10 +68,10 @@ class RecordingWriter(ABC):
 
     @abstractmethod
     def size(self) -> int:
-        """Bytes written so far."""
+        """Return the bytes written so far."""
 
     def free(self) -> int:
-        """Bytes free where it writes."""
+        """Return the free bytes on its disk."""
         folder = self.path if self.path.is_dir() else self.path.parent
         return shutil.disk_usage(folder).free
 
@@ -79,9 +79,9 @@ class RecordingWriter(ABC):
 def create_writer(
     kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0, scan: Scan3d | None = None
 ) -> RecordingWriter:
-    """A writer of a kind; `rate` is the camera's frames per second, 0 where unknown; `scan` of 3D data.
+    """Return a writer of a kind. `rate` is the camera's in Hz, 0 if unknown; `scan` describes 3D data.
 
-    Raises RecordingError where the path is taken or cannot be made.
+    Raises RecordingError if the path is taken or cannot be created.
     """
     try:
         if path.exists() and not (path.is_dir() and not any(path.iterdir())):
@@ -89,7 +89,7 @@ def create_writer(
                 f"{path} is there already; a recording overwrites nothing, choose another name"
             )
         path.parent.mkdir(parents=True, exist_ok=True)
-        # On demand: each kind needs another library.
+        # Imported on demand, as each kind needs another library.
         if kind is RecordingKind.MCAP:
             from grabbergui.recording.mcap_writer import McapWriter
 
@@ -104,9 +104,9 @@ def create_writer(
     except ImportError as error:
         raise RecordingError(f"recording {path.name} needs the package {error.name}: {error}") from error
     except OSError as error:
-        # Not always the recording itself: a movie's notes may be left of one that was removed.
-        place = error.filename or path
-        raise RecordingError(f"{place} could not be made: {error.strerror or error}") from error
+        # The file may also be a movie's notes, left from a recording that was removed.
+        file = error.filename or path
+        raise RecordingError(f"{file} could not be made: {error.strerror or error}") from error
 
 
 # -- work on several threads, in order -----------------------------------------------------------
@@ -114,10 +114,10 @@ Result = TypeVar("Result")
 
 
 class OrderedWork(Generic[Result]):
-    """A few pieces of work at a time, for what releases the GIL: compressing, writing.
+    """Runs tasks that release the GIL (compressing, writing) on several threads, with results in order.
 
-    Used from one thread; `done` is called on that thread. However slow the work is, no more than `waiting`
-    pieces are held when `add` returns: with 0 it returns when the work is done.
+    Use from one thread, which also calls `done` with the results. When `add` returns, at most `waiting` tasks
+    are unfinished; with 0 it returns when the task is done.
     """
 
     def __init__(self, name: str, threads: int, waiting: int, done: Callable[[Result], object]) -> None:
@@ -128,11 +128,11 @@ class OrderedWork(Generic[Result]):
 
     @property
     def held(self) -> int:
-        """Pieces that were given and whose results were not taken up yet."""
+        """Tasks whose results were not yet passed to `done`."""
         return len(self._begun)
 
     def add(self, work: Callable[[], Result]) -> None:
-        """Give a piece of work; waits while too many are held. Raises what it or an earlier piece raised."""
+        """Add a task; wait if too many are held. Raises the error of this task or an earlier one."""
         self._begun.append(self._submitted(work))
         while self._begun and (self._begun[0].done() or len(self._begun) > self._waiting):
             self._done(self._begun.popleft().result())
@@ -140,7 +140,7 @@ class OrderedWork(Generic[Result]):
     def _submitted(self, work: Callable[[], Result]) -> Future[Result]:
         try:
             return self._pool.submit(work)
-        except RuntimeError:  # the interpreter ends, and its pools take nothing more
+        except RuntimeError:  # the interpreter is shutting down, and its pools accept no more tasks
             done: Future[Result] = Future()
             try:
                 done.set_result(work())
@@ -149,7 +149,7 @@ class OrderedWork(Generic[Result]):
             return done
 
     def finish(self) -> None:
-        """Wait for all and end the threads; then raises the first error there was. May be called twice."""
+        """Wait for all tasks and end the threads; then raise the first error. May be called twice."""
         failure: BaseException | None = None
         while self._begun:
             try:
@@ -163,26 +163,26 @@ class OrderedWork(Generic[Result]):
 
 # -- the recorder --------------------------------------------------------------------------------
 QUEUE_DEPTH = 16
-"Frames that may wait for the disk: half the buffers of a stream, so that others still get theirs."
+"Most frames that wait for the disk: half the buffers of a stream, so that enough are left for others."
 RESERVE_BYTES = 32 << 20
-"Kept free on the disk, so that any file can be finished."
+"Bytes kept free on the disk, so that any file can be finished."
 RESERVE_FRAMES = 4
-"Frames more that must fit besides the reserve."
+"Frames that must fit on the disk in addition to the reserve."
 ON_ITS_WAY = 1.0
-"Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
+"Seconds after the time limit within which its last frame must arrive, or the recording ends without it."
 NOTICE_PERIOD = 0.2
 "Seconds between signals of progress."
 
 
 @dataclass(frozen=True)
 class RecordingLimits:
-    """Where a recording ends by itself; None for no such limit."""
+    """The limits at which a recording ends; None for no limit."""
 
     frames: int | None = None
     seconds: float | None = None
     "From the first frame to the last."
     size: int | None = None
-    "Bytes: the frame that reaches it is the last."
+    "Bytes; the frame that reaches them is the last."
 
 
 UNLIMITED = RecordingLimits()
@@ -190,27 +190,27 @@ UNLIMITED = RecordingLimits()
 
 @dataclass(frozen=True)
 class RecordingProgress:
-    """Progress of a recording."""
+    """The progress of a recording."""
 
     frames: int = 0
-    "Written."
+    "Frames written."
     dropped: int = 0
-    "Lost because the disk or the compression was too slow."
+    "Frames lost because the disk or the compression was too slow."
     seconds: float = 0.0
     "From the first frame written to the last."
     size: int = 0
     "Bytes written."
     free: int = 0
-    "Bytes free where it is written."
+    "Free bytes on the disk."
     left_out: int = 0
-    "Components of the last frame that this kind of recording does not keep."
+    "Components of the last frame that this kind of recording does not store."
     ended: bool = False
     error: Exception | None = None
     "Why it ended early; None if it was stopped or reached a limit."
 
     @property
     def reason(self) -> str:
-        """Why it ended early, as text; empty if it was stopped or reached a limit."""
+        """Why it ended early, as display text; empty if it was stopped or reached a limit."""
         if self.error is None:
             return ""
         if isinstance(self.error, DiskFullError | OSError):
@@ -225,10 +225,10 @@ class RecordingProgress:
 
 
 class Recorder:
-    """Writes every frame of a grabber from `start` on. Any thread may call; signals come from its own."""
+    """Writes every frame of a grabber from `start` on. Any thread; its own thread emits the signal."""
 
     changed = Signal(RecordingProgress)
-    """A few times a second, and once at the end."""
+    """The progress, a few times a second and once at the end."""
 
     def __init__(
         self,
@@ -254,7 +254,7 @@ class Recorder:
         return self._progress
 
     def start(self) -> None:
-        """Begin with the next frame. Once only."""
+        """Begin with the next frame. Call only once."""
         self._thread.start()
 
     def stop(self) -> None:
@@ -262,7 +262,7 @@ class Recorder:
         self._stopping.set()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Whether it has ended and its files are finished, within `timeout` seconds."""
+        """Wait for the end; return whether the files are finished within `timeout` seconds."""
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
@@ -282,7 +282,7 @@ class Recorder:
             self._finish(problem)
 
     def _record(self) -> None:
-        """Write frames until the recording is stopped or reaches a limit. Raises what else ends it."""
+        """Write frames until the recording is stopped or reaches a limit. Raises any other reason to end."""
         noticed = 0.0
         while not self._stopping.is_set():
             try:
@@ -338,13 +338,13 @@ class Recorder:
             self.writer.close()
         except (GrabberError, OSError) as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)
-        except Exception as error:  # of a library, perhaps once more for another frame
+        except Exception as error:  # a library's, perhaps raised for a frame before
             log.exception("finishing %s", self.writer.path)
             problem = problem or UnfinishedFileError(self.writer.path, error)
         frames, size = self.writer.kept(self._progress.frames), 0
         try:
             if frames:
-                size = self.writer.size()  # fails for a file that somebody removed meanwhile
+                size = self.writer.size()  # fails if the file was removed
             else:
                 self.writer.discard()
         except OSError as error:

@@ -1,7 +1,7 @@
-"""ROS 2's image message as bytes: `sensor_msgs/msg/Image` and `TimeReference` in CDR, little-endian.
+"""Encodes and decodes ROS 2's `sensor_msgs/msg/Image` and `TimeReference` (OMG CDR, XCDR1).
 
-OMG CDR (XCDR1) behind a four-byte encapsulation header: primitives aligned to their size, counted from
-behind that header; strings and sequences behind a 32-bit count, strings with a zero at their end.
+After an encapsulation header of four bytes, primitives are aligned to their size relative to its end. Strings
+and sequences follow a 32-bit count, and strings end with a zero. Messages are encoded little-endian.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RosImage:
     data: bytes | memoryview
 
     def encode(self) -> bytes:
-        """The message, its encapsulation header included."""
+        """Return the message, including its encapsulation header."""
         writer = _Writer()
         writer.header(self.stamp_ns, self.frame_id)
         writer.numbers("II", self.height, self.width)
@@ -63,13 +63,13 @@ class RosImage:
         data = reader.bytes(reader.number("I"))
         if step * height > len(data):
             raise RemoteProtocolError(
-                f"an image of {height} lines of {step} bytes has {len(data)} bytes only"
+                f"an image of {height} lines of {step} bytes has only {len(data)} bytes"
             )
         return cls(stamp, frame_id, height, width, encoding, big, step, data)
 
 
 def encode_time_reference(stamp_ns: int, frame_id: str, time_ns: int, source: str) -> bytes:
-    """`TimeReference`: what the camera's own clock said when the host's said `stamp_ns`."""
+    """Encode a `TimeReference`: the time of the camera's clock when the host's was `stamp_ns`."""
     writer = _Writer()
     writer.header(stamp_ns, frame_id)
     writer.time(time_ns)
@@ -78,7 +78,7 @@ def encode_time_reference(stamp_ns: int, frame_id: str, time_ns: int, source: st
 
 
 def decode_time_reference(message: bytes | memoryview) -> int:
-    """The camera's time in nanoseconds. Raises RemoteProtocolError."""
+    """Return the camera's time in nanoseconds. Raises RemoteProtocolError."""
     reader = _Reader(message)
     reader.header()
     return reader.time()
@@ -99,7 +99,7 @@ class _Writer:
         self.content += encoded
 
     def time(self, ns: int) -> None:
-        # int32 seconds: a camera that counts from somewhere else must not break the message.
+        # Seconds are int32, which the clock of a camera may exceed.
         self.numbers("iI", min(ns // 10**9, 2**31 - 1), ns % 10**9)
 
     def header(self, stamp_ns: int, frame_id: str) -> None:
@@ -111,7 +111,7 @@ class _Reader:
     def __init__(self, message: bytes | memoryview) -> None:
         view = memoryview(message)
         if len(view) < 4 or view[0] != 0 or view[1] not in (0, 1):
-            raise RemoteProtocolError("a ROS message without the header of CDR")
+            raise RemoteProtocolError("a ROS message without a CDR header")
         self._order = "<" if view[1] else ">"
         self._view = view[4:]
         self._at = 0
@@ -127,7 +127,7 @@ class _Reader:
     def bytes(self, count: int) -> memoryview:
         if self._at + count > len(self._view):
             raise RemoteProtocolError(
-                f"a ROS message has {len(self._view) - self._at} bytes where {count} belong"
+                f"a ROS message has only {len(self._view) - self._at} of {count} bytes left"
             )
         self._at += count
         return self._view[self._at - count : self._at]

@@ -1,4 +1,4 @@
-"""Saves one frame at full resolution, from the sensor's data and not from the painted image; its points."""
+"""Saves a frame at full resolution, from the sensor's data, and its point cloud."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class SnapshotError(GrabberError):
 
 
 def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = None) -> Path:
-    """Write a frame into a folder, which is made if need be, and return the file's path.
+    """Write a frame into a folder, which is created if necessary, and return the file's path.
 
-    8-bit formats become PNG (Bayer and YUV in colour). Deeper ones become TIFF of 16 bits with the sensor's
-    own values in the low bits, a Bayer pattern as it is. A format that cannot be laid out becomes its payload
-    bytes (`.raw`) with a `.json` beside it that says what they are. Of a frame with several components each
-    becomes a file; those beside the frame's own image have their kind in the name (`_range.tiff`). No file is
-    overwritten. `moment` is seconds since the epoch; the frame's own by default. Raises SnapshotError.
+    8-bit formats are saved as PNG (Bayer and YUV in colour), deeper ones as 16-bit TIFF with the sensor's
+    values in the low bits (a Bayer pattern unconverted). A format of unknown layout is saved as its payload
+    bytes (`.raw`) with a description in a `.json` file. Each component of a frame is saved in a file; all but
+    the frame's own image have their kind in the name (`_range.tiff`). No file is overwritten. `moment` is in
+    seconds since the epoch, by default the frame's. Raises SnapshotError.
     """
     moment = _moment(frame, moment)
     stem = _stem(info, moment)
@@ -50,9 +50,9 @@ def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = No
 def save_points(
     frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d, moment: float | None = None
 ) -> Path:
-    """Write the point cloud of a frame's range image as PLY into a folder; return the file's path.
+    """Write the point cloud of a frame's range image as PLY into a folder, and return the file's path.
 
-    Named as `save` names files. Raises SnapshotError, and PixelFormatError of a frame without points.
+    The file is named as by `save`. Raises SnapshotError, and PixelFormatError for a frame without points.
     """
     content = PointCloud.of(frame, scan).ply()
     with _folder_errors(folder):
@@ -61,7 +61,7 @@ def save_points(
 
 
 class SnapshotWriter:
-    """Saves frames one after the other on threads of its own. Signals come from there."""
+    """Saves frames one after the other on threads of its own, which emit the signals."""
 
     saved = Signal(Path)
     failed = Signal(str)
@@ -71,15 +71,15 @@ class SnapshotWriter:
         self._order = threading.Lock()
 
     def save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
-        """Save a frame soon. Never waits."""
+        """Save a frame on another thread. Never waits."""
         self._begin(lambda: save(frame, folder, info))
 
     def save_points(self, frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d) -> None:
-        """Save the point cloud of a frame soon. Never waits."""
+        """Save the point cloud of a frame on another thread. Never waits."""
         self._begin(lambda: save_points(frame, folder, info, scan))
 
     def wait(self, timeout: float) -> bool:
-        """Whether everything is saved, within `timeout` seconds. For quitting."""
+        """Wait until everything is saved; return whether it is within `timeout` seconds. For quitting."""
         deadline = time.monotonic() + timeout
         for thread in self._threads:
             thread.join(max(0.0, deadline - time.monotonic()))
@@ -127,7 +127,7 @@ def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment:
 
 
 def _encoded(frame: Frame) -> tuple[str, bytes]:
-    """The file's suffix and content. Raises PixelFormatError."""
+    """Return the file's suffix and content. Raises PixelFormatError."""
     raw, family = frame.raw(), frame.pixel_format.family
     if raw.dtype in (np.uint16, np.float32) and raw.ndim == 2:
         return ".tiff", _encode(".tiff", raw)
@@ -151,7 +151,7 @@ def _encode(suffix: str, pixels: NDArray[Any]) -> bytes:
 
 
 def _stem(info: DeviceInfo, moment: float) -> str:
-    """`Model_Serial_20260801-142530.125`, without what a file's name cannot hold."""
+    """Return a file name such as `Model_Serial_20260801-142530.125`."""
     second = time.strftime("%Y%m%d-%H%M%S", time.localtime(moment))
     return f"{info.file_name or 'frame'}_{second}.{int(moment * 1000) % 1000:03d}"
 
@@ -167,7 +167,7 @@ def _write_new(folder: Path, stem: str, suffix: str, content: bytes) -> Path:
             with file:
                 file.write(content)
         except OSError:
-            path.unlink(missing_ok=True)  # half an image is none
+            path.unlink(missing_ok=True)  # an incomplete file
             raise
         return path
     raise AssertionError("unreachable")
