@@ -133,7 +133,7 @@ def test_a_bad_value_is_refused():
         ("", False),
     ],
 )
-def test_who_is_answered(peer, allowed):
+def test_the_addresses_whose_requests_are_answered(peer, allowed):
     addresses = AllowedAddresses.parse(["10.0.0.9/24", "192.168.1.7", "fd00::/64"])
     assert addresses.allows(peer, "172.16.0.1") is allowed
     assert addresses.allows(peer, peer), "this machine, by its own address"
@@ -143,6 +143,6 @@ def test_who_is_answered(peer, allowed):
 
 
 @pytest.mark.parametrize("text", ["10.0.0", "10.0.0.0/33", "host", ""])
-def test_what_is_no_address(text):
+def test_an_invalid_address_is_refused(text):
     with pytest.raises(UsageError, match="write an address or a network"):
         AllowedAddresses.parse([text])

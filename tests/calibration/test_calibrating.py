@@ -108,7 +108,7 @@ def test_images_of_another_size_are_refused():
         collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
 
 
-def test_only_a_board_at_rest_counts():
+def test_only_a_board_at_rest_is_kept():
     collector, pattern = Collector(CHARUCO, still=True), texture("charuco")
     first, moved = picture(pattern, at(0.45, 0, 0, yaw=20)), picture(pattern, at(0.45, 0.02, 0, yaw=20))
     assert [collector.look(grey) for grey in (first, moved, moved, moved)] == [
@@ -121,7 +121,7 @@ def test_only_a_board_at_rest_counts():
     assert collector.look(first) is Verdict.MOVING  # seen anew: it may just have been put there
 
 
-def test_a_look_that_is_not_to_keep_keeps_nothing():
+def test_a_look_without_keep_keeps_nothing():
     collector = Collector(CHARUCO)
     assert collector.look(picture(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
     assert collector.views == []

@@ -39,7 +39,7 @@ def test_a_region_moves_the_centre_and_keeps_the_focal_length():
     assert (region.width, region.height) == (160, 120)
 
 
-def test_a_region_of_other_proportions_is_no_hindrance():
+def test_a_region_may_have_another_aspect_ratio():
     assert intrinsics(fitted(WHOLE, (160, 200), (8, 0), (640, 480))) == (500, 500, 311.5, 239.5)
 
 
@@ -51,16 +51,16 @@ def test_binning_and_a_region_together():
     assert intrinsics(fitted(WHOLE, (64, 48), (16, 8), (320, 240))) == (250, 250, 143.5, 111.5)
 
 
-def test_one_made_at_this_size_is_taken_as_it_is():
+def test_a_calibration_of_the_same_size_is_returned_unchanged():
     assert fitted(WHOLE, (640, 480), (100, 100), (2448, 2048)) is WHOLE
 
 
-def test_one_of_another_region_is_refused():
+def test_a_calibration_of_another_region_is_refused():
     with pytest.raises(UsageError, match="another crop"):
         fitted(WHOLE, (1224, 1024), (0, 0), (2448, 2048))
 
 
-def test_an_unknown_crop_is_warned_of_once(caplog):
+def test_an_unknown_crop_causes_one_warning(caplog):
     calibrations = FittedCalibration(camera(2448, 2048))
     calibrations.calibration = WHOLE
 
@@ -142,12 +142,12 @@ def test_a_file_is_loaded_and_written(tmp_path):
     assert intrinsics(FittedCalibration(grabber, file).now()) == intrinsics(WHOLE)
 
 
-def test_a_folder_is_no_file_that_will_be_written_some_day(tmp_path):
+def test_a_folder_is_refused(tmp_path):
     with pytest.raises(IsADirectoryError):
         FittedCalibration(camera(640, 480), tmp_path)
 
 
-def test_a_camera_is_not_polled_for_it_before_a_frame_needs_it():
+def test_a_camera_is_not_polled_before_a_frame_needs_a_calibration():
     grabber = camera(640, 480, Width=640, Height=480)
     calibrations = FittedCalibration(grabber)
     calibrations.calibration = WHOLE

@@ -58,7 +58,7 @@ def test_a_camera_that_looks_at_a_point_has_it_straight_ahead():
     "matrix",
     [np.full((4, 4), np.nan), np.eye(3), np.diag([1.0, 1, -1, 1]), 2 * np.eye(4), np.full((4, 4), np.inf)],
 )
-def test_what_is_no_pose_is_not_taken_for_one(matrix):
+def test_a_matrix_that_is_no_pose_is_recognised(matrix):
     assert not geometry.is_pose(matrix)
 
 

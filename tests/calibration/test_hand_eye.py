@@ -13,7 +13,7 @@ from grabbergui.core.errors import UsageError
 
 
 @pytest.mark.parametrize("kind", scenes.KINDS)
-def test_the_camera_is_found_though_joints_are_off(kind):
+def test_the_camera_is_found_despite_joint_offsets(kind):
     seed = scenes.KINDS.index(kind)
     of = scenes.scene(kind, seed=seed)
     result = solve(of.arrangement, scenes.views(of, count=20, seed=seed), scenes.CAMERA)
@@ -50,7 +50,7 @@ def test_derivatives_are_those_of_the_residuals(kind):
     assert problem.by_readings(view, of.truth) == pytest.approx(readings, abs=1e-4)
 
 
-def test_readings_that_are_noisy_make_it_less_sure_and_it_reports_it():
+def test_noisy_readings_increase_the_reported_uncertainty():
     of = scenes.scene("eye in hand")
     result = solve(of.arrangement, scenes.views(of, count=20, reading=0.2), scenes.CAMERA)
     assert 0.1 <= np.degrees(result.reading_spread) <= 0.5
@@ -81,7 +81,7 @@ def test_a_view_that_contradicts_the_others_is_left_out():
     assert 1e3 * geometry.distance(result.camera, scenes.observable(of)) < 3
 
 
-def test_poses_that_are_proposed_tell_more_than_poses_drawn_at_random():
+def test_proposed_poses_determine_more_than_random_ones():
     of = scenes.scene("eye in hand")
     chosen = scenes.views(of, count=10, pixel=0.0)
     drawn = scenes.views(of, count=60, pixel=0.0)[50:]
@@ -106,7 +106,7 @@ def test_motion_about_one_axis_only_is_refused():
         solve(of.arrangement, turned, scenes.CAMERA)
 
 
-def test_what_cannot_be_calibrated_is_refused():
+def test_an_impossible_arrangement_is_refused():
     with pytest.raises(UsageError, match="nothing moves"):
         Arrangement(None, None)
     of = scenes.scene("eye to hand")

@@ -14,13 +14,13 @@ def address(array):
     return array.__array_interface__["data"][0]
 
 
-def test_a_buffer_is_writable_and_of_the_size_asked_for():
+def test_a_buffer_is_writable_and_has_the_requested_size():
     array = BufferPool(1000).take()
     array[:] = 7
     assert array.shape == (1000,) and array.dtype == np.uint8 and array.sum() == 7000
 
 
-def test_a_buffer_comes_back_and_is_used_again():
+def test_a_released_buffer_is_reused():
     pool = BufferPool(1000)
     array = pool.take()
     first = address(array)
@@ -42,7 +42,7 @@ def test_a_buffer_comes_back_and_is_used_again():
     ],
     ids=["slice", "strided", "other dtype", "ndarray over it", "memoryview", "a frame's picture"],
 )
-def test_it_stays_out_while_any_view_looks_into_it(look):
+def test_a_buffer_stays_in_use_as_long_as_any_view_of_it(look):
     pool = BufferPool(1000)
     array = pool.take()
     view = look(array)
@@ -54,7 +54,7 @@ def test_it_stays_out_while_any_view_looks_into_it(look):
     assert pool.in_use == 0
 
 
-def test_no_more_than_the_limit_are_out():
+def test_no_more_buffers_than_the_limit_are_in_use():
     pool = BufferPool(10, limit=3)
     held = [pool.take() for _ in range(3)]
     assert pool.take() is None
@@ -110,11 +110,11 @@ def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
     ("size", "limit"),
     [(100, MOST_BUFFERS), (1 << 20, 512), (32 << 20, 16), (1 << 30, FEWEST_BUFFERS), (0, MOST_BUFFERS)],
 )
-def test_without_a_limit_memory_decides(size, limit):
+def test_without_a_limit_memory_limits_the_number_of_buffers(size, limit):
     assert BufferPool(size).limit == limit
 
 
-def test_where_the_system_has_no_memory_there_is_no_buffer_and_the_pool_goes_on():
+def test_a_pool_without_memory_returns_none_and_still_works():
     pool = BufferPool(1 << 62)
     assert pool.take() is None
     assert pool.in_use == 0

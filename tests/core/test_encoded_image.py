@@ -63,7 +63,7 @@ def test_images_are_decoded(kind):
         (bmp_of(20000, -20000), "20000×20000"),
     ],
 )
-def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
+def test_a_file_that_announces_too_large_an_image_is_refused_before_memory_is_allocated(file, size):
     tracemalloc.start()
     try:
         with pytest.raises(RemoteProtocolError, match=size):
@@ -73,7 +73,7 @@ def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
         tracemalloc.stop()
 
 
-def test_a_cameras_jpeg_image_that_announces_too_much_is_refused_before_memory_is_taken():
+def test_a_camera_image_that_announces_too_many_pixels_is_refused():
     with pytest.raises(PixelFormatError, match="announces 30000×30000 pixels"):
         encoded_image.jpeg_header(jpeg_of(30000, 30000))
 
@@ -88,14 +88,14 @@ def test_a_png_whose_chunk_announces_more_than_the_file_has_is_refused_at_once(c
         encoded_image.decode(np.frombuffer(bytes(file), np.uint8))
 
 
-def test_a_jpeg_is_measured_behind_filling_and_comments():
+def test_the_size_of_a_jpeg_is_found_after_fill_bytes_and_comments():
     file = encoded(".jpg").tobytes()
     more = b"\xff\xd8" + b"\xff\xff\xff\xfe" + struct.pack(">H", 2 + 300) + bytes(300) + file[2:]
     assert encoded_image.announced_size(more) == (21, 13)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_cut_short_is_refused_or_shown_as_far_as_it_goes(kind):
+def test_a_truncated_file_is_refused_or_decoded_in_part(kind):
     file = encoded(kind)
     for length in range(0, file.size, 7):
         try:
@@ -109,6 +109,6 @@ BEGINNINGS = (b"", b"\xff\xd8", b"\xff\xd8\xff\xc0", b"\x89PNG\r\n\x1a\n", b"BM"
 
 
 @given(st.sampled_from(BEGINNINGS), st.binary(max_size=60))
-def test_any_bytes_are_measured_or_not(begin, rest):
+def test_any_bytes_have_a_size_or_none(begin, rest):
     size = encoded_image.announced_size(begin + rest)
     assert size is None or min(size) >= 0

@@ -20,13 +20,13 @@ def test_a_shipped_file_is_found_from_any_folder(tmp_path, monkeypatch, name):
     assert find_file(Path(name)) == RESOURCES / "servo" / "servo.ini"
 
 
-def test_a_file_of_ones_own_comes_first(tmp_path, monkeypatch):
+def test_the_users_own_file_takes_precedence(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("servo.ini").touch()
     assert find_file(Path("servo.ini")) == Path("servo.ini")
 
 
-def test_a_name_alone_is_looked_for_in_the_folder_of_its_kind(tmp_path, monkeypatch):
+def test_a_bare_name_is_looked_for_in_the_folder_of_its_kind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert find_file(Path("camera.yaml"), "file") == RESOURCES / "ros2" / "camera.yaml"
     with pytest.raises(MissingFileError, match=r"there is no calibration camera\.yaml"):
@@ -34,7 +34,7 @@ def test_a_name_alone_is_looked_for_in_the_folder_of_its_kind(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("name", ["no.ini", "../resources/servo/servo.ini", "/servo.ini", "*.ini", "servo**"])
-def test_nothing_else_is_taken_for_one(tmp_path, monkeypatch, name):
+def test_no_other_path_finds_a_shipped_file(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MissingFileError, match="there is no configuration"):
         find_file(Path(name), "configuration")
@@ -62,7 +62,7 @@ def full_disk():
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_a_full_disk_costs_no_file_that_was_there(tmp_path, full_disk):
+def test_a_full_disk_leaves_the_old_file(tmp_path, full_disk):
     (path := tmp_path / "camera.yaml").write_text("old")
     with pytest.raises(OSError, match="File too large"):
         write_whole(path, "what does not fit")
@@ -87,7 +87,7 @@ def test_a_pipe_is_written_to(tmp_path):
     os.close(reader)
 
 
-def test_a_file_of_ones_own_in_a_folder_of_others_is_written_in_place(tmp_path, monkeypatch):
+def test_a_writable_file_in_a_readonly_folder_is_written_in_place(tmp_path, monkeypatch):
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
 

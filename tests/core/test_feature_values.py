@@ -42,7 +42,7 @@ MODE = feature(FeatureKind.ENUMERATION, entries=(EnumEntry("Off"), EnumEntry("On
         (feature(FeatureKind.STRING), "blue camera", "blue camera"),
     ],
 )
-def test_values_and_their_text_are_taken_in_the_features_type(knob, given_value, value):
+def test_values_and_text_are_converted_to_the_features_type(knob, given_value, value):
     taken = knob.validated(given_value)
     assert taken == value and type(taken) is type(value)
 
@@ -67,14 +67,14 @@ def test_values_and_their_text_are_taken_in_the_features_type(knob, given_value,
         (feature(FeatureKind.COMMAND), 1, "takes no value"),
     ],
 )
-def test_refusals_say_what_is_allowed(knob, value, message):
+def test_errors_name_the_allowed_values(knob, value, message):
     with pytest.raises(FeatureValueError, match=message) as caught:
         knob.validated(value)
     assert caught.value.feature == "Knob"
 
 
 @pytest.mark.parametrize("access", [m for m in AccessMode if not m.writable])
-def test_nothing_is_written_where_nothing_can_be(access):
+def test_a_feature_that_cannot_be_written_refuses_every_value(access):
     with pytest.raises(FeatureAccessError, match=r"^Knob is "):
         feature(FeatureKind.FLOAT, access=access).validated(1.0)
 
@@ -93,7 +93,7 @@ def test_fractions_keep_every_bit(number):
 
 
 @given(st.one_of(st.text(), st.integers(), st.floats(), st.booleans()), st.sampled_from(FeatureKind))
-def test_any_value_is_taken_or_refused(value, kind):
+def test_any_value_is_accepted_or_refused(value, kind):
     knob = feature(kind, minimum=0, maximum=100, increment=3, entries=(EnumEntry("Off"),))
     try:
         taken = knob.validated(value)
@@ -122,7 +122,7 @@ def test_sliders_over_more_than_two_decades_are_logarithmic(fields, logarithmic)
 
 
 @pytest.mark.parametrize(("maximum", "logarithmic"), [(1001, True), (1000, False)])
-def test_of_integers_those_over_more_than_three_decades(maximum, logarithmic):
+def test_sliders_of_integers_over_more_than_three_decades_are_logarithmic(maximum, logarithmic):
     assert feature(FeatureKind.INTEGER, minimum=1, maximum=maximum).logarithmic is logarithmic
 
 
@@ -146,7 +146,7 @@ def test_a_feature_in_two_categories_is_listed_once_depth_first():
 
 
 @pytest.mark.parametrize("limit", [33333.333366666664, -33333.333366666664, 0.1 + 0.2, 1e6 / 3])
-def test_a_limit_is_taken_as_it_is_shown(limit):
+def test_a_limit_is_accepted_as_it_is_shown(limit):
     """People type what the range says, which has ten digits."""
     knob = feature(FeatureKind.FLOAT, minimum=min(limit, 0.0), maximum=max(limit, 0.0))
     assert knob.validated(format_number(limit)) in (limit, float(format_number(limit)))

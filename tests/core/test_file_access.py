@@ -52,7 +52,7 @@ def test_files_are_listed_with_size_and_state(camera):
     assert [name for name, file in files.items() if file.is_firmware] == ["Firmware"]
 
 
-def test_what_is_written_is_read(camera):
+def test_a_written_file_is_read_back(camera):
     seen = []
     written = write_file(camera, "LUTLuminance", GAMMA, progress=lambda done, of: seen.append((done, of)))
     assert (written.size, written.verified) == (8192, True)
@@ -68,7 +68,7 @@ def test_any_length_arrives(camera, length):
     assert {file.name: file.size for file in list_files(camera)}["ShadingCorrection"] == length
 
 
-def test_selectors_stand_where_they_stood(camera):
+def test_selectors_are_restored(camera):
     for name, value in (("FileSelector", "DeviceLog"), ("FileOperationSelector", "Delete")):
         camera.write_feature(name, value)
     camera.write_feature("FileOpenMode", "ReadWrite")
@@ -78,13 +78,13 @@ def test_selectors_stand_where_they_stood(camera):
     assert [camera.feature(name).value for name in names] == ["DeviceLog", "Delete", "ReadWrite"]
 
 
-def test_a_transfer_is_no_setting_that_comes_back_after_a_loss(camera):
+def test_a_transfers_features_are_not_restored_after_a_loss(camera):
     camera.write_feature("Gain", 3.0)
     write_file(camera, "LUTLuminance", GAMMA)
     assert [key.name for key in camera._writes().memory.settings if key.name.startswith("File")] == []
 
 
-def test_others_get_in_between(camera):
+def test_other_callers_get_their_turn_during_a_transfer(camera):
     """A reader is served while a file of many blocks moves, and sees its own selector."""
     camera.write_feature("FileSelector", "DeviceLog")
     seen, done = [], threading.Event()
@@ -117,7 +117,7 @@ def test_a_user_set_is_a_file(camera):
 
 
 @pytest.mark.parametrize("content", [b"Gamma = much\n", b"Sesame = open\n", b"Gamma = 1000\n", b"\xff\x00"])
-def test_a_user_set_that_makes_no_sense_changes_nothing(camera, content):
+def test_an_invalid_user_set_changes_nothing(camera, content):
     camera.write_feature("Gamma", 2.0)
     write_file(camera, "UserSet1", content)
     camera.write_feature("UserSetSelector", "UserSet1")
@@ -132,7 +132,7 @@ def test_a_deleted_file_is_empty(camera):
     assert state(camera, "ShadingCorrection") == "Empty"
 
 
-def test_refusals_name_operation_file_and_status(camera):
+def test_errors_name_operation_file_and_status(camera):
     with pytest.raises(CameraFileError, match=r"writing DeviceLog: Open ended with.* Failure") as refusal:
         write_file(camera, "DeviceLog", b"nothing happened")
     assert (refusal.value.file, refusal.value.operation, refusal.value.status) == (
@@ -148,7 +148,7 @@ def test_refusals_name_operation_file_and_status(camera):
         read_file(camera, "LUTRed")
 
 
-def test_a_cancelled_upload_says_how_far_it_was(camera):
+def test_a_cancelled_upload_reports_its_progress(camera):
     cancelled = threading.Event()
 
     def stop(done, of):
@@ -182,7 +182,7 @@ def test_damaged_firmware_is_refused_by_the_camera(camera):
     assert read_file(camera, "Firmware") == before
 
 
-def test_what_reads_back_differently_is_an_error(camera, monkeypatch):
+def test_a_file_that_reads_back_differently_is_an_error(camera, monkeypatch):
     honest = type(camera).read_register
     monkeypatch.setattr(
         type(camera), "read_register", lambda self, name, length: honest(self, name, length)[:-1] + b"\x99"
@@ -192,7 +192,7 @@ def test_what_reads_back_differently_is_an_error(camera, monkeypatch):
 
 
 # -- where files cannot be had -------------------------------------------------------------------
-def test_reading_access_is_refused_before_anything_is_opened():
+def test_monitor_access_is_refused_before_a_file_is_opened():
     grabber = sources.create("sim:")
     grabber.open(Access.MONITOR)
     with grabber.exclusive(), pytest.raises(UsageError, match="open for reading"):
@@ -216,7 +216,7 @@ class RemoteGrabber(SharedGrabber):
     write_register = FrameGrabber.write_register
 
 
-def test_a_remote_source_lists_files_and_refuses_to_move_them(camera):
+def test_a_remote_source_lists_files_and_refuses_transfers(camera):
     remote = RemoteGrabber(camera)
     assert list_files(remote) == list_files(camera)
     for transfer in (
@@ -228,7 +228,7 @@ def test_a_remote_source_lists_files_and_refuses_to_move_them(camera):
     assert read_file(camera, "LUTLuminance")
 
 
-def test_a_loss_says_that_the_upload_must_be_repeated(camera, monkeypatch):
+def test_a_lost_camera_is_reported_with_the_advice_to_repeat_the_upload(camera, monkeypatch):
     def lose(self, name, content):
         raise TransportError("no acknowledge")
 

@@ -17,7 +17,7 @@ regions = st.builds(
 
 
 @pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
-def test_unreduced_it_is_the_frames_own_image(pixel_format):
+def test_an_unreduced_image_equals_the_frames_own(pixel_format):
     frame = frame_of(random_values(pixel_format, 24, 18), pixel_format)
     whole = frame.mono() if pixel_format.family in GREY else frame.rgb()
     assert np.array_equal(pixels.for_display(frame).pixels, whole)

@@ -23,21 +23,21 @@ def ids(queue):
             return taken
 
 
-def test_frames_come_in_order():
+def test_frames_are_returned_in_order():
     queue = FrameQueue(3)
     for number in range(3):
         queue.put(frame(number))
     assert ids(queue) == [0, 1, 2] and queue.dropped == 0
 
 
-def test_a_full_queue_loses_the_oldest_and_counts():
+def test_a_full_queue_drops_the_oldest_frame_and_counts_it():
     queue = FrameQueue(2)
     for number in range(5):
         queue.put(frame(number))
     assert ids(queue) == [3, 4] and queue.dropped == 3
 
 
-def test_a_queue_of_nothing_is_refused():
+def test_a_queue_of_depth_zero_is_refused():
     with pytest.raises(ValueError, match="depth 0"):
         FrameQueue(0)
 
@@ -47,7 +47,7 @@ def test_waiting_ends_after_the_timeout():
         FrameQueue().get(0.01)
 
 
-def test_closing_wakes_who_waits_and_forgets_frames():
+def test_closing_wakes_waiting_threads_and_discards_frames():
     queue = FrameQueue()
     caught = []
 
@@ -68,7 +68,7 @@ def test_closing_wakes_who_waits_and_forgets_frames():
     assert queue.closed and ids(queue) == []
 
 
-def test_a_closed_queue_holds_no_frame_that_comes_later():
+def test_a_closed_queue_accepts_no_frames():
     """A frame keeps its buffer from the pool; nobody would ever give it back."""
     queue = FrameQueue()
     queue.close()
@@ -84,7 +84,7 @@ def test_a_waiting_consumer_gets_the_frame_another_thread_puts():
     thread.join()
 
 
-def test_every_frame_put_by_many_threads_is_taken_or_counted():
+def test_every_frame_put_by_many_threads_is_returned_or_counted_as_dropped():
     queue = FrameQueue(4)
     taken = []
 
@@ -149,7 +149,7 @@ def test_a_stalled_stream_slows_down_and_stops():
     assert meter.rates(now=3.5) == (0, 0)
 
 
-def test_events_of_one_instant_are_no_infinite_rate():
+def test_simultaneous_events_give_no_infinite_rate():
     meter = RateMeter()
     meter.add(1, now=5.0)
     meter.add(1, now=5.0)

@@ -48,7 +48,7 @@ def test_every_frame_is_delivered_in_order(stream, sinks):
     assert sink.dropped == 0 and sink.rate > 0
 
 
-def test_a_slow_consumer_loses_the_oldest_and_counts_them(stream, sinks):
+def test_a_slow_consumer_loses_the_oldest_frames_which_are_counted(stream, sinks):
     seen, go_on = [], threading.Event()
     sink = sink_of(stream, lambda one: (seen.append(one.frame_id), go_on.wait(PATIENCE)), sinks)
     stream.put(frame(0))
@@ -78,7 +78,7 @@ def test_a_consumer_that_fails_is_reported_once_and_gets_the_next_frame(stream, 
     assert sink.consumed == 1
 
 
-def test_what_nobody_asks_for_is_logged(stream, sinks, caplog):
+def test_an_unhandled_failure_is_logged(stream, sinks, caplog):
     def consume(one):
         raise PixelFormatError("no colours")
 
@@ -88,13 +88,13 @@ def test_what_nobody_asks_for_is_logged(stream, sinks, caplog):
         until(lambda: "test sink: no colours" in caplog.text)
 
 
-def test_it_ends_with_its_source(stream, sinks):
+def test_a_sink_ends_with_its_source(stream, sinks):
     sink = sink_of(stream, lambda one: None, sinks)
     stream.close()
     until(lambda: not sink._thread.is_alive())
 
 
-def test_one_that_reopens_waits_for_the_source_without_spinning(stream, sinks):
+def test_a_sink_that_reopens_waits_for_its_source_without_spinning(stream, sinks):
     seen, turns = [], []
     sink_of(
         stream,
@@ -111,7 +111,7 @@ def test_one_that_reopens_waits_for_the_source_without_spinning(stream, sinks):
     until(lambda: seen == [7])
 
 
-def test_what_lies_between_is_done_while_no_frame_comes_and_at_the_end(stream, sinks):
+def test_between_is_called_while_no_frame_arrives_and_at_the_end(stream, sinks):
     jobs, done = [], []
     sink = sink_of(stream, lambda one: None, sinks, between=lambda: done.extend(jobs))
     jobs.append(1)
@@ -136,6 +136,6 @@ def test_a_consumer_may_stop_its_own_sink(stream, sinks):
     assert sink.stop(PATIENCE) and seen == [0]
 
 
-def test_one_that_never_began_can_be_stopped(stream):
+def test_a_sink_that_was_never_started_can_be_stopped(stream):
     sink = FrameSink(stream, lambda one: None, name="test sink")
     assert sink.stop(0) and not stream.consumers

@@ -67,12 +67,12 @@ def test_a_misspelt_feature_gets_a_suggestion(grabber, asked, hint):
     assert caught.value.feature == asked
 
 
-def test_a_strange_feature_gets_none(grabber):
+def test_a_completely_unknown_feature_gets_no_suggestion(grabber):
     with pytest.raises(FeatureNotFoundError, match=r"^Acme Three has no feature Zoom$"):
         grabber.feature("Zoom")
 
 
-def test_all_features_come_in_the_trees_order(grabber):
+def test_features_are_in_the_trees_order(grabber):
     assert [feature.name for feature in grabber.features()] == list(NAMES)
 
 
@@ -93,7 +93,7 @@ def test_queues_end_with_the_grabber(grabber):
         (DeviceInfo("sim:", model="/camera", address="/camera"), "/camera", "camera"),
     ],
 )
-def test_the_names_of_a_source_tell_it_from_others_of_its_model(info, title, file_name):
+def test_the_names_of_a_source_distinguish_it_from_others_of_its_model(info, title, file_name):
     assert (info.title, info.short_title) == (title, title.removeprefix("Acme "))
     assert info.file_name == file_name
     assert info.as_dict()["uri"] == "sim:"

@@ -76,7 +76,7 @@ def test_a_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, problem:
         load_table(tmp_path / "missing.bin", SHAPE)
 
 
-def test_tables_of_other_spellings_are_read(tmp_path: Path) -> None:
+def test_tables_in_other_csv_styles_are_read(tmp_path: Path) -> None:
     path = tmp_path / "lut.csv"
     path.write_text(",".join(str(place) for place in range(16)))
     assert load_table(path, SHAPE).tolist() == list(range(16))
@@ -197,7 +197,7 @@ def test_the_byte_order_is_right_where_the_table_before_does_not_show_it(
     assert camera.table.tolist() == wanted.tolist() == read_table(camera).tolist()
 
 
-def test_a_table_that_cannot_be_read_is_written_and_not_taken_for_zeros(
+def test_an_unreadable_table_is_written_and_does_not_read_as_zeros(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     camera: Any = Table("<", np.arange(256))

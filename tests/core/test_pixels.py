@@ -44,7 +44,7 @@ def loops(request):
 
 
 @each_format(CONVERTIBLE)
-def test_raw_is_what_the_sensor_sent(pixel_format):
+def test_raw_has_the_sensors_values(pixel_format):
     for width, height in SIZES:
         values = random_values(pixel_format, width, height)
         raw = frame_of(values, pixel_format).raw()
@@ -175,7 +175,7 @@ def test_eight_bit_images_pass_through_without_a_copy():
     assert np.shares_memory(rgb.rgb(), rgb.payload)
 
 
-def test_conversions_are_made_once():
+def test_conversions_are_computed_once():
     frame = frame_of(random_values(pfnc.by_name("BayerRG12p"), 8, 6), pfnc.by_name("BayerRG12p"))
     assert np.shares_memory(frame.rgb(), frame.rgb())
     assert np.shares_memory(frame.raw(), frame.raw())
@@ -204,7 +204,7 @@ def test_every_deep_value_keeps_its_eight_highest_bits(depth_name):
 
 
 @each_format(CONVERTIBLE)
-def test_chunks_behind_the_image_do_no_harm(pixel_format):
+def test_chunks_after_the_image_are_ignored(pixel_format):
     values = random_values(pixel_format, 8, 5)
     payload = np.frombuffer(encoded(values, pixel_format) + b"\xff" * 40, np.uint8)
     assert np.array_equal(Frame(payload, 8, 5, pixel_format).raw(), values)
@@ -212,7 +212,7 @@ def test_chunks_behind_the_image_do_no_harm(pixel_format):
 
 @pytest.mark.parametrize("padding", [0, 3])
 @each_format(CONVERTIBLE)
-def test_one_byte_too_few_is_an_error_that_counts(pixel_format, padding):
+def test_one_missing_byte_is_an_error_that_names_the_sizes(pixel_format, padding):
     frame = frame_of(random_values(pixel_format, 8, 5), pixel_format, padding_x=padding)
     needed = frame.payload.size - padding  # the last line's padding may be missing
     frame.payload = frame.payload[: needed - 1]
@@ -263,7 +263,7 @@ def test_no_value_outside_the_image(x, y):
 
 
 @pytest.mark.parametrize("name", ["Coord3D_C32f", "Coord3D_AC32f", "Coord3D_ABC32f"])
-def test_values_that_are_no_numbers_are_black(name):
+def test_nan_and_infinite_values_are_black(name):
     pixel_format = pfnc.by_name(name)
     payload = np.tile(np.array([0x7F800001, 0x7FC00000, 0x7F800000, 0x3F800000], np.uint32), 6).view(np.uint8)
     frame = Frame(payload, 8 // pixel_format.components, 3, pixel_format)
@@ -296,7 +296,7 @@ def test_any_frame_gives_a_picture_or_a_pixel_format_error(
     assert pixels.for_display(frame, None, (5, 5)).pixels.shape[0] <= 5
 
 
-def test_a_huge_image_with_a_tiny_payload_takes_no_memory():
+def test_a_huge_image_with_a_tiny_payload_allocates_no_memory():
     frame = Frame(np.zeros(10, np.uint8), 2**31, 2**31, pfnc.by_name("Mono12p"))
     with pytest.raises(PixelFormatError):
         frame.rgb()
@@ -329,7 +329,7 @@ def test_values_without_a_white_are_scaled_to_the_range_of_the_frame(pixel_forma
     assert (frame_of(values, pixel_format).rgb() == shown[..., None]).all()
 
 
-def test_what_was_not_measured_is_black():
+def test_unmeasured_pixels_are_black():
     pixel_format = pfnc.by_name("Coord3D_C32f")
     values = np.array([[np.nan, 100.0, 200.0, np.inf]], np.float32)
     assert frame_of(values, pixel_format).mono().tolist() == [[0, 1, 255, 0]]
@@ -346,7 +346,7 @@ def test_all_formats_that_fail_are_named():
         eight_bits()
 
 
-def test_coordinates_become_millimetres_and_what_was_not_measured_nan():
+def test_coordinates_become_millimetres_and_unmeasured_ones_nan():
     raw = np.array([[0, 10], [20, 65535]], np.uint16)
     found = millimetres(raw, 0.5, 100.0, invalid=0)
     assert found.dtype == np.float32 and np.isnan(found[0, 0])

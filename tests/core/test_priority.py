@@ -43,7 +43,7 @@ def policy() -> int:
 
 @linux
 @permitted
-def test_a_thread_that_waits_is_scheduled_first_and_one_that_computes_is_not(
+def test_a_waiting_thread_has_realtime_priority_and_a_computing_one_has_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     worked = 0.0
@@ -90,7 +90,7 @@ def test_neither_threads_nor_programs_inherit_it() -> None:
 
 
 @linux
-def test_a_refusal_is_asked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_refused_priority_is_requested_only_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
     def refuse(*arguments: object) -> None:
@@ -106,6 +106,6 @@ def test_a_refusal_is_asked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @linux
-def test_a_machine_with_one_core_keeps_its_order(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_computer_with_one_core_gets_no_realtime_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(priority.os, "sched_getaffinity", lambda process: {0})
     assert not PromptThread().review(time.monotonic() + REVIEW)

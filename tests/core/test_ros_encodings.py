@@ -33,11 +33,11 @@ def test_names(name, encoding):
 
 
 @pytest.mark.parametrize("name", WITHOUT)
-def test_some_have_none(name):
+def test_some_formats_have_no_encoding(name):
     assert encoding_of(pfnc.by_name(name)) == ""
 
 
-def test_what_nobody_can_lay_out_has_none():
+def test_a_format_of_unknown_layout_has_no_encoding():
     assert encoding_of(pfnc.by_code(0x81090001)) == ""
 
 
@@ -48,5 +48,5 @@ def test_a_known_encoding_is_that_of_its_format(encoding):
     assert encoding_of(pixel_format) == same.get(encoding, encoding)
 
 
-def test_others_have_no_format():
+def test_unknown_encodings_have_no_format():
     assert format_of("64FC4") is None

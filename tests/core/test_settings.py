@@ -30,7 +30,7 @@ def test_a_key_is_read_as_it_is_written(key):
 
 
 @pytest.mark.parametrize("text", ["", "A B", "A[", "A[S]", "A[=1]", "[S=1]"])
-def test_what_is_no_key_is_refused(text):
+def test_an_invalid_key_is_refused(text):
     with pytest.raises(UsageError):
         SettingKey.parse(text)
 
@@ -51,7 +51,7 @@ def test_a_name_alone_is_no_assignment():
     assert SettingKey.parse_assignment("Gain[GainSelector=All]") is None
 
 
-def test_selectors_stand_where_they_stood(camera):
+def test_selectors_are_restored(camera):
     camera.write_feature("BalanceRatioSelector", "Green")
     camera.write_setting(BLUE, 1.75)
     assert camera.read_setting(BLUE).value == 1.75
@@ -60,7 +60,7 @@ def test_selectors_stand_where_they_stood(camera):
     assert camera.feature("BalanceRatioSelector").value == "Green"
 
 
-def test_a_write_returns_all_that_it_changed(camera):
+def test_a_write_returns_everything_that_it_changed(camera):
     camera.write_feature("ExposureAuto", "Continuous")
     result = camera.write_setting(SettingKey("ExposureTime"), 200_000.0)
     assert [(change.key.name, change.after) for change in result.written] == [
@@ -71,7 +71,7 @@ def test_a_write_returns_all_that_it_changed(camera):
     assert rate.after == camera.feature("AcquisitionFrameRate").value < rate.before
 
 
-def test_nobody_sees_or_moves_anothers_selection(camera):
+def test_no_caller_sees_or_changes_anothers_selection(camera):
     """One writes red, one green, one blue, one looks at what is selected: all at once."""
     camera.write_feature("BalanceRatioSelector", "Green")
     wrong, rounds = [], range(60)
@@ -146,7 +146,7 @@ def written(grabber):
     return [(name, value) for name, value, _ in grabber.writes]
 
 
-def test_what_does_not_fit_yet_is_tried_again_after_the_others(region, reports):
+def test_a_value_that_does_not_fit_yet_is_tried_again_after_the_others(region, reports):
     assert settle(region, {OFFSET: 40, WIDTH: 60}, report=reports) == {}
     assert (region.known["OffsetX"].value, region.known["Width"].value) == (40, 60)
     assert [entry[:2] for entry in reports] == [
@@ -156,20 +156,20 @@ def test_what_does_not_fit_yet_is_tried_again_after_the_others(region, reports):
     ]
 
 
-def test_what_never_fits_is_named_with_its_reason(region, reports):
+def test_a_value_that_never_fits_is_returned_with_the_reason(region, reports):
     problems = settle(region, {OFFSET: 70, WIDTH: 60}, report=reports)
     assert list(problems) == [OFFSET]
     assert "OffsetX" in problems[OFFSET] and "40" in problems[OFFSET]
     assert reports[-1] == ("OffsetX", Settled.REFUSED, None)
 
 
-def test_values_that_are_there_already_are_not_written(region, reports):
+def test_equal_values_are_not_written(region, reports):
     assert settle(region, {WIDTH: "100", OFFSET: 0}, report=reports) == {}
     assert region.writes == []
     assert reports == [("Width", Settled.WRITTEN, 100), ("OffsetX", Settled.WRITTEN, 0)]
 
 
-def test_a_camera_that_rounds_is_not_asked_for_ever(reports):
+def test_a_rounded_value_is_not_written_forever(reports):
     grabber = ScriptedGrabber([number("Width", 0)])
     grabber.on_write = lambda name, value: value // 8 * 8
     problems = settle(grabber, {WIDTH: 63}, report=reports)
@@ -178,7 +178,7 @@ def test_a_camera_that_rounds_is_not_asked_for_ever(reports):
     assert reports[-1] == ("Width", Settled.DIFFERENT, 56)
 
 
-def test_what_a_later_write_disturbed_is_written_once_more(reports):
+def test_a_value_that_a_later_write_changed_is_written_again(reports):
     grabber = ScriptedGrabber([number("Width", 1), number("Gain", 1)])
 
     def disturb(name, value):
@@ -192,7 +192,7 @@ def test_what_a_later_write_disturbed_is_written_once_more(reports):
     assert reports[-1] == ("Width", Settled.WRITTEN, 7)
 
 
-def test_two_that_fight_come_to_an_end():
+def test_two_conflicting_settings_come_to_an_end():
     grabber = ScriptedGrabber([number("Width", 1), number("Gain", 1)])
     other = {"Width": "Gain", "Gain": "Width"}
 
@@ -205,13 +205,13 @@ def test_two_that_fight_come_to_an_end():
     assert len(grabber.writes) <= 2 * (MAX_PASSES + 1)
 
 
-def test_a_wanted_mode_decides_over_the_value_it_regulates():
+def test_a_wanted_mode_takes_precedence_over_the_value_it_regulates():
     grabber = ScriptedGrabber([number("Gain", 1), choice("GainAuto", "Off", "Off", "Continuous")])
     assert settle(grabber, {AUTO: "Continuous", GAIN: 50}) == {}
     assert written(grabber) == [("GainAuto", "Continuous")]
 
 
-def test_modes_are_written_behind_the_values_that_they_rule():
+def test_modes_are_written_after_the_values_that_they_control():
     grabber = ScriptedGrabber([choice("GainAuto", "Continuous", "Off", "Continuous"), number("Gain", 1)])
     assert settle(grabber, {AUTO: "Off", GAIN: 50}) == {}
     assert written(grabber) == [("Gain", 50), ("GainAuto", "Off")]
@@ -224,7 +224,7 @@ def test_a_mode_that_regulates_once_may_be_off_again():
     assert written(grabber) == [("GainAuto", "Once")]
 
 
-def test_a_reluctant_value_is_written_only_where_another_needs_it(region):
+def test_a_reluctant_value_is_written_only_if_another_needs_it(region):
     assert settle(region, {WIDTH: 60}, reluctantly=[WIDTH]) == {}
     assert region.writes == []
     assert settle(region, {OFFSET: 40, WIDTH: 60}, reluctantly=[WIDTH]) == {}
@@ -236,14 +236,14 @@ def test_once_cancelled_nothing_more_is_written(region):
     assert written(region) == [("Width", 60)]
 
 
-def test_a_value_that_is_gone_is_reported():
+def test_a_feature_that_became_unavailable_is_reported():
     grabber = ScriptedGrabber([number("Width", 1)])
     grabber.known["Width"] = replace(grabber.known["Width"], value=None, access=AccessMode.NOT_AVAILABLE)
     problems = settle(grabber, {WIDTH: 7, SettingKey("Nothing"): 1})
     assert set(problems) == {WIDTH, SettingKey("Nothing")}
 
 
-def test_others_come_between_batches_and_selectors_stand_where_they_stood():
+def test_other_callers_get_their_turn_between_batches_and_see_restored_selectors():
     entries = [f"E{index}" for index in range(2 * BATCH + 1)]
     grabber = ScriptedGrabber([choice("Selector", "E0", *entries), number("Gain", 1)])
     wanted = {SettingKey("Gain", (("Selector", entry),)): 1 for entry in entries}

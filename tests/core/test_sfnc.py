@@ -51,7 +51,7 @@ def test_the_enabler_of_the_frame_rate():
     assert sfnc.enabler_of("Gain", has) is None
 
 
-def test_what_a_name_is_for():
+def test_the_role_of_a_name():
     assert sfnc.role_of("GainRaw") is Role.GAIN
     assert sfnc.role_of("LineSelector") is None
 
@@ -102,7 +102,7 @@ def test_a_mode_regulates_every_feature_that_names_it():
 @pytest.mark.parametrize(
     ("value", "on"), [("Off", False), (False, False), (None, False), ("Once", True), (True, True)]
 )
-def test_what_counts_as_on(value, on):
+def test_the_values_that_count_as_on(value, on):
     assert sfnc.is_on(value) is on
     assert sfnc.regulating(mode(value)) is on
 
@@ -128,7 +128,7 @@ def test_only_an_enumeration_offers_entries():
         (switch(True), ("GammaEnable", False)),
     ],
 )
-def test_how_a_mode_is_switched_off(feature, write):
+def test_a_mode_is_switched_off_by_its_type(feature, write):
     assert sfnc.switched_off(feature) == write
 
 
@@ -142,7 +142,7 @@ def test_how_a_mode_is_switched_off(feature, write):
         (switch(0, kind=FeatureKind.INTEGER), None),
     ],
 )
-def test_how_a_switch_is_turned_on(feature, write):
+def test_an_enabler_is_switched_on(feature, write):
     assert sfnc.switched_on(feature) == write
 
 
@@ -157,7 +157,7 @@ def test_how_a_switch_is_turned_on(feature, write):
         (AccessMode.NOT_AVAILABLE, "GainAuto", mode(), False),
     ],
 )
-def test_only_its_own_mode_is_no_lock(access, auto, regulator, editable):
+def test_only_a_features_own_mode_does_not_lock_it(access, auto, regulator, editable):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=access, value=1.0, auto=auto)
     offered = sfnc.as_editable(gain, regulator)
     assert offered.access is (AccessMode.READ_WRITE if editable else access)

@@ -24,7 +24,7 @@ class Plain(ThreeKnobs):
         return FrameQueue(depth)
 
 
-def test_whatever_a_grabber_can_be_asked_is_asked_of_the_one_beneath():
+def test_every_call_is_passed_on_to_the_shared_grabber():
     public = {
         name
         for name, kind in vars(FrameGrabber).items()
@@ -35,7 +35,7 @@ def test_whatever_a_grabber_can_be_asked_is_asked_of_the_one_beneath():
     assert public - made_of_the_others <= set(vars(SharedGrabber))
 
 
-def test_no_queue_is_forgotten_where_two_threads_open_one_at_a_time():
+def test_no_queue_is_lost_if_two_threads_open_one_at_the_same_time():
     handle, opened = SharedGrabber(Plain(DeviceInfo("test:"))), []
     other = threading.Thread(target=lambda: opened.append(handle.open_queue()))
 
@@ -68,7 +68,7 @@ def both():
     camera.close()
 
 
-def test_no_feature_can_be_written_or_run(both):
+def test_a_readonly_grabber_writes_and_runs_no_feature(both):
     camera, shown = both
     assert shown.access is Access.MONITOR
     for feature in camera.features():
@@ -128,7 +128,7 @@ def test_whether_a_method_writes_was_decided_for_each():
     assert not undecided, "a new method of FrameGrabber: refuse it in ReadOnlyGrabber, or add it to READS"
 
 
-def test_values_and_frames_come_through_and_the_stream_cannot_be_stopped(both):
+def test_a_readonly_grabber_delivers_values_and_frames_and_cannot_stop_the_stream(both):
     camera, shown = both
     with pytest.raises(AccessDeniedError, match="cannot be started"):
         shown.start()
@@ -142,7 +142,7 @@ def test_values_and_frames_come_through_and_the_stream_cannot_be_stopped(both):
     assert shown.feature("Gain").value == 3.0
 
 
-def test_what_only_the_stream_locks_is_not_offered(both):
+def test_a_readonly_grabber_offers_no_feature_that_only_the_stream_locks(both):
     camera, shown = both
     camera.start()
     assert camera.offered(camera.feature("Width")).access is AccessMode.READ_WRITE

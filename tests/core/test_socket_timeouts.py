@@ -92,7 +92,7 @@ def test_without_a_timeout_there_is_none(
     later.join()
 
 
-def test_a_socket_that_was_closed_meanwhile_is_an_error_of_the_connection(
+def test_a_closed_socket_is_a_connection_error(
     interval_timer: None, pair: tuple[socket.socket, socket.socket]
 ) -> None:
     pair[0].close()

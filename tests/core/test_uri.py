@@ -21,14 +21,14 @@ from grabbergui.core.uri import SourceUri
         ("gige:my%20camera", "gige", "my camera", {}),
     ],
 )
-def test_what_users_type(text, scheme, name, options):
+def test_uris_as_users_type_them(text, scheme, name, options):
     uri = SourceUri.parse(text)
     assert (uri.scheme, uri.name, uri.options) == (scheme, name, options)
     assert SourceUri.parse(str(uri)) == uri
 
 
 @pytest.mark.parametrize("text", ["", "camera", "192.168.0.10", ":x", "1a:b", "gige cam:", "sim:?fast"])
-def test_what_is_no_uri_is_refused_by_name(text):
+def test_a_malformed_uri_is_refused(text):
     with pytest.raises(UsageError, match="'"):
         SourceUri.parse(text)
 

@@ -52,7 +52,7 @@ def image(data, encoding, width, height, step, *, big=0):
     ],
 )
 @pytest.mark.parametrize("big", [0, 1])
-def test_images_whose_lines_cannot_be_are_refused(written, encoding, width, height, step, size, big):
+def test_images_with_impossible_lines_are_refused(written, encoding, width, height, step, size, big):
     recording = written(image(bytes(size), encoding, width, height, step, big=big))
     with pytest.raises(RecordingError, match="is impossible"):
         recording.frame(0, 0)
@@ -84,7 +84,7 @@ def test_an_unknown_encoding_is_named(written):
 
 
 @pytest.mark.parametrize("encoding", ["yuv422", "yuv422_yuy2", "rgb8", "mono8"])
-def test_the_byte_order_means_nothing_to_components_of_a_byte(written, encoding):
+def test_the_byte_order_of_single_bytes_is_ignored(written, encoding):
     data = np.random.default_rng(1).integers(0, 256, 4 * 2 * 3, np.uint8).tobytes()
     step = 12 if encoding == "rgb8" else 8
     images = (image(data, encoding, 4, 2, step, big=flag) for flag in (0, 1))
@@ -100,7 +100,7 @@ def test_more_messages_than_memory_could_hold_are_refused(written, monkeypatch):
         written(*pictures, name="three.mcap")
 
 
-def test_zeros_at_the_end_are_no_records(written):
+def test_zeros_at_the_end_are_ignored(written):
     recording = written(image(bytes(16), "mono8", 4, 4, 4), zeros=4 << 30)  # sparse
     assert len(recording) == 1
     assert recording.frame(0, 0).complete

@@ -80,7 +80,7 @@ def test_each_frame_has_its_own_time(tmp_path, kind):
         recording.close()
 
 
-def test_times_that_stand_or_fall_back_still_rise_in_the_movie(tmp_path):
+def test_constant_or_decreasing_times_increase_in_the_movie(tmp_path):
     frames = [flat(index, at=at) for index, at in enumerate((0, 10**9, 10**9, 5 * 10**8, 10**13))]
     recording = open_recording(written(tmp_path / "x.mp4", RecordingKind.H264, frames))
     assert len(recording) == 5
@@ -138,7 +138,7 @@ def test_odd_sizes_are_recorded(tmp_path, kind, name):
     recording.close()
 
 
-def test_what_an_encoder_does_not_take_is_an_error_with_the_way_out(tmp_path):
+def test_a_size_that_an_encoder_does_not_accept_is_an_error_with_advice(tmp_path):
     writer = create_writer(RecordingKind.AV1, tmp_path / "x.mp4", INFO)
     with pytest.raises(RecordingError, match="even width and height, not 65×47"):
         writer.write(flat(0, 65, 47))
@@ -257,7 +257,7 @@ def test_no_more_frames_are_counted_than_a_full_disk_has(tmp_path, monkeypatch, 
         assert recording.frame(last, 0).frame_id == last
 
 
-def test_what_a_movie_has_not_written_yet_counts_as_used(tmp_path, monkeypatch):
+def test_unwritten_bytes_of_a_movie_count_as_used_space(tmp_path, monkeypatch):
     monkeypatch.setattr(recorder.shutil, "disk_usage", lambda folder: SimpleNamespace(free=10**9))
     writer = create_writer(RecordingKind.LOSSLESS, tmp_path / "x.mp4", INFO, 25)
     assert writer.free() == 10**9
@@ -269,7 +269,7 @@ def test_what_a_movie_has_not_written_yet_counts_as_used(tmp_path, monkeypatch):
     assert writer.free() == 10**9
 
 
-def test_a_movie_that_was_cut_short_behind_its_index_is_played_up_to_there(tmp_path):
+def test_a_movie_that_was_cut_short_after_its_index_is_played_up_to_there(tmp_path):
     """As a download that broke off: its index has more frames than the file."""
     frames = [noisy(index) for index in range(20)]
     with (
@@ -320,7 +320,7 @@ def test_broken_bytes_never_give_a_traceback(tmp_path, kind):
         b"ffconcat version 1.0\nfile other.mp4\n",
     ],
 )
-def test_what_is_no_movie_is_refused_and_opens_no_other_file(tmp_path, content):
+def test_a_file_that_is_no_movie_is_refused_and_opens_no_other_file(tmp_path, content):
     written(tmp_path / "other.mp4", RecordingKind.H264, [flat(0)])
     (tmp_path / "x.mp4").write_bytes(content)
     with pytest.raises(UsageError, match=r"x\.mp4"):
@@ -339,7 +339,7 @@ def test_what_is_no_movie_is_refused_and_opens_no_other_file(tmp_path, content):
         ),
     ],
 )
-def test_why_a_movie_cannot_be_read_is_said_plainly(tmp_path, content, reason):
+def test_the_reason_why_a_movie_cannot_be_read_is_plain(tmp_path, content, reason):
     """FFmpeg has one text for all of them: `[Errno 1094995529] Invalid data found when processing input`."""
     with av.open(str(tmp_path / "whole.mp4"), "w") as container:
         stream = container.add_stream("libx264", rate=25)
@@ -380,7 +380,7 @@ for number in range(8):
 """
 
 
-def test_av1_movies_end_and_are_whole_on_a_busy_machine(tmp_path):
+def test_av1_movies_end_and_are_complete_on_a_busy_computer(tmp_path):
     """With less delay SVT-AV1 hangs for ever, or loses its frames' order."""
     programs = [
         subprocess.Popen([sys.executable, "-c", AV1_MOVIES, str(tmp_path / str(number))])
@@ -394,7 +394,7 @@ def test_av1_movies_end_and_are_whole_on_a_busy_machine(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have other schedulers")
-def test_an_av1_encoder_takes_no_real_time_priority(tmp_path):
+def test_an_av1_encoder_leaves_no_real_time_priority(tmp_path):
     """SVT-AV1 takes it where root runs it, also for the thread that opens it and all that this one starts."""
     movie = MovieFile(tmp_path / "x.mkv", RecordingKind.AV1, (64, 64, 3), np.uint8, 30.0)
     try:

@@ -15,7 +15,7 @@ from patience import PATIENCE
 INFO = DeviceInfo("sim:", model="M")
 
 
-def test_results_come_in_the_order_the_work_was_given():
+def test_results_are_in_the_order_of_the_tasks():
     done, second_began = [], threading.Event()
     work = OrderedWork("test", 2, 8, done.append)
 
@@ -30,7 +30,7 @@ def test_results_come_in_the_order_the_work_was_given():
     assert done == [1, 2]
 
 
-def test_no_more_is_held_than_allowed():
+def test_no_more_tasks_than_allowed_are_held():
     done, release = [], threading.Event()
     work = OrderedWork("test", 1, 2, done.append)
     for number in (1, 2):
@@ -45,7 +45,7 @@ def test_no_more_is_held_than_allowed():
     assert done == [1, 2, 3]
 
 
-def test_with_none_held_it_is_done_at_once():
+def test_with_none_waiting_a_task_is_done_when_add_returns():
     done = []
     work = OrderedWork("test", 1, 0, done.append)
 
@@ -55,7 +55,7 @@ def test_with_none_held_it_is_done_at_once():
     work.finish()
 
 
-def test_an_error_comes_at_the_next_occasion_and_the_rest_is_still_done():
+def test_an_error_is_raised_by_a_later_call_and_the_other_tasks_are_still_done():
     done, release = [], threading.Event()
     work = OrderedWork("test", 1, 1, done.append)
     work.add(lambda: release.wait(PATIENCE) and 1 // 0)
@@ -124,7 +124,7 @@ def test_an_image_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_pat
     recording.close()
 
 
-def test_what_is_being_compressed_counts_for_the_size(tmp_path):
+def test_images_being_compressed_count_for_the_size(tmp_path):
     writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
     for frame in frames(10):
         writer.write(frame)

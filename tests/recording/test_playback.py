@@ -101,7 +101,7 @@ def test_loop_goes_round_and_can_be_ended(player):
     assert queue.get(PATIENCE).frame_id == 0
 
 
-def test_held_it_shows_the_position_that_is_set(player):
+def test_while_paused_it_shows_the_position_that_is_set(player):
     player.write_feature("PlaybackActive", False)
     queue = player.open_queue(4)
     player.start()
@@ -118,7 +118,7 @@ def test_held_it_shows_the_position_that_is_set(player):
     assert player.feature("PlaybackTime").value == pytest.approx(0.15)
 
 
-def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
+def test_it_continues_from_a_position_that_was_sought(player):
     player.write_feature("PlaybackActive", False)
     queue = player.open_queue(16)
     player.start()
@@ -129,7 +129,7 @@ def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
     assert [queue.get(PATIENCE).frame_id for _ in range(4)] == [3, 4, 5, 0]
 
 
-def test_that_it_came_to_its_end_is_reported(player):
+def test_its_end_is_reported(player):
     player.write_feature("PlaybackLoop", False)
     player.write_feature("PlaybackSpeed", 20)
     ended = threading.Event()
@@ -144,7 +144,7 @@ def test_that_it_came_to_its_end_is_reported(player):
     assert player.feature("PlaybackPosition").value == 5
 
 
-def test_features_are_what_they_say(player):
+def test_features_match_their_descriptions(player):
     assert player.feature("PlaybackFrameCount").value == 6
     assert player.feature("PlaybackDuration").value == pytest.approx(0.25)
     assert (player.feature("Width").value, player.feature("PixelFormat").value) == (16, "Mono8")
@@ -160,7 +160,7 @@ def test_features_are_what_they_say(player):
         player.execute("PlaybackSpeed")
 
 
-def test_stopped_and_started_again_it_goes_on(player):
+def test_it_continues_after_a_stop_and_start(player):
     queue = player.open_queue(4)
     player.start()
     player.start()
@@ -178,7 +178,7 @@ def test_stopped_and_started_again_it_goes_on(player):
         player.start()
 
 
-def test_started_while_it_is_being_stopped_it_has_one_player(player, monkeypatch):
+def test_a_start_during_a_stop_leaves_one_player(player, monkeypatch):
     reading, go_on, really = threading.Event(), threading.Event(), player._recording.frame
 
     def slow(index, received_ns):
@@ -230,7 +230,7 @@ EVIL = {
 
 
 @pytest.mark.parametrize("text", EVIL.values(), ids=EVIL)
-def test_notes_that_wish_us_ill_are_refused(folder, text):
+def test_malicious_notes_are_refused(folder, text):
     (folder / "frames.jsonl").write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(GrabberError):
         playback.create(SourceUri.parse(f"file:{folder}")).open()
@@ -242,7 +242,7 @@ def test_a_line_cut_short_by_a_crash_is_left_out(folder):
     assert len(open_recording(folder)) == 6
 
 
-def test_an_image_that_breaks_is_left_out_and_play_goes_on(folder):
+def test_a_broken_image_is_skipped(folder):
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:30])
     grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10&loop=0"))
     grabber.open()
@@ -255,7 +255,7 @@ def test_an_image_that_breaks_is_left_out_and_play_goes_on(folder):
         grabber.close()
 
 
-def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
+def test_a_path_without_a_recording_is_refused_with_advice(tmp_path):
     (tmp_path / "notes.txt").write_text("no")
     for name in ("a.mcap", "a.mp4"):
         (tmp_path / name).write_bytes(b"\0" * 100)
@@ -274,7 +274,7 @@ def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "~nobody-of-this-name/movie.mp4"])
-def test_names_that_no_system_has_are_refused_like_any_other(name):
+def test_names_that_no_system_allows_are_refused_like_any_other(name):
     with pytest.raises(GrabberError):
         playback.create(SourceUri("file", name)).open()
 
@@ -313,7 +313,7 @@ def test_a_note_may_give_a_format_by_its_code(tmp_path):
 
 
 @pytest.mark.parametrize("values", [np.int16, np.float32])
-def test_images_of_no_sensors_values_are_refused(tmp_path, values):
+def test_images_with_values_of_no_sensor_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
     with pytest.raises(RecordingError, match=rf"0\.tiff has 1 components of {values.__name__}"):
         playback.create(SourceUri("file", str(tmp_path))).open()

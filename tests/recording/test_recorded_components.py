@@ -51,7 +51,7 @@ def frame(number, *, range_first=False):
 
 
 @pytest.mark.parametrize("range_first", [False, True])
-def test_every_component_comes_back_as_it_was(tmp_path, range_first):
+def test_every_component_is_played_as_it_was_recorded(tmp_path, range_first):
     path = tmp_path / "x.mcap"
     writer = create_writer(RecordingKind.MCAP, path, INFO, scan=SCAN)
     sent = [frame(number, range_first=range_first) for number in range(1, 4)]

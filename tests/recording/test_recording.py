@@ -48,7 +48,7 @@ NAMES = {
 
 
 @pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])
-def test_a_name_that_no_disk_takes_is_an_error_of_ours(tmp_path, suffix):
+def test_a_name_too_long_for_the_disk_is_a_recording_error(tmp_path, suffix):
     path = tmp_path / ("x" * 300 + suffix)
     with pytest.raises(RecordingError, match="could not be made: File name too long"):
         create_writer(kind_of(path), path, INFO)
@@ -117,7 +117,7 @@ EXACT = [
 
 
 @pytest.mark.parametrize(("kind", "name"), EXACT, ids=lambda value: getattr(value, "name", value))
-def test_frames_come_back_equal(tmp_path, kind, name):
+def test_frames_are_played_as_they_were_recorded(tmp_path, kind, name):
     frames = [made(name, index) for index in range(3)]
     recording = open_recording(written(kind, tmp_path / NAMES[kind], frames))
     try:
@@ -201,7 +201,7 @@ def test_it_ends_after_so_many_seconds(camera, tmp_path):
     assert progress.frames and progress.seconds <= 0.1
 
 
-def test_the_clock_on_the_wall_does_not_end_it(camera, tmp_path, monkeypatch):
+def test_a_change_of_the_time_of_day_does_not_end_it(camera, tmp_path, monkeypatch):
     """As when the time of day is set by an hour while it records."""
     really, jumped = time.time_ns, []
     monkeypatch.setattr(time, "time_ns", lambda: really() + 3600 * 10**9 * bool(jumped))
@@ -215,7 +215,7 @@ def test_the_clock_on_the_wall_does_not_end_it(camera, tmp_path, monkeypatch):
     assert progress.frames == 20 and progress.seconds < PATIENCE
 
 
-def test_it_ends_after_so_many_seconds_though_no_frame_comes_any_more(camera, tmp_path):
+def test_it_ends_after_so_many_seconds_even_if_no_frame_arrives(camera, tmp_path):
     writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     recorder = Recorder(camera, writer, RecordingLimits(seconds=0.3), reserve=0)
     recorder.start()
@@ -258,7 +258,7 @@ def test_without_a_frame_the_name_is_free_again(camera, tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", MOVIE_KINDS)
-def test_without_a_frame_a_file_of_somebody_else_stays(camera, tmp_path, kind):
+def test_without_a_frame_another_programs_file_stays(camera, tmp_path, kind):
     """A movie is made with its first frame; until then another program may have taken the name."""
     path = tmp_path / NAMES[kind]
     recorder = Recorder(camera, create_writer(kind, path, INFO))
@@ -269,7 +269,7 @@ def test_without_a_frame_a_file_of_somebody_else_stays(camera, tmp_path, kind):
     assert [file.name for file in tmp_path.iterdir()] == [path.name] and path.read_text() == "theirs"
 
 
-def test_it_ends_although_closing_fails_in_a_way_nobody_foresaw(camera, tmp_path, monkeypatch):
+def test_it_ends_even_if_closing_fails_unexpectedly(camera, tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.PNG, tmp_path / "pictures", INFO)
 
     def no_memory(frame):
@@ -287,7 +287,7 @@ def test_it_ends_although_closing_fails_in_a_way_nobody_foresaw(camera, tmp_path
 
 
 @pytest.mark.parametrize("kind", [RecordingKind.MCAP, RecordingKind.H264])
-def test_it_ends_although_its_file_was_removed_meanwhile(camera, tmp_path, kind):
+def test_it_ends_even_if_its_file_was_removed(camera, tmp_path, kind):
     recorder = Recorder(camera, create_writer(kind, tmp_path / NAMES[kind], camera.info))
     recorder.start()
     camera.start()
@@ -404,7 +404,7 @@ def test_a_camera_that_counts_from_one_again_keeps_the_device_times_of_its_first
         assert [recording.frame(index, 0).timestamp_ns for index in range(6)] == list(range(1000, 1006))
 
 
-def test_a_write_that_does_not_fit_leaves_whole_frames(tmp_path):
+def test_a_write_that_does_not_fit_leaves_complete_frames(tmp_path):
     writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     frames = [made("Mono8", index) for index in range(6)]
     writer.write(frames[0])
@@ -496,7 +496,7 @@ def test_compressed_files_of_others_are_played(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "compress"), [("zstd", zstandard.compress), ("lz4", lz4.frame.compress)])
-def test_a_chunk_that_holds_much_more_than_it_announces_takes_no_memory(tmp_path, name, compress):
+def test_a_chunk_is_decompressed_no_further_than_it_announces(tmp_path, name, compress):
     data = compress(bytes(1 << 26))
     body = (
         struct.pack("<QQQII", 0, 0, 1000, 0, len(name)) + name.encode() + struct.pack("<Q", len(data)) + data
@@ -535,7 +535,7 @@ def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_p
     recording.close()
 
 
-def test_what_nobody_can_lay_out_is_kept_as_its_bytes(tmp_path):
+def test_a_format_of_unknown_layout_is_stored_as_bytes(tmp_path):
     pixel_format = pfnc.by_code(0x81090001)
     payload = np.arange(72, dtype=np.uint8)
     frame = Frame(payload, 8, 8, pixel_format, received_ns=START)
@@ -573,7 +573,7 @@ def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
         create_writer(RecordingKind.H264, tmp_path / "movie.mp4", INFO)
 
 
-def test_the_ending_chooses_the_kind():
+def test_the_suffix_chooses_the_kind():
     assert kind_of(Path("a.MP4")) is RecordingKind.H264
     assert kind_of(Path("a.mp4"), movie=RecordingKind.LOSSLESS) is RecordingKind.LOSSLESS
     assert kind_of(Path("a.mcap")) is RecordingKind.MCAP

@@ -45,7 +45,7 @@ def test_colour_becomes_a_png_as_it_is_seen(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["Mono10", "Mono12", "Mono16", "Mono12p", "Mono12Packed", "BayerGB12"])
-def test_deeper_ones_become_a_tiff_with_the_sensors_values(tmp_path, name):
+def test_deeper_formats_become_a_tiff_with_the_sensors_values(tmp_path, name):
     frame = random_frame(name)
     path = save(frame, tmp_path, INFO, MOMENT)
     assert path.suffix == ".tiff"
@@ -54,7 +54,7 @@ def test_deeper_ones_become_a_tiff_with_the_sensors_values(tmp_path, name):
     assert np.array_equal(back, frame.raw())
 
 
-def test_what_cannot_be_laid_out_is_kept_as_bytes_with_what_they_are(tmp_path):
+def test_a_format_of_unknown_layout_is_saved_as_bytes_with_a_description(tmp_path):
     frame = Frame(np.arange(200, dtype=np.uint8), 20, 10, pfnc.by_code(0x81090001), 5)
     path = save(frame, tmp_path, INFO, MOMENT)
     assert path.suffix == ".raw"
@@ -65,7 +65,7 @@ def test_what_cannot_be_laid_out_is_kept_as_bytes_with_what_they_are(tmp_path):
     assert reported["source"]["serial"] == "GV01"
 
 
-def test_names_tell_what_and_when_and_are_safe(tmp_path):
+def test_names_contain_camera_and_time_and_are_safe(tmp_path):
     path = save(random_frame("Mono8"), tmp_path, INFO, MOMENT)
     assert re.fullmatch(r"One-2-µ_GV01_\d{8}-\d{6}\.125\.png", path.name)
 
