@@ -24,6 +24,9 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import Family
 from grabbergui.core.scan3d import PointCloud, Scan3d
 
+_TIFF_TYPES = (np.uint16, np.int16, np.int32, np.float32, np.float64)
+"Types of deep values that OpenCV writes to TIFF unchanged."
+
 
 class SnapshotError(GrabberError):
     """A file could not be written."""
@@ -32,11 +35,11 @@ class SnapshotError(GrabberError):
 def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = None) -> Path:
     """Write a frame into a folder, which is created if necessary, and return the file's path.
 
-    8-bit formats are saved as PNG (Bayer and YUV in colour), deeper ones as 16-bit TIFF with the sensor's
-    values in the low bits (a Bayer pattern unconverted). A format of unknown layout is saved as its payload
-    bytes (`.raw`) with a description in a `.json` file. Each component of a frame is saved in a file; all but
-    the frame's own image have their kind in the name (`_range.tiff`). No file is overwritten. `moment` is in
-    seconds since the epoch, by default the frame's. Raises SnapshotError.
+    8-bit formats are saved as PNG (Bayer and YUV in colour), deeper ones as TIFF with the sensor's values in
+    the low bits (a Bayer pattern unconverted). A format that no image file can hold, or of unknown layout, is
+    saved as its payload bytes (`.raw`) with a description in a `.json` file. Each component of a frame is
+    saved in a file; all but the frame's own image have their kind in the name (`_range.tiff`). No file is
+    overwritten. `moment` is in seconds since the epoch, by default the frame's. Raises SnapshotError.
     """
     moment = _moment(frame, moment)
     stem = _stem(info, moment)
@@ -129,7 +132,9 @@ def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment:
 def _encoded(frame: Frame) -> tuple[str, bytes]:
     """Return the file's suffix and content. Raises PixelFormatError."""
     raw, family = frame.raw(), frame.pixel_format.family
-    if raw.dtype in (np.uint16, np.float32) and raw.ndim == 2:
+    if raw.dtype.itemsize > 1 and raw.ndim == 2:
+        if raw.dtype not in _TIFF_TYPES:
+            raise PixelFormatError(f"no image file holds {frame.pixel_format}")
         return ".tiff", _encode(".tiff", raw)
     if raw.dtype == np.uint16 and family is Family.RGB:
         order = [frame.pixel_format.raw_order.index(name) for name in "BGR"]

@@ -44,14 +44,25 @@ def test_colour_becomes_a_png_as_it_is_seen(tmp_path, name):
     assert np.array_equal(cv2.imread(str(path))[:, :, ::-1], frame.rgb())
 
 
-@pytest.mark.parametrize("name", ["Mono10", "Mono12", "Mono16", "Mono12p", "Mono12Packed", "BayerGB12"])
+@pytest.mark.parametrize(
+    "name",
+    ["Mono10", "Mono12", "Mono16", "Mono12p", "Mono12Packed", "BayerGB12", "Data16s", "Data32s", "Data64f"],
+)
 def test_deeper_formats_become_a_tiff_with_the_sensors_values(tmp_path, name):
     frame = random_frame(name)
     path = save(frame, tmp_path, INFO, MOMENT)
     assert path.suffix == ".tiff"
     back = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    assert back.dtype == np.uint16
-    assert np.array_equal(back, frame.raw())
+    assert back.dtype == frame.raw().dtype
+    assert np.array_equal(back, frame.raw(), equal_nan=True)
+
+
+@pytest.mark.parametrize("name", ["Data32", "Data64", "Data64s"])
+def test_integers_too_deep_for_a_tiff_are_saved_as_bytes(tmp_path, name):
+    frame = random_frame(name)
+    path = save(frame, tmp_path, INFO, MOMENT)
+    assert path.suffix == ".raw"
+    assert path.read_bytes() == frame.payload.tobytes()
 
 
 def test_a_format_of_unknown_layout_is_saved_as_bytes_with_a_description(tmp_path):
