@@ -206,8 +206,9 @@ def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
 
 
 def _number(grabber: FrameGrabber, name: str, axis: str = "") -> float | None:
+    """Return a finite number. Cameras may report NaN, which is invalid data in any case."""
     value = _value(grabber, name, axis)
-    return float(value) if isinstance(value, int | float) else None
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
 
 
 def _value(grabber: FrameGrabber, name: str, axis: str = "") -> FeatureValue | None:

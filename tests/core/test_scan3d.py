@@ -41,6 +41,22 @@ def test_zero_is_a_distance_where_the_camera_says_that_all_values_are_valid():
     assert valid.distances(np.array([0], np.uint16), by_name("Coord3D_C16"))[0] == 0
 
 
+def test_the_coordinates_of_a_camera_whose_invalid_value_is_nan_can_be_recorded():
+    values = {"Scan3dCoordinateScale": 0.5, "Scan3dInvalidDataFlag": True, "Scan3dInvalidDataValue": np.nan}
+    camera = ScriptedGrabber(
+        Feature(
+            name=name,
+            kind=FeatureKind.BOOLEAN if value is True else FeatureKind.FLOAT,
+            access=AccessMode.READ_ONLY,
+            value=value,
+        )
+        for name, value in values.items()
+    )
+    scan = Scan3d.read(camera)
+    assert Scan3d.from_json(scan.as_json()) == scan
+    assert scan.coordinates[2].scale == 0.5
+
+
 def test_a_range_image_and_its_focal_length_give_points():
     scan = replace(C_ONLY, focal_length=200.0, principal_point=(11.0, 20.0))
     frame = frame_of(np.array([[200, 0], [200, 400]], np.uint16), "Coord3D_C16")
