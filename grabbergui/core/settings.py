@@ -201,7 +201,10 @@ def same_value(first: FeatureValue, second: FeatureValue) -> bool:
         return False
     if isinstance(one, int) and isinstance(other, int):
         return one == other
-    return math.isclose(one, other, rel_tol=_TOLERANCE)
+    try:
+        return math.isclose(one, other, rel_tol=_TOLERANCE)
+    except OverflowError:  # an integer beyond any float
+        return False
 
 
 def is_number(value: FeatureValue) -> bool:

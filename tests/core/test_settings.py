@@ -192,6 +192,11 @@ def test_a_value_that_a_later_write_changed_is_written_again(reports):
     assert reports[-1] == ("Width", Settled.WRITTEN, 7)
 
 
+def test_a_number_beyond_any_float_is_refused():
+    grabber = ScriptedGrabber([replace(number("Gain", 1), kind=FeatureKind.FLOAT, value=1.5)])
+    assert "Gain" in settle(grabber, {SettingKey("Gain"): "1" * 400})[SettingKey("Gain")]
+
+
 def test_two_conflicting_settings_come_to_an_end():
     grabber = ScriptedGrabber([number("Width", 1), number("Gain", 1)])
     other = {"Width": "Gain", "Gain": "Width"}
