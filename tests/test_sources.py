@@ -13,7 +13,7 @@ from grabbergui.core.errors import SourceUnavailableError
             "import no_such_package_anywhere",
             r"v4l2: sources need a package that is missing: .*no_such_package",
         ),
-        ("None.attribute", r"v4l2: .* here but broken \(AttributeError: .*install grabbergui again"),
+        ("None.attribute", r"v4l2: .* installed but broken \(AttributeError: .*install grabbergui again"),
         (
             "raise OSError('libX.so: wrong ELF class')",
             r"v4l2: .* broken \(OSError: libX\.so: wrong ELF class\)",

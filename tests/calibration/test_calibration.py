@@ -91,7 +91,7 @@ def test_a_disk_that_is_full_costs_no_calibration(tmp_path):
         ("  rows: 3\n  cols: 3\n  data: [ 430", "  rows: 2\n  cols: 3\n  data: [ 430", "for 2 rows"),
         ("430.21554970319971", ".inf", "not finite"),
         ("430.21554970319971", "-430.2", "focal lengths"),
-        ("430.21554970319971", "wide", "no number"),
+        ("430.21554970319971", "wide", "other than numbers"),
         ("camera_matrix:", "camera_metrics:", "camera_matrix is missing"),
         ("data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]", "data: [1, 0", "but got"),
         ("image_height: 480", "&anchor *alias", "line 3: "),
