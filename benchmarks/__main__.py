@@ -1,4 +1,4 @@
-"""Runs every benchmark in turn, or those that are named, and writes docs/benchmarks.md.
+"""Runs all benchmarks, or the named ones, and writes docs/benchmarks.md.
 
     python -m benchmarks [NAME [OPTION …]] [--only-write]
 
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def run(name: str, module: Any, arguments: list[str]) -> bool:
-    """Measure, show and keep; whether that went well. One that cannot run here stops no other."""
+    """Measure, print and store; return whether that succeeded. A failure does not stop the others."""
     try:
         if hasattr(module, "measure"):
             section: Section = module.measure(arguments)

@@ -1,4 +1,4 @@
-"""Aravis doing what an operator does: open, start, stop, change what a frame looks like, write the gain.
+"""Drives Aravis as an operator would: open, start, stop, change format and region, write the gain.
 
 Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_operator.py ADDRESS WRITES PAUSE
 Prints seconds as JSON: one number an action, a list for the writes.
@@ -56,7 +56,7 @@ class Operator:
         self.took[name] = time.monotonic() - began
 
     def change(self, name: str, write: Callable[[], object]) -> None:
-        """As in a program that shows the picture: until the first frame that is as was asked for."""
+        """Change settings as a viewer does, until the first frame with the new ones."""
         self.timed(name, self.stop, write, self.start, self.frame)
 
 

@@ -1,4 +1,4 @@
-"""Aravis as a receiver that notes when its consumer got each frame.
+"""Receives with Aravis and records when its consumer got each frame.
 
 Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_receiver.py ADDRESS SIZE SECONDS
 """

@@ -1,4 +1,4 @@
-"""docs/benchmarks.md and its charts from what was measured. The same results give the same document."""
+"""Writes docs/benchmarks.md and its charts from stored results. The same results give the same document."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _COLOURS = ("#3d7ea6", "#e08e45", "#6aa84f", "#a64d79", "#8c8c8c", "#c2b280", "#
 
 
 def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
-    """Put every kept section into the document. Sections that no result is kept of stay as they are."""
+    """Put every stored section into the document. Sections without a stored result stay unchanged."""
     chapters = _chapters(document.read_text(encoding="utf-8") if document.exists() else "")
     drawing = find_spec("matplotlib") is not None
     if not drawing:
@@ -54,7 +54,7 @@ def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
 
 
 def _summary(sections: list[Section], titles: list[str]) -> list[str]:
-    """How many of the goals are met, and each that is not."""
+    """Return how many goals are met, and a list of those that are not."""
     goals = [(section.title, goal) for section in sections for goal in section.goals]
     if not goals:
         return []
@@ -68,13 +68,13 @@ def _summary(sections: list[Section], titles: list[str]) -> list[str]:
 
 
 def _chapters(text: str) -> dict[str, str]:
-    """The document's sections by title, in their order."""
+    """Return the document's sections by title, in order."""
     parts = re.split(r"^(?=## )", text, flags=re.MULTILINE)[1:]
     return {part.splitlines()[0].removeprefix("## ").strip(): part for part in parts}
 
 
 def markdown(section: Section) -> str:
-    """One section, charts as links."""
+    """Return a section as Markdown, with links to the charts."""
     parts = [f"## {section.title}", f"```sh\n{section.program}\n```", section.method.strip()]
     if section.goals:
         rows = [[goal.asked, goal.measured, "yes" if goal.met else "**no**"] for goal in section.goals]
@@ -96,7 +96,7 @@ def table(content: Table) -> str:
 
 # -- charts ------------------------------------------------------------------------------------------
 def draw(chart: Chart, path: Path) -> None:
-    """An SVG of lying bars, without anything in it that changes from run to run but the values."""
+    """Draw horizontal bars as SVG. Nothing but the values changes from run to run."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -136,7 +136,7 @@ def draw(chart: Chart, path: Path) -> None:
 
 
 def _first_decade(chart: Chart) -> float:
-    """Where logarithmic bars begin: they have no zero."""
+    """Return the start of logarithmic bars, which have no zero."""
     values = [value for series in chart.series.values() for value in series if value]
     return float(10 ** math.floor(math.log10(min(values)))) if values else 1.0
 
@@ -148,5 +148,5 @@ def _number(value: float | None) -> str:
 
 
 def printed(sections: Iterable[Section]) -> str:
-    """Return the text that a benchmark shows on the terminal."""
+    """Return the text that a benchmark prints."""
     return "\n".join(markdown(section) for section in sections)

@@ -1,6 +1,6 @@
 """Simulated robots on their networks whose encoders can fail while they move.
 
-Whoever has them is the robot, and an operator on its network.
+The process that owns one is the robot, and an operator on its network.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PATIENCE = 60.0
 
 
 class FallibleRobot(Tireless):
-    """Goes on moving when its encoders fail."""
+    """A robot that keeps moving when its encoders fail."""
 
     silent = False
     "Whether no readings are sent."
@@ -44,7 +44,7 @@ class FallibleRobot(Tireless):
         return self.repeated or super().state()
 
     def place(self) -> Vector:
-        """Where the hand is in truth, metres."""
+        """Return the true position of the hand, metres."""
         return super().state().hand[:3, 3]
 
     def repair(self) -> None:
@@ -53,7 +53,7 @@ class FallibleRobot(Tireless):
 
 
 class FallibleTeo(TeoPorts):
-    """Streams no readings while its robot is silent."""
+    """A TEO that sends no readings while its robot is silent."""
 
     def __init__(self, robot: FallibleRobot, names: NameClient) -> None:
         super().__init__(robot, names)

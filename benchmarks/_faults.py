@@ -1,7 +1,7 @@
-"""Faults that are tried on purpose, and docs/reliability.md, which says what each of them cost.
+"""Fault injection, and docs/reliability.md with the results.
 
-A fault is a function that does something bad to running programs and returns a measured `Outcome`; the
-decorator `fault` puts it on the list. Modules of faults are named in `reliability.MODULES`.
+A fault is a function that disturbs running programs and returns a measured `Outcome`; the decorator `fault`
+registers it. `reliability.MODULES` lists the modules that have faults.
 """
 
 from __future__ import annotations
@@ -19,35 +19,35 @@ DOCUMENT = Path(__file__).parents[1] / "docs/reliability.md"
 RESULTS = KEPT / "reliability"
 PREAMBLE = """# Reliability
 
-What was done to running programs on purpose, how often, what was lost, and how long it took until all was
-well. `python -m benchmarks reliability` tries every fault again and rewrites this page; `python -m benchmarks
-reliability NAME …` tries some of them. Times are of one run on one machine.
+These faults were injected into running programs. The tables show what was lost, and how long the recovery
+took, in one run on one machine. `python -m benchmarks reliability` injects every fault again and rewrites
+this page; `python -m benchmarks reliability NAME …` injects single ones.
 """
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The cost of a fault. Texts are ready to be read, the numbers in them measured."""
+    """The measured effect of a fault, as texts for the page."""
 
     done: str
-    "What was done, to what."
+    "The fault and the program that it was injected into."
     times: str
     "How often or how long."
     lost: str
     well_after: str
-    "How long until all was well."
+    "How long the recovery took."
     survived: bool = True
-    "Whether the promise held; a row of which it did not is marked."
+    "Whether the program met its promise; the page marks rows where it did not."
     machine: str = ""
 
 
 Fault = Callable[[], Outcome]
 FAULTS: dict[str, tuple[str, Fault]] = {}
-"""By name: the table that it stands in, and the function."""
+"""By name: the table of the page, and the function."""
 
 
 def fault(chapter: str) -> Callable[[Fault], Fault]:
-    """Put a function on the list; its name is the fault's."""
+    """Register a function as a fault, under its own name."""
 
     def add(function: Fault) -> Fault:
         FAULTS[function.__name__.replace("_", "-")] = (chapter, function)
@@ -57,14 +57,14 @@ def fault(chapter: str) -> Callable[[Fault], Fault]:
 
 
 def keep(name: str, outcome: Outcome, folder: Path = RESULTS) -> None:
-    """Write an outcome beside the others, so that one fault can be tried without the rest."""
+    """Store an outcome in a file of its own, so that each fault can be injected alone."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(asdict(outcome), indent=1, ensure_ascii=False)
     (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
 def kept(folder: Path = RESULTS) -> dict[str, Outcome]:
-    """All outcomes there are, by the fault's name."""
+    """Return all stored outcomes, by the fault's name."""
     return {
         path.stem: Outcome(**json.loads(path.read_text(encoding="utf-8")))
         for path in sorted(folder.glob("*.json"))
@@ -72,7 +72,7 @@ def kept(folder: Path = RESULTS) -> dict[str, Outcome]:
 
 
 def document(outcomes: dict[str, Outcome]) -> str:
-    """The whole page. The same outcomes give the same page; a fault that was never tried has no row."""
+    """Return the page. The same outcomes give the same page; a fault without an outcome has no row."""
     parts = [PREAMBLE]
     failed = [name for name in FAULTS if name in outcomes and not outcomes[name].survived]
     if failed:
@@ -89,14 +89,14 @@ def document(outcomes: dict[str, Outcome]) -> str:
             for name in names
         ]
         if rows:
-            header = ["what was done", "how often", "what was lost", "all was well after"]
+            header = ["fault", "how often", "lost", "recovered after"]
             where = _machines([outcomes[name].machine for name in names])
             parts.append(f"## {chapter}\n\n{table(Table(header, rows))}\n\nMeasured on {where}.\n")
     return "\n".join(parts)
 
 
 def _machines(texts: list[str]) -> str:
-    """Each machine once, with the load averages that its measurements began with."""
+    """Return each machine once, with the range of load averages before its measurements."""
     loads: dict[str, list[float]] = {}
     for text in texts:
         found = re.fullmatch(r"(.*), load average ([\d.]+) before.*", text)

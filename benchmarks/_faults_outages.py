@@ -1,4 +1,4 @@
-"""Things that go away and come back: a camera's cable or power, packets, a server, a reader, disk space."""
+"""Faults of outages: a camera's cable or power, packets, a server, a reader, disk space."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SETTINGS: dict[str, FeatureValue] = {
 
 # -- the stage -----------------------------------------------------------------------------------------
 def simulate(address: str, *options: str) -> subprocess.Popen[str]:
-    """A simulated GigE Vision camera in a process of its own, ready to be opened."""
+    """Run a simulated GigE Vision camera in a process of its own."""
     command = [
         sys.executable,
         "-m",
@@ -69,7 +69,7 @@ def end(process: subprocess.Popen[str]) -> None:
 
 @contextmanager
 def streaming(uri: str) -> Iterator[tuple[FrameGrabber, FrameQueue]]:
-    """A camera that streams, as this program's user has it; its first second has been received."""
+    """Open and start a camera, and receive its first second."""
     with closing(sources.create(uri)) as grabber:
         grabber.open()
         queue = grabber.open_queue(8)
@@ -80,7 +80,7 @@ def streaming(uri: str) -> Iterator[tuple[FrameGrabber, FrameQueue]]:
 
 
 def seconds_until_frame(queue: FrameQueue) -> float:
-    """How long the next new frame takes to come."""
+    """Return how long the next new frame takes to arrive."""
     begun = time.monotonic()
     while True:
         with suppress(FrameTimeoutError):
@@ -98,7 +98,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 
 class Returns:
-    """The states of a grabber's connection, as they are reported."""
+    """Collects the connection states that a grabber reports."""
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self.lost = 0
@@ -114,7 +114,7 @@ class Returns:
 # -- cameras -------------------------------------------------------------------------------------------
 @fault(CHAPTER)
 def cable_pulled() -> Outcome:
-    """The camera falls silent and goes on with what it did, as behind a cable that is put back."""
+    """Pause the camera's process, as if its cable were pulled and plugged in again."""
     waits = []
     with ExitStack() as stack:
         camera = simulate(CABLE_CAMERA)
@@ -131,15 +131,15 @@ def cable_pulled() -> Outcome:
     return Outcome(
         f"a GigE Vision camera's cable is pulled for {AWAY_SECONDS:.0f} s (its process gets SIGSTOP)",
         f"{TIMES} times",
-        "the frames meanwhile",
-        f"{max(waits):.1f} s at most, with pictures",
+        "the frames during the outage",
+        f"{max(waits):.1f} s at most, with images",
         set(returns.back) == {"set as before"},
     )
 
 
 @fault(CHAPTER)
 def power_lost() -> Outcome:
-    """Another process takes the camera's address, with its factory's settings."""
+    """Replace the camera by another process at its address, with factory settings."""
     waits, unlike = [], []
     with ExitStack() as stack:
         running = [simulate(POWER_CAMERA)]
@@ -161,7 +161,7 @@ def power_lost() -> Outcome:
     return Outcome(
         f"a GigE Vision camera with {len(SETTINGS)} settings loses its power (its process gets SIGKILL)",
         f"{TIMES} times",
-        f"the frames meanwhile; {len(unlike)} settings other than before",
+        f"the frames during the outage; {len(unlike)} settings other than before",
         f"{max(waits):.1f} s at most from its power to pictures",
         not unlike and set(returns.back) == {"set as before"},
     )
@@ -227,7 +227,7 @@ def frozen_reader() -> Outcome:
 
 @fault(CHAPTER)
 def server_away() -> Outcome:
-    """The name server stays; the camera's server is killed and started again."""
+    """Kill and restart the camera's server; the name server keeps running."""
     with ExitStack() as stack:
         names = stack.enter_context(served())
         process = serve_again(names)
@@ -245,8 +245,8 @@ def server_away() -> Outcome:
     return Outcome(
         f"the server of a camera on YARP gets SIGKILL and is started again after {LONG_AWAY_SECONDS:.0f} s",
         "once",
-        "the frames meanwhile",
-        f"{waited:.1f} s after it serves again, with pictures",
+        "the frames during the outage",
+        f"{waited:.1f} s after it serves again, with images",
     )
 
 
@@ -271,7 +271,7 @@ timeout 60 {python} -m grabbergui grab file:{name} -n 25 --json
 
 @fault(CHAPTER)
 def full_disk() -> Outcome:
-    """On a disk in memory, in a mount namespace of its own: root is needed."""
+    """Fill a disk in memory, in a mount namespace of its own. Needs root."""
     kept = []
     for name in ("movie.mp4", "messages.mcap", "pictures"):
         with tempfile.TemporaryDirectory() as disk:
@@ -289,9 +289,9 @@ def full_disk() -> Outcome:
         assert ended == "ended 1", f"{name}: {done.stdout}"
         kept.append((name, json.loads(recorded)["frames"], bool(read)))
     return Outcome(
-        "another program fills the disk at once while a movie, an MCAP file and a folder are recorded",
+        "another program fills the disk while a movie, an MCAP file and a folder are recorded",
         "once each",
-        "what came after that; "
+        "the frames after that; "
         + ", ".join(
             f"{name} {f'keeps {frames} frames' if read else 'cannot be read'}" for name, frames, read in kept
         ),

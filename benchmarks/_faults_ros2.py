@@ -50,7 +50,7 @@ for _ in sys.stdin:
 
 
 class Reader:
-    """A program with a plain subscription, which is reliable; it receives when it is made."""
+    """A program with a plain, reliable subscription; its constructor waits for the first image."""
 
     def __init__(self, number: int) -> None:
         self.process = subprocess.Popen(
@@ -63,7 +63,7 @@ class Reader:
             raise RuntimeError("the reader ended")
 
     def received(self) -> int:
-        """Images until now."""
+        """Return the number of images so far."""
         assert self.process.stdin is not None
         self.process.stdin.write("\n")
         self.process.stdin.flush()
@@ -80,7 +80,7 @@ class Reader:
 
 @contextmanager
 def served() -> Iterator[FrameGrabber]:
-    """A camera on ROS 2 in this process."""
+    """Serve a camera on ROS 2 in this process."""
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
     with ExitStack() as stack:
@@ -102,7 +102,7 @@ def frozen_reliable_reader() -> Outcome:
         reader, frozen = readers
 
         def lost_of() -> tuple[int, int]:
-            """Frames that do not arrive at the other reader in a while, and how many the camera sends."""
+            """Return the frames that the other reader misses in a period, and those that the camera sends."""
             sent, received = grabber.statistics().frames, reader.received()
             time.sleep(FROZEN_SECONDS)
             received, sent = reader.received() - received, grabber.statistics().frames - sent
@@ -162,6 +162,6 @@ def _since(begun: float) -> float:
 
 
 def used_by(pid: int) -> set[str]:
-    """Names of the segments and ports of Fast DDS in a process's memory."""
+    """Return the names of the Fast DDS segments and ports that a process has mapped."""
     lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
     return {Path(line.split()[-1]).name for line in lines if f"{SHARED_MEMORY}/fastdds_" in line}

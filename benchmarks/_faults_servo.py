@@ -44,7 +44,7 @@ def stock_tiago_servo_frozen() -> Outcome:
 
 
 def _stopped(robot: str, number: signal.Signals) -> Outcome:
-    """How far and how long the hand still moves, at worst."""
+    """Return how far and how long the hand still moves, at worst."""
     millimetres, seconds = [], []
     with ROBOTS[robot]() as (simulated, arguments):
         for _ in range(TRIES):

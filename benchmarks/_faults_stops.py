@@ -1,4 +1,4 @@
-"""Every way to stop the servo program, tried while the hand moves at full speed: how far it still moves.
+"""Measures how far the hand moves on after every way to stop the servo program at full speed.
 
 The program is `_servo_program`. The robot is in this process (`_fallible_robots`), the camera in its own.
 """
@@ -54,7 +54,7 @@ ROBOTS: dict[str, tuple[str, Callable[[], AbstractContextManager[Stand]]]] = {
 
 # -- the program, and who sits before it -----------------------------------------------------------------
 class Program:
-    """`grabbergui servo` in a process of its own, with somebody at its keyboard and mouse."""
+    """`grabbergui servo` in a process of its own, with simulated keyboard and mouse."""
 
     def __init__(self, options: list[str], camera: str, folder: str) -> None:
         config = Path(folder) / "servo.ini"
@@ -78,11 +78,11 @@ class Program:
         os.close(terminal)
 
     def do(self, line: str) -> None:
-        """Type a line; what a person does in the window is a line too."""
+        """Send a line of input; actions in the window are lines, too."""
         os.write(self._hands, f"{line}\n".encode())
 
     def check(self) -> None:
-        """Raise RuntimeError, with what it said, if it has ended."""
+        """Raise RuntimeError with the program's output if it has ended."""
         if self._process.poll() is not None:
             raise RuntimeError(f"the program ended: {self.said()}")
 
@@ -108,7 +108,7 @@ class Scene:
     camera: subprocess.Popen[str]
 
     def repair(self) -> None:
-        """Camera and robot are well again."""
+        """Undo all faults of camera and robot."""
         self.camera.send_signal(signal.SIGCONT)
         self.stand.robot.repair()
 
@@ -164,12 +164,12 @@ STOPS = {
         lambda scene: scene.stand.ask_to_stop(),
     ),
     "image_lost": Stop(
-        "no more images come (the camera gets SIGSTOP)",
+        "images stop (the camera gets SIGSTOP)",
         SILENT_MM,
         lambda scene: scene.camera.send_signal(signal.SIGSTOP),
     ),
-    "robot_silent": Stop("the robot sends no more readings", SILENT_MM, _silence),
-    "encoders_frozen": Stop("the robot sends the same readings again and again", FROZEN_MM, _repeat_reading),
+    "robot_silent": Stop("the robot stops sending readings", SILENT_MM, _silence),
+    "encoders_frozen": Stop("the robot repeats the same readings", FROZEN_MM, _repeat_reading),
 }
 TRIED: dict[str, tuple[str, ...]] = {
     "teo": tuple(STOPS),
@@ -180,7 +180,7 @@ TRIED: dict[str, tuple[str, ...]] = {
 
 
 def _tried(robot: str, stop: Stop) -> Outcome:
-    """How far and how long the hand still moves, at worst."""
+    """Return how far and how long the hand still moves, at worst."""
     name, stand_of = ROBOTS[robot]
     moved = []
     for _ in range(TRIES if stop.ends else 1):
@@ -203,7 +203,7 @@ def _tried(robot: str, stop: Stop) -> Outcome:
 
 @contextmanager
 def scene_of(opened: AbstractContextManager[Stand], *, window: bool) -> Iterator[Scene]:
-    """Robot, camera and program, running."""
+    """Run robot, camera and program."""
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         stand = stack.enter_context(opened)
@@ -235,7 +235,7 @@ def await_full_speed(scene: Scene, go_on: str) -> None:
 
 
 def moved_after(scene: Scene, act: Callable[[Scene], None]) -> tuple[float, float]:
-    """Metres that the hand gets away from where it is as something is done, and seconds until it rests."""
+    """Do something; return how far the hand moves on, in metres, and the seconds until it rests."""
     robot = scene.stand.robot
     start, begun = robot.place(), time.monotonic()
     act(scene)

@@ -1,4 +1,4 @@
-"""A stranger on the network while a camera streams: on YARP, at the name server, on GigE Vision."""
+"""Attacks by a stranger while a camera streams: on YARP, the name server and GigE Vision."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Address = tuple[str, int]
 # -- the stage -----------------------------------------------------------------------------------------
 @contextmanager
 def served(*options: str, descriptors: int = 1024) -> Iterator[NameClient]:
-    """`grabbergui serve` in a process of its own with its name server; where that is."""
+    """Run `grabbergui serve` with a name server in a process of its own; yield the address of that."""
     command = [sys.executable, "-m", "grabbergui", "serve", CAMERA, "--yarp", "/cam", *options]
     command += ["--with-name-server", "--nameserver", f"{SERVER}:0"]
     process = subprocess.Popen(
@@ -80,7 +80,7 @@ def served(*options: str, descriptors: int = 1024) -> Iterator[NameClient]:
 
 @dataclass
 class Watch:
-    """Reads the stream as a viewer does, and notes when each frame came."""
+    """Reads the stream as a viewer does, and records when each frame arrived."""
 
     port: InputPort
     times: list[float] = field(default_factory=list)
@@ -97,7 +97,7 @@ class Watch:
                 self.counts.append(stamp.count)
 
     def lost(self, begin: float, end: float) -> int:
-        """Frames of the server's numbering that did not come between two moments."""
+        """Return the frames, by the server's numbers, that did not arrive between two times."""
         seen = [count for at, count in zip(self.times, self.counts, strict=True) if begin <= at <= end]
         return seen[-1] - seen[0] + 1 - len(seen) if seen else round((end - begin) * FPS)
 
@@ -109,7 +109,7 @@ class Watch:
         return max(after - before for before, after in itertools.pairwise(inside))
 
     def well_after(self, end: float) -> float:
-        """Seconds from `end` to the frame behind which none came later than three periods after the last."""
+        """Return the seconds from `end` to the frame after which no gap exceeds three periods."""
         later = [end, *(at for at in self.times if at > end)]
         late = [after for before, after in itertools.pairwise(later) if after - before > 3 / FPS]
         return late[-1] - end if late else 0.0
@@ -117,7 +117,7 @@ class Watch:
 
 @contextmanager
 def watched(names: NameClient) -> Iterator[Watch]:
-    """A viewer of the served camera, which has received its first frames."""
+    """Start a viewer of the served camera and wait for its first frames."""
     port = InputPort("/viewer", names)
     with ExitStack() as stack:
         stack.enter_context(port)
@@ -137,7 +137,7 @@ def watched(names: NameClient) -> Iterator[Watch]:
 
 @contextmanager
 def attacked(attack: Callable[..., None], *arguments: object) -> Iterator[None]:
-    """Run `attack(*arguments)` in a process of its own: it must not take the viewer's interpreter."""
+    """Run `attack(*arguments)` in a process of its own, so that it does not slow the viewer's interpreter."""
     process = multiprocessing.get_context("spawn").Process(target=attack, args=arguments)
     process.start()
     try:
@@ -155,7 +155,7 @@ def connect(address: Address, greeting: bytes) -> socket.socket:
 
 
 def streamed_through(watch: Watch, begin: float, end: float) -> tuple[str, str, bool]:
-    """Lost frames in words, how long until all was well, and whether the stream held."""
+    """Return the lost frames as text, the recovery time, and whether the stream met its promise."""
     lost, rate, gap = watch.lost(begin, end), watch.rate(begin, end), watch.longest_gap(begin, end)
     text = (
         f"{lost} of {round((end - begin) * FPS)} frames; {rate:.1f} frames/s, longest gap {gap * 1000:.0f} ms"
@@ -165,7 +165,7 @@ def streamed_through(watch: Watch, begin: float, end: float) -> tuple[str, str, 
 
 
 def stream_destination(camera: Address) -> Address:
-    """Where a GigE camera sends its stream: its registers SCDA and SCP, which anybody may read."""
+    """Read where a GigE camera sends its stream: SCDA and SCP, which anybody may read."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         sock.settimeout(5)
         sock.sendto(struct.pack(">BBHHHII", 0x42, 1, 0x0080, 8, 1, 0x0D18, 0x0D00), camera)
@@ -175,7 +175,7 @@ def stream_destination(camera: Address) -> Address:
 
 # -- attacks, each in a process of its own ---------------------------------------------------------------
 def send_lines(address: Address, line: bytes) -> None:
-    """Send a line again and again, over a new connection whenever the old one is closed."""
+    """Send a line repeatedly, over a new connection whenever the old one is closed."""
     while True:
         with suppress(OSError), connect(address, b"CONNECT stranger\r\n") as sock:
             while True:
@@ -190,7 +190,7 @@ def send_lines_eightfold(address: Address, line: bytes) -> None:
 
 
 def open_many(addresses: list[Address], count: int) -> None:
-    """Open so many connections to each port, half of them turned round, and hold them."""
+    """Open this many connections to each port, half of them reversed, and hold them."""
     reader = wire.encode_header(wire.FAST_TCP, "stranger") + b"".join(wire.encode_message("r"))
     held = []
     for number in range(count):
@@ -202,7 +202,7 @@ def open_many(addresses: list[Address], count: int) -> None:
 
 
 def send_datagrams(addresses: list[Address], seed: int) -> None:
-    """Random bytes, and the beginnings of GVCP and GVSP with random bytes behind them."""
+    """Send random bytes, and GVCP and GVSP headers followed by random bytes."""
     chance = random.Random(seed)
     heads = (b"", b"\x42\x01\x00", b"\x42\x00\x00\x80", b"\x00\x00\x00\x01\x03", b"\x00\x00\x00\x01\x01")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
@@ -254,7 +254,7 @@ def connection_flood() -> Outcome:
             end = time.monotonic()
         time.sleep(2)
         lost, well, held = streamed_through(watch, begin, end)
-    done = "connections to image and RPC port, half of them named and idle, half turned round to receive"
+    done = "connections to image and RPC port, half of them registered and idle, half reversed to receive"
     return Outcome(
         done, f"{count} each", f"{lost}; a newcomer is answered in {answered * 1000:.0f} ms", well, held
     )
@@ -300,7 +300,7 @@ def overwritten_name() -> Outcome:
     return Outcome(
         "another port registers the camera's name at the name server",
         f"{len(waits)} times",
-        f"{lost}; connections that stand stay",
+        f"{lost}; existing connections stay open",
         " and ".join(f"{wait:.1f} s" for wait in waits),
         held,
     )
@@ -338,7 +338,7 @@ def hostile_datagrams() -> Outcome:
     lost = after.lost + after.incomplete - before.lost - before.incomplete
     ignored = after.packets_ignored - before.packets_ignored
     return Outcome(
-        "random and nearly right datagrams to a GigE camera's control port and its host's stream port",
+        "random and almost valid datagrams to a GigE camera's control port and its host's stream port",
         f"{ignored} at the stream port in {ATTACK_SECONDS:.0f} s",
         f"{lost} of {frames + lost} frames; a feature is written in {answered * 1000:.0f} ms",
         f"{well:.1f} s",

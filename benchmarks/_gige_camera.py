@@ -1,4 +1,4 @@
-"""The simulated GigE Vision camera in a process of its own, which notes when each frame left."""
+"""A simulated GigE Vision camera in a process of its own, which records when each frame left."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Conditions:
 
 
 def serve(conditions: Conditions) -> None:
-    """Be the camera until standard input ends, then print when each block's last packet left."""
+    """Run the camera until standard input ends, then print when each block's last packet left."""
     from grabbergui.driver.sim.gige.server import GigeCamera
     from grabbergui.driver.sim.gige.stream import Faults
 
@@ -76,9 +76,9 @@ def serve(conditions: Conditions) -> None:
 
 @contextlib.contextmanager
 def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
-    """The camera, started for each receiver, so that none meets a used one.
+    """Run a new camera process for a receiver.
 
-    Gives when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
+    Yields when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
     """
     command = [sys.executable, "-m", "benchmarks._gige_camera", str(conditions.bandwidth)]
     command += [str(conditions.loss), str(int(conditions.segmentation)), str(int(conditions.counted))]

@@ -1,4 +1,4 @@
-"""The receivers of GigE Vision that are compared: this driver, Aravis and viva-genicam, each in a process."""
+"""The GigE Vision receivers to compare: this driver, Aravis and viva-genicam, each in a process."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ STOCK_RECEIVE_BUFFER = 212_992
 
 
 class ReceiverError(Exception):
-    """A receiver did not come to receive."""
+    """A receiver failed before it received anything."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ Receiver = Callable[[int, float], Run]
 
 # -- in a process of their own -----------------------------------------------------------------------
 def receive_ours(packet_size: int, seconds: float, options: str = "") -> Run:
-    """This driver, counted from the first frame on."""
+    """Receive with this driver; count from the first frame on."""
     from grabbergui import sources
 
     camera = sources.create(f"gige:{ADDRESS}?packet_size={packet_size}{options}")
@@ -89,7 +89,7 @@ def receive_ours(packet_size: int, seconds: float, options: str = "") -> Run:
 
 
 def receive_in_window(packet_size: int, seconds: float) -> Run:
-    """This driver with the window painting what comes, and the kernel's own limit of buffers."""
+    """Receive with this driver while the window paints, with the kernel's default buffer limit."""
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     from PyQt5.QtCore import QTimer
 
@@ -127,7 +127,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
 
 
 def receive_viva(packet_size: int, seconds: float) -> Run:
-    """viva-genicam, counted from the first frame on."""
+    """Receive with viva-genicam; count from the first frame on."""
     import viva_genicam
 
     found = {str(info.ip): info for _ in range(3) for info in viva_genicam.discover(all=True)}
@@ -160,7 +160,7 @@ IN_CHILD: dict[str, Receiver] = {
 
 
 def in_child(name: str, packet_size: int, seconds: float) -> Run:
-    """One of the above in a process of its own."""
+    """Run one of the above in a process of its own."""
     command = [sys.executable, "-m", "benchmarks._gige_receivers", name, str(packet_size), str(seconds)]
     text, _, memory = _measured(command)
     return Run(**{**json.loads(text.splitlines()[-1]), "memory": memory})
@@ -168,7 +168,7 @@ def in_child(name: str, packet_size: int, seconds: float) -> Run:
 
 # -- Aravis ------------------------------------------------------------------------------------------
 def run_aravis(packet_size: int, seconds: float) -> Run:
-    """arv-camera-test; the CPU of its opening, measured apart, is subtracted."""
+    """Run arv-camera-test; subtract the CPU time of opening, which is measured separately."""
     _, opening, _ = _measured(["arv-tool-0.8", "-a", ADDRESS, "control", "Width"])
     command = [ARAVIS, "-n", ADDRESS, "--no-packet-socket", "-a", "-i", str(packet_size)]
     text, cpu, memory = _measured([*command, "--duration", str(int(seconds) + 1)])
@@ -181,7 +181,7 @@ def run_aravis(packet_size: int, seconds: float) -> Run:
 
 
 def time_aravis(packet_size: int, seconds: float) -> Run:
-    """Aravis from Python, where the time of each frame is known. Raises ReceiverError without its binding."""
+    """Receive with Aravis's Python binding, which times each frame; without it, raise ReceiverError."""
     check = [SYSTEM_PYTHON, "-c", "import gi; gi.require_version('Aravis', '0.8')"]
     if not Path(SYSTEM_PYTHON).exists() or subprocess.run(check, capture_output=True).returncode:
         raise ReceiverError("python3-gi and gir1.2-aravis-0.8 are not installed")
@@ -192,7 +192,7 @@ def time_aravis(packet_size: int, seconds: float) -> Run:
 
 
 def _measured(command: list[str]) -> tuple[str, float, int]:
-    """Standard output of a command, the CPU seconds and at most how many bytes it took."""
+    """Return a command's standard output, its CPU seconds and its peak memory in bytes."""
     with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(command, stdout=output, stderr=errors)
         _, status, usage = os.wait4(process.pid, 0)
@@ -208,7 +208,7 @@ def _measured(command: list[str]) -> tuple[str, float, int]:
 
 # -- what this machine has ---------------------------------------------------------------------------
 def receivers() -> dict[str, Receiver]:
-    """For rates and costs."""
+    """Return the receivers for rates and costs."""
     found: dict[str, Receiver] = {"ours": functools.partial(in_child, "ours")}
     if shutil.which(ARAVIS):
         found["Aravis"] = run_aravis
@@ -218,7 +218,7 @@ def receivers() -> dict[str, Receiver]:
 
 
 def timed_receivers() -> dict[str, Receiver]:
-    """For latencies: with the time of each frame."""
+    """Return the receivers for latencies, which give the time of each frame."""
     found = receivers()
     if "Aravis" in found:
         found["Aravis"] = time_aravis

@@ -1,4 +1,4 @@
-"""Simulated hand–eye calibrations: joints that are off, corners that are noisy, and the truth."""
+"""Simulated hand–eye calibrations with joint offsets, noisy corners, and the ground truth."""
 
 from __future__ import annotations
 

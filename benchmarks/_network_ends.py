@@ -1,4 +1,4 @@
-"""The processes around `both_networks`: one that serves a camera, and readers that know nothing of it.
+"""The processes of `both_networks`: a server of a camera, and independent readers.
 
 Each end obeys messages on its pipe, so that one set of processes serves every measurement. Times are
 nanoseconds of the system's clock, which all of them share.
@@ -48,7 +48,7 @@ class Served:
 
 
 def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
-    """Share a camera on both networks until the command to end.
+    """Share a camera on both networks until told to end.
 
     Answers `("size", width, height, rate)` with what size it became, `"begin"` with nothing, and `"end"` with
     a `Served`.
@@ -88,7 +88,7 @@ def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
 
 
 class _Stamps:
-    """Notes when each frame was exposed, whoever reads it."""
+    """Records when each frame was exposed."""
 
     def __init__(self, queue: FrameQueue) -> None:
         self._queue = queue
@@ -129,7 +129,7 @@ class Read:
 
 
 def read_yarp(pipe: Connection, number: int, nameserver: str) -> None:
-    """Read pictures as any YARP program does; see `_obey`."""
+    """Read images as any YARP program does; see `_obey`."""
     arrivals: Arrivals = []
     names = NameClient.find(nameserver)
     ended = threading.Event()
@@ -154,7 +154,7 @@ def read_yarp(pipe: Connection, number: int, nameserver: str) -> None:
 
 
 def read_ros2(pipe: Connection, number: int, nameserver: str) -> None:
-    """Read pictures as any rclpy program does, with the transport's profile; see `_obey`."""
+    """Read images as any rclpy program does, with the transport's profile; see `_obey`."""
     from sensor_msgs.msg import Image
 
     from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service
@@ -181,7 +181,7 @@ def read_ros2(pipe: Connection, number: int, nameserver: str) -> None:
 
 
 def _obey(pipe: Connection, arrivals: Arrivals, join: Any, leave: Any) -> None:
-    """`"join"` is answered when the first picture came, `"leave"` with a `Read`; None ends."""
+    """Answer `"join"` after the first image and `"leave"` with a `Read`; return on None."""
     pipe.send(None)
     cpu, since = 0.0, time.monotonic()
     while (order := pipe.recv()) is not None:
@@ -200,7 +200,7 @@ def _obey(pipe: Connection, arrivals: Arrivals, join: Any, leave: Any) -> None:
 
 
 def frames_lost(grabber: FrameGrabber) -> int:
-    """By the camera's stream, whatever became of the frames after it."""
+    """Return the frames that the camera's stream lost, regardless of later losses."""
     statistics = grabber.statistics()
     return statistics.incomplete + statistics.lost + statistics.underruns
 
@@ -218,7 +218,7 @@ def cpu_seconds_of(pid: int) -> float:
 
 
 def thread_cpu_seconds(name: str) -> float:
-    """Return the CPU seconds of the threads whose names begin so; threads that ended do not count."""
+    """Return the CPU seconds of the running threads whose names have this prefix."""
     used = 0.0
     for thread in threading.enumerate():
         if thread.name.startswith(name) and thread.native_id is not None:
@@ -227,7 +227,7 @@ def thread_cpu_seconds(name: str) -> float:
 
 
 def _thread_clock(native_id: int) -> int:
-    """Linux' number for the CPU clock of a thread of this process (MAKE_THREAD_CPUCLOCK, CPUCLOCK_SCHED)."""
+    """Return Linux's CPU clock id of a thread of this process (MAKE_THREAD_CPUCLOCK, CPUCLOCK_SCHED)."""
     return (~native_id << 3) | 6
 
 

@@ -1,4 +1,4 @@
-"""One measurement of a served camera: who joins, how long it is watched, and what came of it.
+"""A measurement of a served camera: its readers, its duration and its results.
 
 Linux only, as the processes of `_network_ends` are.
 """
@@ -37,18 +37,18 @@ class Size:
 
 
 def on_this_machine_only() -> None:
-    """Nobody else's ROS readers, and ours not beyond this machine. Before any process is started."""
+    """Keep ROS discovery on this machine. Call before any process is started."""
     os.environ["ROS_DOMAIN_ID"] = str(random.randrange(1, 100))
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
 def rounds_text(rounds: int) -> str:
-    """Say that each row's best round counts: other work of the machine can only cost pictures and time."""
+    """Explain that each row shows its best round."""
     return f", {rounds} rounds of all rows, of which each row's best counts" if rounds > 1 else ""
 
 
 def process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> Connection:
-    """A process of its own that obeys its pipe, and ends with the stack."""
+    """Run a process that obeys its pipe and ends with the stack."""
     ours, theirs = CONTEXT.Pipe()
     child = CONTEXT.Process(target=target, args=(theirs, *arguments))
     child.start()
@@ -85,7 +85,7 @@ class Delivery:
 
     @property
     def share(self) -> float:
-        """Of the judged frames, percent; of none, 0: the camera itself got no time."""
+        """Return the received part of the judged frames, percent; 0 if there were none."""
         return 100 * self.worst / self.judged if self.judged else 0.0
 
     def counts(self) -> str:
@@ -119,7 +119,7 @@ class Run:
 
     @property
     def quality(self) -> tuple[float, float]:
-        """The more the better: the worst reader's share, then the shorter latency."""
+        """Return a sort key, larger is better: the worst reader's share, then the shorter latency."""
         deliveries = [delivery for delivery in (self.yarp, self.ros2) if delivery]
         return (
             min((delivery.share for delivery in deliveries), default=100.0),
@@ -128,7 +128,7 @@ class Run:
 
 
 def watch(server: Connection, yarp: list[Connection], ros2: list[Connection], seconds: float) -> Run:
-    """Let the readers join, watch for a while, and let them go."""
+    """Let the readers join, measure for a while, and let them leave."""
     for reader in (*yarp, *ros2):
         reader.send("join")
     for reader in (*yarp, *ros2):

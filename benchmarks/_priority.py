@@ -1,4 +1,4 @@
-"""Ordinary priority again, for a program that was started by one that runs ahead of others."""
+"""Resets to ordinary priority, for a program whose parent runs with a raised one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def run_as_others() -> None:
-    """Schedule all threads of this process like other programs' again."""
+    """Reset all threads of this process to ordinary scheduling."""
     for thread in Path("/proc/self/task").iterdir():
         with contextlib.suppress(ProcessLookupError):  # it has just ended
             os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))

@@ -1,4 +1,4 @@
-"""Tries every fault on purpose and writes docs/reliability.md.
+"""Injects every fault and writes docs/reliability.md.
 
 python -m benchmarks reliability [NAME …] [--list] [--only-write]
 """
@@ -15,11 +15,11 @@ from benchmarks._faults import DOCUMENT, FAULTS, document, keep, kept
 from benchmarks._results import machine
 
 MODULES = ("_faults_strangers", "_faults_outages", "_faults_servo", "_faults_stops", "_faults_ros2")
-"""In the order of the page's tables."""
+"""The modules that have faults, in the order of the page's tables."""
 
 
 def order_faults() -> None:
-    """Put the faults into the order of MODULES, whichever of them another program imported first."""
+    """Sort the faults by MODULES, whatever the order of imports was."""
     places = {f"benchmarks.{module}": place for place, module in enumerate(MODULES)}
     ordered = sorted(FAULTS.items(), key=lambda item: places[item[1][1].__module__])
     FAULTS.clear()
@@ -35,9 +35,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("names", nargs="*", metavar="NAME", help="the faults to try (all)")
-    parser.add_argument("--list", action="store_true", help="only print the faults' names")
-    parser.add_argument("--only-write", action="store_true", help="try nothing; write what was kept")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="the faults to inject (all)")
+    parser.add_argument("--list", action="store_true", help="only print the names of the faults")
+    parser.add_argument(
+        "--only-write", action="store_true", help="inject nothing; write the page from stored outcomes"
+    )
     options = parser.parse_args(arguments)
     if unknown := [name for name in options.names if name not in FAULTS]:
         parser.error(f"{', '.join(unknown)}: no such fault, there are {', '.join(FAULTS)}")

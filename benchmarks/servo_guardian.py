@@ -1,4 +1,4 @@
-"""A servo program that is killed or frozen at full speed: how far the robot's hand still moves."""
+"""Measures how far the robot's hand moves on when the servo program is killed or frozen at full speed."""
 
 import argparse
 import itertools
@@ -48,7 +48,7 @@ get it too, as a robot's controllers have a computer of their own."""
 
 
 class Tireless(SimRobot):
-    """Obeys a twist until the next, as a controller without a time limit of its own."""
+    """A robot that obeys a twist until the next, like a controller without a timeout."""
 
     COMMAND_TIMEOUT = math.inf
 
@@ -62,12 +62,12 @@ class Program:
         self.guardian = int(self.said().partition(" ")[2] or 0)
 
     def said(self) -> str:
-        """The next line of its output; empty at the end."""
+        """Return the next line of output; empty at the end."""
         assert self.process.stdout is not None
         return self.process.stdout.readline().strip()
 
     def close(self) -> None:
-        """End it, and wait for the end of its guardian."""
+        """End the program, and wait for the end of its guardian."""
         for pid in filter(None, (self.process.pid, self.guardian)):
             with suppress(OSError):
                 os.kill(pid, signal.SIGCONT)
@@ -83,7 +83,7 @@ class Program:
 
 
 def running(pid: int) -> bool:
-    """Whether there is such a process, and not only what is left of one."""
+    """Return whether a process exists and is not a zombie."""
     with suppress(OSError):
         stat = Path(f"/proc/{pid}/stat").read_text("utf-8")
         return stat.rpartition(")")[2].split()[0] not in "ZX"
@@ -92,7 +92,7 @@ def running(pid: int) -> bool:
 
 @contextmanager
 def at_full_speed(robot: SimRobot, *arguments: str) -> Iterator[Program]:
-    """The program while the hand moves at its full speed."""
+    """Run the program and wait until the hand moves at full speed."""
     program = _moving(arguments)
     try:
         deadline = time.monotonic() + PATIENCE
@@ -105,7 +105,7 @@ def at_full_speed(robot: SimRobot, *arguments: str) -> Iterator[Program]:
 
 
 def _moving(arguments: Sequence[str]) -> Program:
-    """Start the program, again where a busy machine lets its guardian answer too late for any motion."""
+    """Start the program; repeat if, on a busy machine, its guardian answers too late for any motion."""
     for _ in range(STARTS):
         program = Program(*arguments)
         if program.said() == "moving":
@@ -115,12 +115,12 @@ def _moving(arguments: Sequence[str]) -> Program:
 
 
 def place(robot: SimRobot) -> Vector:
-    """Where the hand is, metres."""
+    """Return the position of the hand, metres."""
     return robot.state().hand[:3, 3].copy()
 
 
 def speed(robot: SimRobot) -> float:
-    """Of the hand, metres per second."""
+    """Return the speed of the hand, metres per second."""
     before = robot.state()
     time.sleep(0.04)
     after = robot.state()
@@ -128,7 +128,7 @@ def speed(robot: SimRobot) -> float:
 
 
 def moved_after(robot: SimRobot, pid: int, number: int) -> float:
-    """Metres that the hand moves on after a signal to a process, until it rests."""
+    """Send a signal to a process; return how far the hand moves on until it rests, metres."""
     start = place(robot)
     os.kill(pid, number)
     deadline = time.monotonic() + PATIENCE
@@ -139,7 +139,7 @@ def moved_after(robot: SimRobot, pid: int, number: int) -> float:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Run this process ahead of others: it stands for controllers, which have a computer of their own."""
+    """Raise the priority of this process, which stands for controllers with a computer of their own."""
     run_first()
     try:
         yield
@@ -149,7 +149,7 @@ def undisturbed() -> Iterator[None]:
 
 @contextmanager
 def teo_on_yarp() -> Iterator[tuple[SimRobot, list[str]]]:
-    """The simulated TEO behind its ports, and how the program is to find it."""
+    """Run the simulated TEO behind its ports; yield the arguments to find it."""
     from grabbergui.servo.robots.teo_ports import TeoPorts
 
     server = NameServer("127.0.0.1", 0)
@@ -167,7 +167,7 @@ def teo_on_yarp() -> Iterator[tuple[SimRobot, list[str]]]:
 
 @contextmanager
 def tiago_on_ros2(*, stock: bool = False) -> Iterator[tuple[SimRobot, list[str]]]:
-    """The simulated TIAGo behind its topics, likewise; `stock` takes trajectories for its arm."""
+    """Run the simulated TIAGo behind its topics, likewise; `stock` takes trajectories for its arm."""
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     robot = Tireless(tiago.model())
@@ -182,9 +182,9 @@ def tiago_on_ros2(*, stock: bool = False) -> Iterator[tuple[SimRobot, list[str]]
 
 @contextmanager
 def busy(programs: int, *, elsewhere: bool = False) -> Iterator[None]:
-    """Programs that compute without a pause, each on one core.
+    """Run programs that each keep a core busy.
 
-    `elsewhere` they have scheduling groups of their own, as what is started from other terminals.
+    With `elsewhere` they have scheduling groups of their own, like programs of other terminals.
     """
     code = f"import time\nend = time.monotonic() + {BUSY_S}\nwhile time.monotonic() < end: pass"
     command = [sys.executable, "-c", code]
@@ -208,7 +208,7 @@ ROBOTS: dict[str, Callable[[], AbstractContextManager[tuple[SimRobot, list[str]]
 def distances(
     robot: AbstractContextManager[tuple[SimRobot, list[str]]], number: int, tries: int = TRIES
 ) -> list[float]:
-    """Millimetres that the hand moved on, a try each."""
+    """Return how far the hand moved on in each try, millimetres."""
     with robot as (simulated, arguments):
         moved = []
         for _ in range(tries):

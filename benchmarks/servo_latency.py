@@ -1,4 +1,4 @@
-"""Photon to command: how old a picture is when what follows from it has been sent to the robot."""
+"""Measures photon to command: the age of an image when its command is sent to the robot."""
 
 import argparse
 import importlib.util
@@ -115,7 +115,7 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
 
 
 def cases() -> Iterator[Case]:
-    """Return the cases that can be run here."""
+    """Return the cases that can run here."""
     window = importlib.util.find_spec("PyQt5") is not None
     for load in LOADS:
         for seen in ("marker", "face", "marker, face"):
@@ -224,7 +224,7 @@ def latencies_of(
 
 
 def show(runner: Runner, seconds: float) -> None:
-    """Let the run be seen in its window for some time."""
+    """Show the run in its window for some time."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from grabbergui.ui.run import standalone
 

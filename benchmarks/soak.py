@@ -35,12 +35,12 @@ CAMERA = "sim:?width=640&height=480&fps=30"
 
 
 def resident_bytes(pid: int) -> int:
-    """Memory of a process that is in RAM (Linux)."""
+    """Return the resident memory of a process (Linux)."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * PAGE
 
 
 def slope(seconds: Sequence[float], sizes: Sequence[int]) -> float:
-    """Bytes per second of the straight line that fits best."""
+    """Return the slope of a linear fit, bytes per second."""
     if len(seconds) < 2:
         return 0.0
     return float(np.polyfit(seconds, sizes, 1)[0])
@@ -48,7 +48,7 @@ def slope(seconds: Sequence[float], sizes: Sequence[int]) -> float:
 
 @contextmanager
 def simulated(address: str, loss: str) -> Iterator[int]:
-    """The camera at an address, in a process of its own; its process id."""
+    """Run the camera at an address, in a process of its own; yield its process id."""
     command = [sys.executable, "-m", "grabbergui", "simulate", "--gige", address, "--camera", CAMERA]
     process = subprocess.Popen([*command, "--loss", loss], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -63,7 +63,7 @@ def simulated(address: str, loss: str) -> Iterator[int]:
 
 
 class Consumer:
-    """Takes frames as a viewer does, and looks at each one's first and last byte."""
+    """Receives frames as a viewer does, and reads the first and last byte of each."""
 
     def __init__(self, queue: FrameQueue) -> None:
         self.frames = 0
@@ -94,7 +94,7 @@ class Consumer:
 
 
 def watch(grabber: FrameGrabber, consumer: Consumer, camera: int, minutes: float) -> None:
-    """Sample until the time is over, then print what came of it."""
+    """Sample until the time is over, then print the result."""
     pids = {"receiver": os.getpid(), "simulated camera": camera}
     samples: dict[str, list[int]] = {name: [] for name in pids}
     times: list[float] = []

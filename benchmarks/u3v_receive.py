@@ -96,7 +96,7 @@ def fast_camera(name: str, width: int, height: int) -> CameraModel:
 
 
 def stream(camera: Camera, seconds: float) -> tuple[int, float, float]:
-    """Frames, seconds and seconds of this process's CPU, after the first frame."""
+    """Return frames, seconds and CPU seconds of this process, after the first frame."""
     queue = camera.open_queue(4)
     camera.start()
     queue.get(20.0)
@@ -111,7 +111,7 @@ def stream(camera: Camera, seconds: float) -> tuple[int, float, float]:
 
 
 def in_process(seconds: float) -> Iterator[Result]:
-    """Camera and host in one process: both costs together."""
+    """Run camera and host in one process, which measures both costs together."""
     for name, width, height in FORMATS:
         simulated = SimulatedU3vDevice(fast_camera(name, width, height))
         simulated.start()
@@ -128,7 +128,7 @@ def in_process(seconds: float) -> Iterator[Result]:
 # -- in the guest ------------------------------------------------------------------------------------
 @contextlib.contextmanager
 def camera_process(name: str, width: int, height: int) -> Iterator[None]:
-    """The camera on the guest's virtual bus."""
+    """Run the camera on the guest's virtual bus."""
     code = (
         "import sys, threading\n"
         "from benchmarks.u3v_receive import fast_camera\n"
@@ -169,7 +169,7 @@ def aravis(mode: str, seconds: float) -> tuple[int, float, float]:
 
 
 def in_guest(seconds: float) -> Iterator[Result]:
-    """Every host on every format; only called inside the virtual machine."""
+    """Run every host on every format, inside the virtual machine."""
     for name, width, height in FORMATS:
         payload = by_name(name).image_bytes(width, height)
         picture = f"{name} {width}×{height}"
@@ -187,7 +187,7 @@ def in_guest(seconds: float) -> Iterator[Result]:
 
 
 def from_guest(seconds: float) -> Iterator[Result]:
-    """The same, from outside; nothing where no virtual machine can be had."""
+    """Run `in_guest` in the virtual machine; return nothing if none can run."""
     guest = [sys.executable, "-m", "benchmarks.u3v_receive", "--guest", "--seconds", str(seconds)]
     limit = str(int(120 + len(FORMATS) * ROUNDS * (30 + 8 * seconds)))
     command = [str(USBVM), "-t", limit, "--", *guest]
@@ -233,7 +233,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 def typical(results: list[Result]) -> list[Result]:
-    """Of each host on each picture the round of median rate.
+    """Return the round of median rate, for each host and image.
 
     Not the fastest: what else the machine does comes and goes by minutes, and one host's lucky round would
     stand against another's usual one.
@@ -245,7 +245,7 @@ def typical(results: list[Result]) -> list[Result]:
 
 
 def _reference(results: list[Result], picture: str) -> Result | None:
-    """Aravis's better setting."""
+    """Return Aravis's better setting."""
     theirs = [result for result in results if result.host.startswith("Aravis") and result.picture == picture]
     return max(theirs, key=lambda result: result.rate, default=None)
 

@@ -2,8 +2,8 @@
 
     python -m fuzz [NAME …] [--seconds 60]
 
-What was found worth keeping lies in build/fuzz/NAME and is begun with the next time; an input that makes a
-target fail is written to build/fuzz/NAME-crash-…, and `python -m fuzz NAME --input FILE` repeats it.
+build/fuzz/NAME keeps the corpus between runs. An input that makes a target fail is written to
+build/fuzz/NAME-crash-…; `python -m fuzz NAME --input FILE` repeats it.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ LONGEST_INPUT = 8192
 
 
 def names() -> list[str]:
-    """Every target."""
+    """Return the names of all targets."""
     found = (module.name for module in pkgutil.iter_modules(fuzz.__path__))
     return sorted(name for name in found if not name.startswith("_"))
 
 
 def main() -> int:
-    """Run what the command line asks for; the exit code."""
+    """Run the targets on the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m fuzz", description="Fuzz the parsers.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}; all")
     parser.add_argument("--seconds", type=int, default=60, help="for each target (60)")
