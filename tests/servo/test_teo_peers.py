@@ -1,5 +1,6 @@
 """TEO's messages against those of real control boards and Cartesian controllers, recorded."""
 
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -271,6 +272,12 @@ def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot
     assert request(cartesian, "stat") == Vocab("ccjc")
     assert request(cartesian, "wait 0.05") == FAIL
     assert request(cartesian, "stat") == teo_messages.NOT_CONTROLLING
+
+
+def test_a_wait_may_be_longer_than_the_system_can_count(cartesian):
+    assert request(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
+    threading.Timer(0.1, cartesian.stop).start()
+    assert request(cartesian, "wait 1e300") == OK
 
 
 @pytest.mark.parametrize(

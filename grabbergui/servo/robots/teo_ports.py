@@ -115,7 +115,7 @@ class SimulatedCartesian:
             self._rest()
         elif verbs[0] == "wait":
             seconds = float(numbers(message[1:], 1)[0]) if len(message) > 1 else 0.0
-            return self._wait(seconds or None)
+            return self._wait(min(seconds, threading.TIMEOUT_MAX) or None)
         elif verbs[:2] == ["set", "prms"]:
             pairs = [item if isinstance(item, list) else [] for item in message[2:]]
             return bool(pairs) and all(self._set(word(pair[0]), pair[1]) for pair in pairs)
