@@ -47,6 +47,7 @@ CONFIRMATION_TIMEOUT = 0.5
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 NOT_ANSWERING = "the window does not answer"
+STOPPED_AGAIN = "stopped in the window"
 HAND_EYE = "stopped to calibrate hand and eye"
 
 
@@ -128,6 +129,9 @@ class RunnerServer:
         self._failures: deque[str] = deque(maxlen=10)
         self._confirmed = 0
         self._confirming = threading.Lock()
+        self._starting = threading.Lock()
+        self._stops = 0
+        "Number of stops that the window requested."
         self._last_heartbeat: float | None = None
         self._not_answering = False
         self._threads = [
@@ -145,6 +149,8 @@ class RunnerServer:
     def close(self) -> None:
         """Stop sending reports; the threads end with the window. May be called twice."""
         self.closed.set()
+        with self._starting:
+            pass  # a loop that is being started runs before its owner stops it
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._runner.failed.disconnect(self._on_failed, missing_ok=True)
 
@@ -205,13 +211,15 @@ class RunnerServer:
         while (request := read(self._from)) is not None:
             self._last_heartbeat = time.monotonic()
             if request.kind is RequestKind.STOP:
+                self._stops += 1
                 # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")
             elif request.kind is RequestKind.HAND_EYE:
                 self.hand_eye_wanted = True
+                self._stops += 1
                 _start_thread(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
             elif request.kind is RequestKind.START:
-                _start_thread(self._start, "start")
+                _start_thread(partial(self._start, self._stops), "start")
             elif request.kind is RequestKind.TUNE and request.config is not None:
                 self._runner.tune(request.config)
             elif request.kind is RequestKind.IMAGE_TAKEN:
@@ -228,12 +236,20 @@ class RunnerServer:
         with self._confirming:  # a later stop may be carried out first
             self._confirmed = max(self._confirmed, request.number)
 
-    def _start(self) -> None:
+    def _start(self, stops: int) -> None:
+        """Start a loop that has ended, and let the robot move unless the window requested another stop."""
         runner = self._runner
-        if not runner.running:
-            runner.stop()  # releases the threads, which have ended
-            runner.start()
-        if why_not := runner.resume():
+        with self._starting:
+            if self.closed.is_set():
+                return
+            if not runner.running:
+                runner.stop()  # releases the threads, which have ended
+                runner.start()
+            # Starting a loop takes a while.
+            why_not = runner.resume() if self._stops == stops else ""
+        if self._stops != stops:
+            runner.emergency_stop(STOPPED_AGAIN)
+        elif why_not:
             self._failures.append(why_not)
 
 

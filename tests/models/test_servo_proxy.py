@@ -159,6 +159,22 @@ def test_start_ends_a_stop_and_a_refusal_is_reported(pair, monkeypatch):
     until(lambda: pair.failures == ["the guardian has ended"])
 
 
+def test_a_stop_while_the_loop_starts_keeps_the_robot_still(pair, monkeypatch):
+    begun, proceed = threading.Event(), threading.Event()
+
+    def start_slowly():
+        begun.set()
+        assert proceed.wait(PATIENCE)
+
+    monkeypatch.setattr(pair.runner, "start", start_slowly)
+    pair.proxy.resume()
+    assert begun.wait(PATIENCE)
+    pair.proxy.emergency_stop("stopped in the window")
+    proceed.set()
+    until(lambda: not any(thread.name == "start" for thread in threading.enumerate()))
+    assert pair.runner.gate.halted == "stopped in the window"
+
+
 def test_tuning_reaches_the_loop(pair):
     tuned = Tuning.of(Config())
     tuned = Tuning(**{**vars(tuned), "rate": 20.0})
