@@ -31,7 +31,7 @@ def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(ben
     assert bench.source.threads == {"features sim:"}
 
 
-def test_features_are_there_when_it_says_opened(bench):
+def test_features_exist_when_opened_is_emitted(bench):
     seen = []
     bench.link.opened.connect(lambda source: seen.append((source.grabber, source.features.root.name)))
     bench.link.connect_to("sim:")
@@ -48,7 +48,7 @@ def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     assert bench.said() == []
 
 
-def test_connecting_does_not_wait_and_can_be_given_up(bench):
+def test_connecting_does_not_wait_and_can_be_cancelled(bench):
     bench.source.opening.clear()
     begun = time.monotonic()
     bench.link.connect_to("sim:")
@@ -81,7 +81,7 @@ def test_a_source_that_does_not_start_stays_open(bench):
     assert bench.link.state is S.OPEN
 
 
-def test_a_malformed_uri_is_refused_and_leaves_what_is_open(bench):
+def test_a_malformed_uri_is_refused_and_the_open_source_stays(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     with pytest.raises(UsageError):
@@ -89,7 +89,7 @@ def test_a_malformed_uri_is_refused_and_leaves_what_is_open(bench):
     assert bench.link.state is S.STREAMING
 
 
-def test_another_source_takes_the_place_of_the_first(bench):
+def test_another_source_replaces_the_first(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     first, bench.source = bench.source, Source()
@@ -194,7 +194,7 @@ def test_the_current_source_continues_until_the_next_one_is_open(bench):
     until(lambda: "close" in bench.source.calls, "letting go of the first")
 
 
-def test_what_is_being_opened_can_be_given_up(bench):
+def test_a_source_that_is_being_opened_can_be_cancelled(bench):
     first, slow = bench.open_slowly_instead()
     bench.link.cancel_pending()
     slow.opening.set()
@@ -236,7 +236,7 @@ class OneCamera(Source):
 @pytest.mark.parametrize(
     ("broken", "shy"), [(False, False), (False, True), (True, False)], ids=["opens", "is shy", "does not"]
 )
-def test_the_same_camera_by_another_name_is_closed_first_and_comes_back_where_that_fails(bench, broken, shy):
+def test_the_same_camera_under_another_name_is_closed_first_and_reopened_on_failure(bench, broken, shy):
     OneCamera.held = False
     bench.others["sim:serial"] = OneCamera()
     bench.others["sim:address"] = OneCamera(broken, shy)

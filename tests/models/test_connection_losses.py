@@ -45,7 +45,7 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
 
 
 @pytest.mark.parametrize("call", ["open", "start", "stop"])
-def test_one_that_is_lost_while_a_call_ends_is_lost(bench, call):
+def test_a_source_lost_while_a_call_ends_is_lost(bench, call):
     """What the call reached holds no more; the window showed it for good, as it missed the return too."""
     source, reached = bench.source, getattr(bench.source, call)
 
@@ -75,7 +75,7 @@ def test_one_that_is_lost_while_a_call_ends_is_lost(bench, call):
     assert bench.link.state is (S.OPEN if call == "stop" else S.STREAMING)
 
 
-def test_one_that_is_lost_before_it_takes_the_place_of_another_is_lost(bench):
+def test_a_source_lost_before_it_replaces_another_is_lost(bench):
     _, slow = bench.open_slowly_instead()
     until(lambda: slow.calls == ["open"])
     slow.connection_changed.emit(ConnectionState.LOST, "unplugged")
@@ -91,7 +91,7 @@ def test_one_that_is_lost_before_it_takes_the_place_of_another_is_lost(bench):
     assert bench.link.state is S.STREAMING
 
 
-def test_another_reason_for_which_it_is_still_lost_is_shown_too(bench):
+def test_a_new_reason_for_the_same_loss_is_shown(bench):
     """As when the server of a lost camera ends, or when another camera is refused in its place."""
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
@@ -137,7 +137,7 @@ def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench)
     assert (message.severity, message.ends) == (Severity.WARNING, None)
 
 
-def test_a_loss_and_what_differs_after_it_are_logged_once(caplog):
+def test_a_loss_and_the_differences_after_it_are_logged_once(caplog):
     caplog.set_level("INFO")
     link = Connection()
     link.connect_to("sim:?width=64&height=48")

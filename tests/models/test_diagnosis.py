@@ -31,12 +31,12 @@ def judged(before, after, meter=None):
         ({"overruns": 1, "incomplete": 9}, Health.OVERRUN, "more arrives than this computer can take"),
     ],
 )
-def test_what_happens_now_decides(changes, health, text):
+def test_health_depends_on_the_last_seconds(changes, health, text):
     found = judged(BEFORE, NOW | changes)
     assert (found.health, found.text) == (health, text)
 
 
-def test_what_was_lost_before_is_counted_but_no_longer_coloured():
+def test_earlier_losses_are_counted_but_no_longer_coloured():
     meter, lost = HealthMeter(), NOW | {"lost": 2}
     assert judged(BEFORE, lost, meter).health is Health.LOSING
     later = meter.judge(1.5 + WINDOW, StreamStatistics(**lost))

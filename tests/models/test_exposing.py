@@ -92,7 +92,7 @@ def test_a_lamp_beyond_the_ratios_is_reported(stage):
         ({"light": 8.0, "lamp": (1.0, 0.0, 0.7)}, "hardly any green"),
     ],
 )
-def test_white_balance_says_what_hinders_it_and_changes_nothing(stage, how, said):
+def test_an_impossible_white_balance_names_the_reason_and_changes_nothing(stage, how, said):
     s = stage(**how)
     s.run(on(REGION, balance), name="White balance")
     assert said in s.failures[0]

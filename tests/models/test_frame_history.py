@@ -40,7 +40,7 @@ def test_its_memory_is_bounded_also_when_frames_change_their_size():
     assert ids(history) == [60, 62] and sum(f.payload.nbytes for f in history.frames) <= 1000
 
 
-def test_paused_it_stays_as_it_is():
+def test_a_paused_history_does_not_change():
     history = FrameHistory()
     history.add(picture(1))
     history.pause(True)
@@ -51,7 +51,7 @@ def test_paused_it_stays_as_it_is():
     assert ids(history) == [1, 3]
 
 
-def test_it_follows_a_grabber_and_starts_again_with_the_next():
+def test_it_follows_a_grabber_and_starts_over_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
     grabber._fanout.put(picture(7))

@@ -113,7 +113,7 @@ def test_a_stop_ends_the_run_at_once(stand, number):
     assert wizard.ended[0][1] is False
 
 
-def test_a_stop_that_comes_before_the_gate_is_released_holds(stand):
+def test_a_stop_before_the_release_of_the_gate_holds(stand):
     bench = Bench("head")
     wizard = stand(bench)
     release = bench.gate.release
@@ -129,7 +129,7 @@ def test_a_stop_that_comes_before_the_gate_is_released_holds(stand):
     assert bench.gate.sent == 0
 
 
-def test_a_stop_from_elsewhere_ends_it_too_and_names_its_reason(stand):
+def test_a_stop_from_elsewhere_ends_the_run_and_names_its_reason(stand):
     bench = Bench("head")
     bench.on_observation = lambda number: number == 3 and bench.gate.halt("stopped over YARP")
     wizard = stand(bench).run()
@@ -311,7 +311,7 @@ def test_a_board_that_cannot_be_is_refused_and_a_dry_run_does_not_begin(stand):
     assert "dry run" in wizard.run().problem
 
 
-def test_what_the_robot_will_do_is_said_before(stand):
+def test_the_plan_tells_what_the_robot_will_do(stand):
     head, hand = stand(Bench("head"), 18).model, stand(Bench("hand"), 18).model
     text = plan_text(head.plan(), "simulated TEO")
     assert "<b>Simulated TEO will move by itself</b> to 18 poses" in text

@@ -20,7 +20,7 @@ def test_a_write_is_noted_with_its_time_and_both_values(operator):
     assert operator.journal.changes == (change,)
 
 
-def test_what_the_camera_made_of_a_value_is_noted(operator):
+def test_the_value_that_the_camera_accepted_is_recorded(operator):
     operator.grabber.on_write = lambda name, value: 5.5
     operator.write("Gain", 6.0)
     assert operator.log == [("Gain 1 → 5.5", OPERATOR)]
@@ -55,7 +55,7 @@ def test_a_control_in_hand_is_one_step_however_slow(operator):
     assert operator.value("Gain") == 1.0
 
 
-def test_what_is_typed_later_is_another_step_though_typing_holds_the_control(operator):
+def test_values_typed_later_are_separate_steps(operator):
     for value in (2, 3):
         operator.journal.hold("Gain")
         operator.write("Gain", value, wait=0.01)
@@ -66,7 +66,7 @@ def test_what_is_typed_later_is_another_step_though_typing_holds_the_control(ope
     assert operator.value("Gain") == 2
 
 
-def test_what_comes_between_ends_a_step(operator):
+def test_another_change_in_between_ends_a_step(operator):
     operator.write("Gain", 2, wait=0.01)
     operator.write("Gamma", 2, wait=0.01)
     operator.write("Gain", 3, wait=0.01)
@@ -75,7 +75,7 @@ def test_what_comes_between_ends_a_step(operator):
     assert (operator.value("Gain"), operator.value("Gamma")) == (2, 2)
 
 
-def test_what_is_dragged_back_leaves_no_step(operator):
+def test_a_value_that_is_dragged_back_leaves_no_step(operator):
     operator.write("Gain", 2, wait=0.01)
     operator.write("Gain", 1, wait=0.01)
     assert operator.journal.next_text(UNDO) == ""
@@ -106,7 +106,7 @@ def test_notes_from_two_threads_lose_nothing(operator):
     assert len({c.number for c in operator.journal.changes}) == 400
 
 
-def test_what_moves_by_itself_was_the_camera(operator):
+def test_a_spontaneous_change_is_the_cameras(operator):
     operator.tracked_grabber.watch(operator.grabber.feature("Gain"))
     operator.grabber.set("Gain", 7.0)
     operator.tracked_grabber.watch(operator.grabber.feature("Gain"))
@@ -114,7 +114,7 @@ def test_what_moves_by_itself_was_the_camera(operator):
     assert operator.journal.next_text(UNDO) == "", "only the operator's own changes are undone"
 
 
-def test_what_others_change_on_a_shared_camera_was_the_network(operator):
+def test_changes_by_others_on_a_shared_camera_are_the_networks(operator):
     operator.grabber.shared = True
     operator = Bench(operator.grabber)
     for name in ("Gain", "Gamma"):
@@ -127,7 +127,7 @@ def test_what_others_change_on_a_shared_camera_was_the_network(operator):
     assert operator.log == [("Gain 1 → 7", NETWORK), ("Exposure 1 → 50", OPERATOR), ("Gamma 1 → 2", CAMERA)]
 
 
-def test_the_operators_own_change_is_not_noted_twice_when_it_is_read(operator):
+def test_the_operators_own_change_is_not_recorded_again_when_it_is_read(operator):
     operator.tracked_grabber.watch(operator.grabber.feature("Gain"))
     operator.write("Gain", 6.0)
     operator.tracked_grabber.watch(operator.grabber.feature("Gain"))

@@ -14,7 +14,7 @@ def logger():
     return logger
 
 
-def test_it_keeps_what_is_logged_though_less_is_printed(logger):
+def test_it_keeps_entries_below_the_printed_level(logger):
     book = LogBook()
     reported = []
     book.added.connect(reported.append)

@@ -156,7 +156,7 @@ def bench():
     assert bench.model.close(5)
 
 
-def test_nothing_is_measured_and_no_thread_runs_while_nobody_wants_it(bench):
+def test_without_a_request_nothing_is_measured_and_no_thread_runs(bench):
     before = threading.active_count()
     bench.model.want(Wanted())
     assert threading.active_count() == before

@@ -66,7 +66,7 @@ def test_repeated_losses_are_one_line_with_a_count_that_ends_with_the_return(sta
     assert stage.texts(stage.one) == []
 
 
-def test_what_is_done_goes_by_itself_and_reports_it(stage):
+def test_notices_and_errors_end_after_their_time(stage):
     stage.model.notice("saved")
     stage.model.error("no such file")
     stage.now += NOTICE_SECONDS

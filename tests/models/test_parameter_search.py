@@ -34,7 +34,7 @@ def test_a_proportional_knob_gets_there_through_gamma_black_level_and_saturation
 
 
 @given(start=st.floats(0, 48), wanted=st.floats(0, 48), law=st.sampled_from([Law.DECIBEL, Law.UNKNOWN]))
-def test_a_gain_gets_there_whatever_its_law(start, wanted, law):
+def test_a_gain_reaches_its_target_under_any_law(start, wanted, law):
     search = ParameterSearch(start, 0.0, 48.0, law)
     for _ in range(40):
         ratio = 10 ** ((wanted - search.value) / 20)

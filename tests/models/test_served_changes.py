@@ -57,7 +57,7 @@ def test_on_a_served_camera_the_log_distinguishes_operator_and_network(served):
     assert camera.feature("Gamma").value == 2.0
 
 
-def test_undo_comes_behind_the_writes_that_wait(served):
+def test_undo_follows_the_waiting_writes(served):
     camera, source = served
     source.features.write("Gain", 3.0)
     source.features.write("Gain", 6.0)

@@ -77,7 +77,7 @@ def frame(number=1):
     return Frame(payload, *SIZE, by_name("Mono8"), number, status=FrameStatus.COMPLETE, captured=1.5)
 
 
-def test_cycles_and_images_reach_the_window_with_what_the_loop_knew(pair):
+def test_cycles_and_images_reach_the_window_with_the_state_of_the_loop(pair):
     seen = []
     pair.proxy.cycle_done.connect(lambda cycle, image: seen.append((cycle, image)))
     for number in range(5):
@@ -183,7 +183,7 @@ def test_tuning_reaches_the_loop(pair):
     assert pair.runner._tuned.loop.rate == 20.0
 
 
-def test_what_ends_the_loop_is_shown(pair):
+def test_the_reason_for_the_end_of_the_loop_is_shown(pair):
     pair.runner.failed.emit("the source was closed")
     until(lambda: pair.failures == ["the source was closed"])
 
@@ -195,7 +195,7 @@ def test_a_window_that_dies_stops_the_robot(pair):
     assert pair.runner.gate.halted == servo_proxy.CLOSED
 
 
-def test_a_window_that_was_closed_leaves_the_stop_to_whoever_showed_it(pair, monkeypatch):
+def test_closing_the_window_leaves_the_stop_to_the_process_that_showed_it(pair, monkeypatch):
     monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     pair.proxy.close()
     assert pair.server.closed.wait(PATIENCE)
@@ -229,7 +229,7 @@ def test_heartbeats_for_a_loop_that_hangs_do_not_fill_its_pipe(pair, monkeypatch
         assert unread.read() == b""
 
 
-def test_a_window_that_takes_nothing_does_not_hold_up_the_loop(pair):
+def test_a_window_that_reads_nothing_does_not_block_the_loop(pair):
     blocked = threading.Event()
     pair.proxy.cycle_done.connect(lambda cycle, image: blocked.wait(PATIENCE))
     try:

@@ -88,14 +88,14 @@ def test_a_moment_without_an_image_still_shows_the_robot(model, runner):
     assert model.take() is None
 
 
-def test_a_window_that_takes_nothing_holds_nobody_up(model, runner):
+def test_a_window_that_takes_nothing_does_not_block_the_loop(model, runner):
     for watch in attempts(1.0):
         with watch:
             for number in range(500):
                 turned(runner, 0.02 * number)
 
 
-def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, runner, caplog):
+def test_a_moment_that_cannot_be_drawn_is_skipped_and_the_next_is_shown(model, runner, caplog):
     ready = threading.Event()
     model.ready.connect(ready.set)
     right = runner.robot.camera_pose
@@ -110,7 +110,7 @@ def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, runner, c
     assert ready.wait(PATIENCE)
 
 
-def test_a_tuning_is_what_it_was_made_of():
+def test_the_tuning_of_a_configuration_leaves_it_unchanged():
     tuning = Tuning.of(Config())
     assert tuning.applied_to(Config()) == Config()
     assert tuning.arm_fastest == pytest.approx(120)

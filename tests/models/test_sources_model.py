@@ -49,7 +49,7 @@ def uris(model):
     return [line.info.uri for line in model.sources]
 
 
-def test_what_is_found_is_listed_and_listed_on(listing):
+def test_found_sources_stay_listed(listing):
     network = Network(CAMERA)
     model = listing(network)
     changes = []
@@ -260,7 +260,7 @@ def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
     assert shown == {"sim:" + SMALL: 2, "sim:colour" + SMALL: 3}, "one in grey, one in colour"
 
 
-def test_nothing_is_converted_faster_than_it_is_looked_at(open_sources):
+def test_tiles_convert_at_the_pace_of_their_views(open_sources):
     _, gallery = open_sources("sim:?width=64&height=48&fps=200", "sim:colour" + SMALL)
     picture = gallery.tiles[0].picture
     until(lambda: picture.received > 50)

@@ -122,7 +122,7 @@ def stand():
     assert stand.link.wait_closed(PATIENCE)
 
 
-def test_frames_make_it_live_and_silence_is_measured(stand):
+def test_a_source_with_frames_is_live_and_silence_is_measured(stand):
     assert stand.look().condition is Condition.STARTING
     assert stand.wait(1, frames=4).condition is Condition.LIVE
     stalled = stand.wait(3)
@@ -130,7 +130,7 @@ def test_frames_make_it_live_and_silence_is_measured(stand):
     assert stand.look(frames=1).condition is Condition.LIVE
 
 
-def test_a_window_that_was_busy_with_itself_blames_nobody(stand):
+def test_a_busy_window_is_not_mistaken_for_a_silent_source(stand):
     stand.look()
     assert stand.look(seconds=30).seconds <= MOST_STEP
     assert stand.model.of(stand.link.source).condition is Condition.STARTING

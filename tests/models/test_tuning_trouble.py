@@ -101,7 +101,7 @@ def test_no_frame_error_is_a_grabbers(stage):
         bench.light(None)
 
 
-def test_what_the_operator_set_just_before_is_written_before(stage):
+def test_the_operators_last_writes_precede_a_tuning(stage):
     s = stage()
     s.features.write("GainRaw", 10)
     s.features.write("GainRaw", 480)  # held back, as it came so soon after the first

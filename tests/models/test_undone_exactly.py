@@ -36,7 +36,7 @@ def test_a_height_comes_back_with_the_binning_that_cut_it(sim):
     assert sim.journal.next_text(UNDO) == ""
 
 
-def test_what_followed_a_write_is_in_the_log_as_the_cameras_and_not_in_the_steps_name(sim):
+def test_consequences_are_logged_as_the_cameras_and_not_named_by_the_step(sim):
     sim.write("BinningVertical", 4)
     assert sim.journal.next_text(UNDO) == "BinningVertical 1 → 4"
     assert [(change.key.name, change.origin.value) for change in sim.journal.changes] == [

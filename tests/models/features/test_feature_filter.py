@@ -53,7 +53,7 @@ def test_blanks_are_no_filter():
     assert visible_names(TREE, Visibility.BEGINNER, "  ") == ["ExposureTime", "AtTheRoot"]
 
 
-def test_beginners_see_what_is_pinned_elsewhere_only_when_they_search_for_it():
+def test_beginners_see_pinned_features_only_when_they_search_for_them():
     pinned = {"ExposureTime"}
     assert visible_names(TREE, Visibility.BEGINNER, elsewhere=pinned) == ["AtTheRoot"]
     assert visible_names(TREE, Visibility.BEGINNER, "exposuretime", pinned) == ["ExposureTime"]

@@ -60,7 +60,7 @@ def test_the_ends_are_exact_and_positions_grow_with_values(pair):
 
 
 @given(scales(), st.integers(0, SLIDER_STEPS))
-def test_a_position_comes_back_from_its_value(pair, position):
+def test_a_position_survives_the_way_to_a_value_and_back(pair, position):
     made, scale = pair
     position = min(position, scale.steps)
     value = scale.to_value(position)

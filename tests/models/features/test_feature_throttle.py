@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from grabbergui.models.features.worker import WriteThrottle
 
 
-def test_the_first_write_goes_at_once_and_the_next_an_interval_later():
+def test_the_first_write_is_due_immediately_and_the_next_an_interval_later():
     throttle = WriteThrottle(0.05)
     assert throttle.ask("Gain", 10.0) == 0
     assert throttle.waits("Gain")

@@ -69,7 +69,7 @@ def test_making_a_model_reads_nothing(stage):
     assert s.model.description("Nothing") is None
 
 
-def test_favourites_are_what_this_camera_has(stage):
+def test_favourites_are_features_of_this_camera(stage):
     assert stage(number("GainRaw"), number("ExposureTimeAbs"), number("Width")).model.favourites == (
         "ExposureTimeAbs",
         "GainRaw",
@@ -112,7 +112,7 @@ def test_features_of_a_remote_camera_are_read_by_few_requests(stage, monkeypatch
     assert [(feature.name, feature.value) for feature in s.changed] == [(f"F{n}", float(n)) for n in range(6)]
 
 
-def test_one_that_cannot_be_read_does_not_affect_those_read_together_with_it(stage, monkeypatch):
+def test_an_unreadable_feature_does_not_affect_those_read_with_it(stage, monkeypatch):
     monkeypatch.setattr("test_feature_tree.ScriptedGrabber", RemoteScript)
     s = stage(*(number(f"F{n}") for n in range(6)))
     s.grabber.failures["F1"] = FeatureValueError("it burns", "F1")
@@ -148,7 +148,7 @@ def test_a_write_overtakes_a_long_reading(stage):
     assert len(s.grabber.reads) < 60
 
 
-def test_only_what_is_watched_is_read_again(stage):
+def test_only_watched_features_are_read_again(stage):
     s = stage(number("A"), number("B"))
     s.model.watch(["A"])
     s.settle()
@@ -163,7 +163,7 @@ def test_only_what_is_watched_is_read_again(stage):
     assert s.values("B") == [3.0]
 
 
-def test_what_changed_while_unwatched_is_read_when_watched_again(stage):
+def test_a_feature_that_changed_while_unwatched_is_read_when_watched_again(stage):
     s = stage(number("A"), number("B"))
     s.model.watch(["A", "B"])
     s.settle()
@@ -177,7 +177,7 @@ def test_what_changed_while_unwatched_is_read_when_watched_again(stage):
     assert s.grabber.reads.count("B") == reads
 
 
-def test_what_was_still_to_be_read_when_unwatched_is_read_when_watched_again(stage):
+def test_a_read_dropped_by_unwatching_happens_when_watched_again(stage):
     s = stage(number("A"), number("B"))
     s.model.watch(["A"])
     s.settle()
@@ -202,7 +202,7 @@ def test_a_notification_that_changed_nothing_is_not_reported(stage):
     assert s.values("A") == [1.0]
 
 
-def test_the_automatic_mode_of_what_is_watched_is_followed(stage):
+def test_the_automatic_mode_of_a_watched_feature_is_followed(stage):
     auto = Feature(name="GainAuto", kind=FeatureKind.ENUMERATION, access=AccessMode.READ_WRITE, value="Off")
     s = stage(number("Gain", auto="GainAuto"), auto)
     s.model.watch(["Gain"])
@@ -290,7 +290,7 @@ def test_a_refused_write_fails_and_the_cameras_truth_is_reported(stage):
     assert s.values("Gain") == [7.0]
 
 
-def test_what_the_camera_made_of_the_value_is_reported(stage):
+def test_the_value_that_the_camera_accepted_is_reported(stage):
     s = stage(number("Gain"))
     s.grabber.on_write = lambda name, value: round(value)
     s.model.write("Gain", 2.7)
@@ -314,7 +314,7 @@ def test_a_held_feature_waits_and_is_reported_on_release(stage):
     assert s.values("Gain") == [1.0, 8.0]
 
 
-def test_a_command_runs_and_errors_of_it_are_reported(stage):
+def test_a_command_runs_and_its_errors_are_reported(stage):
     command = Feature(name="TriggerSoftware", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY)
     s = stage(command, number("Gain"))
     s.model.execute("TriggerSoftware")
@@ -324,7 +324,7 @@ def test_a_command_runs_and_errors_of_it_are_reported(stage):
     assert "Gain is no command" in str(s.errors[0])
 
 
-def test_one_odd_feature_does_not_take_the_others_with_it(stage, caplog):
+def test_one_odd_feature_does_not_affect_the_others(stage, caplog):
     s = stage(number("A"), number("B"), number("C"))
     s.grabber.failures["B"] = RuntimeError("odd node")
     s.model.request(["A", "B", "C", "Unknown"])
@@ -382,7 +382,7 @@ def test_a_control_is_released_after_the_tree_was_reloaded(stage):
     assert s.changed == [], "what was held back is out of date"
 
 
-def test_closing_sends_what_waits_and_stays_silent(stage):
+def test_closing_sends_waiting_writes_and_emits_nothing(stage):
     s = stage(number("Gain"))
     s.model.write("Gain", 1.0)
     s.settle()
@@ -400,7 +400,7 @@ def test_closing_sends_what_waits_and_stays_silent(stage):
     assert s.errors == []
 
 
-def test_what_a_write_returns_is_not_asked_for_again(stage):
+def test_features_returned_by_a_write_are_not_read_again(stage):
     """Each step of a slider on a remote camera cost two requests."""
     s = stage(number("Gain"), number("ExposureTime"))
     s.model.watch(["Gain", "ExposureTime"])
@@ -426,7 +426,7 @@ def test_what_a_write_returns_is_not_asked_for_again(stage):
     assert s.grabber.reads[reads:].count("Gain") == before + 1
 
 
-def test_companions_and_consequences_that_a_write_returns_are_not_asked_for_again(stage):
+def test_companions_and_consequences_returned_by_a_write_are_not_read_again(stage):
     """A window on a remote camera read the mode and the height after each write, a request each."""
     s = stage(number("Gain"), number("Height"), number("Offset"), number("Width"))
     watched = ["Gain", "Height", "Offset", "Width"]
@@ -452,7 +452,7 @@ def test_companions_and_consequences_that_a_write_returns_are_not_asked_for_agai
     assert s.grabber.reads == ["Width"]
 
 
-def test_a_refused_write_still_reads_what_it_changed(stage):
+def test_features_changed_by_a_refused_write_are_read(stage):
     s = stage(number("Gain"), number("Auto"))
     s.model.watch(["Gain", "Auto"])
     s.settle()
@@ -470,7 +470,7 @@ def test_a_refused_write_still_reads_what_it_changed(stage):
     assert len(s.errors) == 1
 
 
-def test_what_is_written_is_the_instance_that_is_shown_whatever_others_select_meanwhile():
+def test_the_shown_instance_is_written_whatever_others_select():
     camera = sources.create("sim:?width=64&height=48&pixel_format=RGB8")
     camera.open()
     worker = FeatureWorker("worker")
@@ -496,7 +496,7 @@ def test_what_is_written_is_the_instance_that_is_shown_whatever_others_select_me
         camera.close()
 
 
-def test_what_only_the_stream_locks_is_offered_and_says_what_a_write_does(stage):
+def test_a_feature_locked_only_by_the_stream_is_offered_as_writable(stage):
     locked = AccessMode.READ_ONLY
     s = stage(number("Width", access=locked), number("Temperature", access=locked))
     s.grabber.pauses_for = lambda name: name == "Width"

@@ -116,7 +116,7 @@ def test_a_bug_is_logged_and_reported_and_the_thread_survives(worker, caplog):
     assert "ZeroDivisionError" in caplog.text
 
 
-def test_closing_finishes_what_waits_and_takes_no_more(worker, gate):
+def test_closing_finishes_waiting_jobs_and_refuses_new_ones(worker, gate):
     calls = []
     assert worker.submit(lambda: calls.append("waiting"))
     gate.set()

@@ -41,7 +41,7 @@ def test_a_region_is_sent_and_the_whole_sensor_again(camera):
     assert sensor_region.apply_full(camera) == Region(0, 0, width, height)
 
 
-def test_the_stream_goes_on_and_shows_the_region(camera):
+def test_the_stream_continues_with_the_region(camera):
     queue = camera.open_queue()
     camera.start()
     part = sensor_region.apply(camera, Region(64, 64, 128, 96))
@@ -73,7 +73,7 @@ def test_a_camera_without_offsets_is_named():
     least=st.integers(1, 8),
     count=st.integers(0, 100),
 )
-def test_what_is_asked_of_the_camera_is_always_allowed(start, length, first, steps, least, count):
+def test_every_write_of_a_region_is_allowed(start, length, first, steps, least, count):
     size_step, offset_step = steps
     least *= size_step
     before = least + count * size_step

@@ -38,7 +38,7 @@ def test_the_newest_samples_are_kept_and_no_more(values, most):
     assert history._samples.nbytes <= 16 * max(256, 2 * most)
 
 
-def test_only_what_is_asked_for_is_given():
+def test_only_requested_measurements_are_made():
     history = ValueHistory()
     for moment in range(10):
         history.add(float(moment), 10.0 * moment)
@@ -150,7 +150,7 @@ def test_switching_back_and_forth_starts_one_reading_only(bench):
     assert (len(bench.grabber.reads) - reads) / 3 <= (time.monotonic() - begun) / 0.005 + 10
 
 
-def test_what_cannot_be_read_is_a_gap_and_the_others_go_on(bench):
+def test_an_unreadable_value_is_a_gap_and_the_others_continue(bench):
     bench.grabber.failures["F1"] = FeatureError("F1 is hidden", "F1")
     bench.watch.attach(bench.grabber, bench.worker)
     bench.watch.add("F1")

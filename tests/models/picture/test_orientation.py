@@ -29,7 +29,7 @@ def test_regions_go_there_and_back(orientation, x, y, width, height):
 
 
 @pytest.mark.parametrize("orientation", ALL, ids=str)
-def test_mirroring_and_turning_act_on_what_is_seen(orientation):
+def test_mirroring_and_turning_act_on_the_view(orientation):
     seen = orientation.applied(PICTURE)
     assert np.array_equal(orientation.mirrored(x=True).applied(PICTURE), seen[:, ::-1])
     assert np.array_equal(orientation.mirrored(y=True).applied(PICTURE), seen[::-1])

@@ -62,7 +62,7 @@ def test_the_mean_is_that_of_all_components(stream, picture, name, channels):
     assert picture.mean == pytest.approx(90 / channels)
 
 
-def test_while_nobody_paints_nothing_is_converted_and_then_the_newest_is_shown(stream, picture):
+def test_nothing_is_converted_until_the_window_paints_and_then_the_newest_is_shown(stream, picture):
     stream.send(frame(1))
     until(lambda: picture.converted == 1)
     for number in range(2, 8):
@@ -74,7 +74,7 @@ def test_while_nobody_paints_nothing_is_converted_and_then_the_newest_is_shown(s
     assert picture.converted == 2
 
 
-def test_only_what_is_looked_at_is_converted_at_the_screens_resolution(stream, picture):
+def test_only_the_viewport_is_converted_at_the_screens_resolution(stream, picture):
     picture.set_viewport(Region(8, 4, 32, 24), (16, 12))
     stream.send(frame(3))
     image = until(picture.take).image

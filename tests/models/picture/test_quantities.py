@@ -47,7 +47,7 @@ def test_colours_are_those_of_the_scale():
         assert np.abs(image.pixels[y, x].astype(int) - scale.colours[place]).max() < 8
 
 
-def test_what_was_not_measured_is_hatched_in_grey_in_every_size_and_map():
+def test_missing_measurements_are_hatched_in_grey_in_every_size_and_map():
     values = SLOPE.copy()
     values[16:32, 16:32] = 0
     for colour_map in ("", "Bone"):

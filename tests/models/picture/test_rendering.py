@@ -17,7 +17,7 @@ from grabbergui.models.picture.rendering import (
 RAMP = np.arange(4096, dtype=np.uint16).reshape(64, 64)
 
 
-def test_without_settings_it_is_what_the_frame_shows():
+def test_without_settings_the_picture_is_the_frame():
     frame = frame_of(np.arange(64, dtype=np.uint8).reshape(8, 8))
     image = render(frame, None, None, DisplaySettings())
     assert np.array_equal(image.pixels, for_display(frame).pixels)

@@ -28,7 +28,7 @@ def frame(channel, number):
     return Frame(pixels, 4, 4, by_name("Mono8"), number, stream_channel=channel)
 
 
-def test_one_channel_passes_as_it_is():
+def test_frames_of_a_single_channel_pass_unchanged():
     channels = StreamChannels()
     first, second = frame(0, 1), frame(0, 2)
     assert channels.merged(first, 0.0) is first and channels.merged(second, 0.1) is second

@@ -42,7 +42,7 @@ def red(value=None):
 
 
 @pytest.mark.parametrize("name", ["settings.yaml", "settings.pfs"])
-def test_what_was_saved_comes_back_onto_another_camera(camera, tmp_path, name):
+def test_saved_settings_are_loaded_onto_another_camera(camera, tmp_path, name):
     camera.write_feature("ExposureTime", 1234)
     camera.write_feature("BalanceRatioSelector", "Blue")
     camera.write_feature("BalanceRatio", 1.75)
@@ -76,7 +76,7 @@ def test_selectors_stand_afterwards_where_they_stood(camera):
     assert camera.feature("BalanceRatio").value == pytest.approx(2.0, abs=1e-3)
 
 
-def test_only_what_differs_is_written(camera, monkeypatch):
+def test_only_differing_settings_are_written(camera, monkeypatch):
     saved = capture(camera)
     camera.write_feature("Gain", 6)
     written = []
@@ -124,7 +124,7 @@ def test_each_setting_has_an_outcome(camera):
     assert report.summary() == "1 written, 1 equal, 4 refused, 1 unknown"
 
 
-def test_rolled_back_as_it_was(camera):
+def test_rolling_back_restores_all_settings(camera):
     before = capture(camera)
     report = load_onto(
         camera, FeatureSet({SettingKey("ExposureAuto"): "Continuous", SettingKey("Width"): 128, red(): 3.0})
@@ -145,7 +145,7 @@ def test_progress_grows_up_to_the_whole(camera):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.71])
-def test_cancelled_at_any_moment_it_reports_that_and_can_be_rolled_back(camera, share):
+def test_loading_can_be_cancelled_at_any_moment_and_rolled_back(camera, share):
     before = capture(camera)
     cancelled = threading.Event()
     wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
@@ -193,7 +193,7 @@ def test_a_running_stream_runs_on_with_the_new_size(camera):
     assert queue.get(PATIENCE).width == 128
 
 
-def test_for_reading_only_what_is_selected_is_taken():
+def test_with_read_only_access_only_selected_instances_are_captured():
     grabber = sources.create(COLOUR)
     grabber.open(Access.MONITOR)
     try:
@@ -281,7 +281,7 @@ def test_only_settings_are_overwritten(tmp_path):
     assert path.read_text() == "my diary\n"
 
 
-def test_who_reads_settings_while_they_are_saved_has_the_old_ones_whole(tmp_path):
+def test_a_reader_during_saving_sees_the_old_file_whole(tmp_path):
     path = tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Width"): 64}), path)
     before = path.read_text()
@@ -301,7 +301,7 @@ def test_a_link_stays_a_link(tmp_path):
     assert files.load(kept).settings == {SettingKey("Width"): 1}
 
 
-def test_what_is_no_file_is_written_to_not_replaced(tmp_path):
+def test_a_pipe_is_written_to_not_replaced(tmp_path):
     pipe = tmp_path / "pipe.yaml"
     os.mkfifo(pipe)
     with ThreadPoolExecutor(1) as pool:
@@ -395,7 +395,7 @@ def test_comparing_promises_only_what_loading_accepts(camera):
     assert {name for name, outcome in kept.items() if outcome is Outcome.WRITTEN} == {"BlackLevel"}
 
 
-def test_loading_that_is_interrupted_says_what_was_written(camera, monkeypatch):
+def test_an_interrupted_load_reports_which_settings_were_written(camera, monkeypatch):
     really = camera.write_setting
 
     def write(key, value):
@@ -414,7 +414,7 @@ def test_loading_that_is_interrupted_says_what_was_written(camera, monkeypatch):
 
 
 @pytest.mark.parametrize(("share", "written"), [(0.1, 0), (0.6, 0), (0.7, 0), (0.8, 1)])
-def test_loading_that_a_loss_breaks_off_lists_everything_and_the_stream_goes_on(camera, share, written):
+def test_a_load_interrupted_by_a_loss_lists_all_settings_and_the_stream_continues(camera, share, written):
     """At whatever moment: while the camera is read, compared, or written to."""
     wanted = {"Gain": 3.0, "Gamma": 2.0, "BlackLevel": 5.0, "Width": camera.feature("Width").value}
     features = FeatureSet({SettingKey(name): value for name, value in wanted.items()})
@@ -437,7 +437,7 @@ def test_loading_that_a_loss_breaks_off_lists_everything_and_the_stream_goes_on(
     assert camera.feature("Gain").value == (3.0 if written else 0.0)
 
 
-def test_what_only_the_stream_locks_is_saved_too(camera):
+def test_features_locked_only_by_the_stream_are_saved_too(camera):
     before = capture(camera)
     camera.start()
     assert {SettingKey("Width"), SettingKey("PixelFormat")} <= set(before.settings)

@@ -78,7 +78,7 @@ def test_the_factorys_set_cannot_be_overwritten(grabber):
         save_user_set(grabber, "Default")
 
 
-def test_which_set_it_starts_with(grabber):
+def test_the_set_for_power_on_can_be_chosen(grabber):
     start_with_user_set(grabber, "UserSet2")
     assert [s.name for s in user_sets(grabber) if s.starts] == ["UserSet2"]
     assert revert(grabber, Direction.UNDO) == []
