@@ -168,14 +168,15 @@ class GigeUriOptions:
         "the stream channel to receive, of a camera with several (`GevStreamChannelCount`): often one for "
         "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
-    plain: bool = _option(False, "0|1", "one system call per packet, for comparison", _switch)
+    plain: bool = _option(False, "0|1", "use a system call for each packet, for comparison", _switch)
     packet_ring: str = _option(
         "auto",
         "auto|0|1",
-        "no system call for receiving packets: the kernel writes them into memory that it shares with us. "
-        "Takes about two thirds of the CPU time where packets come singly; needs CAP_NET_RAW (root, or "
-        "`setcap cap_net_raw+ep`) on Linux, x86-64, and sees packets that a firewall on this computer drops. "
-        "`auto` does so where it may and the packets allow it, `1` warns if it may not, `0` never does",
+        "receive packets without system calls, as the kernel writes them into shared memory. Needs about two "
+        "thirds of the CPU time if packets arrive singly. Requires CAP_NET_RAW (root, or "
+        "`setcap cap_net_raw+ep`) on Linux, x86-64; a firewall on this computer does not filter the packets. "
+        "`auto` uses it if it is permitted and suits the packets, `1` warns if it is not permitted, and `0` "
+        "never uses it",
         _auto_or_switch,
     )
 
@@ -226,7 +227,7 @@ class Ros2Options:
 class PlaybackOptions:
     """`file:` how a recording is played."""
 
-    loop: bool = _option(True, "0|1", "begin again at the end", _switch)
+    loop: bool = _option(True, "0|1", "start again at the end", _switch)
     speed: float = _option(
         1.0, "FACTOR", "speed, a number from 0.05 to 20; `2` is twice as fast", _number(0.05, 20)
     )
