@@ -192,6 +192,28 @@ def test_packets_that_did_not_leave_yet_are_not_sent_early(stage):
     assert (early.status, early.packet_id) == (Status.PACKET_NOT_YET_AVAILABLE, 10)
 
 
+def test_a_slow_link_does_not_delay_the_end(stage):
+    camera, host = stage(bandwidth=10.0)
+    host.start()
+    next(host.packets())
+    closing = threading.Thread(target=camera.close)
+    closing.start()
+    closing.join(PATIENCE)
+    assert not closing.is_alive(), "the next packet would be due in 150 s"
+
+
+def test_a_closed_channel_ends_a_frame(stage):
+    _, host = stage(bandwidth=4096.0)  # three packets a second
+    host.start()
+    next(host.packets())
+    host.write((SCP, 0))
+    host.stream.settimeout(2.0)
+    rest = []
+    with pytest.raises(TimeoutError):
+        rest.extend(header.packet_id for header, _ in host.packets())
+    assert len(rest) < 12
+
+
 def test_the_callback_reports_sent_frames(stage):
     sent = []
     _, host = stage(on_sent=sent.append)
