@@ -115,13 +115,13 @@ def _run(arguments: list[str]) -> int:
 
 
 def _check_is_source(word: str) -> None:
-    """Raise UsageError for a first word that is no command, and neither an option nor a source."""
+    """Raise UsageError for a first word that is neither a command nor an option nor a source."""
     if not word or word.startswith("-") or ":" in word:
         return
     near = _nearest(word)
     hint = f"did you mean `grabbergui {near}`? " if near else ""
     raise UsageError(
-        f"'{word}' is no command; {hint}`grabbergui --help` lists them. "
+        f"'{word}' is not a command; {hint}`grabbergui --help` lists them. "
         "A source begins with its kind, as in sim: or gige:192.168.0.10"
     )
 
@@ -190,6 +190,20 @@ class CommandParser(argparse.ArgumentParser):
     def __init__(self, *arguments: Any, example: str = "", **keywords: Any) -> None:
         super().__init__(*arguments, **keywords)
         self.example = example
+
+    def _match_arguments_partial(
+        self, actions: Sequence[argparse.Action], arg_strings_pattern: str
+    ) -> list[int]:
+        """Let optional arguments follow options, as in `events SOURCE --start NAME`.
+
+        Python before 3.12.7 considers NAME left out as soon as an option follows SOURCE. The pattern has an
+        A for each argument and an O for each option.
+        """
+        counts = super()._match_arguments_partial(actions, arg_strings_pattern)
+        if "O" in arg_strings_pattern:
+            while counts and counts[-1] == 0:
+                counts.pop()
+        return counts
 
     def format_help(self) -> str:
         """Return usage, description, arguments, and the example."""
@@ -294,7 +308,7 @@ def key(text: str) -> int:
     try:
         return _whole(text, 0, 0xFFFFFFFF)
     except argparse.ArgumentTypeError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 to 0xFFFFFFFF") from None
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 to 0xFFFFFFFF") from None
 
 
 def positive(text: str) -> float:
@@ -317,15 +331,38 @@ def part(text: str) -> float:
     """Parse a share: `1%` or `0.01`."""
     value = not_negative(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
     if value > 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is more than all; write 1% or 0.01")
+        raise argparse.ArgumentTypeError(f"'{text}' is more than 100%; write 1% or 0.01")
     return value
 
 
+LONGEST = 2_000_000
+"""Seconds, 23 days: Qt and the system count the milliseconds of a wait in 31 bits."""
+
+
 def seconds(text: str) -> float:
-    """Parse a duration: `5ms`, `0.005s` or `0.005`."""
+    """Parse a duration of at least 0: `5ms`, `0.005s` or `0.005`."""
     if text.endswith("ms"):
-        return not_negative(text.removesuffix("ms")) / 1000
-    return not_negative(text.removesuffix("s"))
+        value = not_negative(text.removesuffix("ms")) / 1000
+    else:
+        value = not_negative(text.removesuffix("s"))
+    if value > LONGEST:
+        raise argparse.ArgumentTypeError(f"'{text}' is longer than {LONGEST} s")
+    return value
+
+
+def wait_time(text: str) -> float:
+    """Parse a duration above 0, as `seconds` does."""
+    value = seconds(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not more than 0")
+    return value
+
+
+def ipv4(text: str) -> str:
+    """Parse an IPv4 address in dotted notation."""
+    if not is_ip_address(text):
+        raise argparse.ArgumentTypeError(f"'{text}' is not an IPv4 address, such as 192.168.0.10")
+    return text
 
 
 def counted(number: int, noun: str) -> str:
@@ -339,8 +376,8 @@ def _whole(text: str, least: int, most: int | None) -> int:
     except ValueError:
         value = least - 1
     if value < least or (most is not None and value > most):
-        limits = f"from {least} on" if most is None else f"from {least} to {most}"
-        raise argparse.ArgumentTypeError(f"'{text}' is no whole number {limits}")
+        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number {limits}")
     return value
 
 
@@ -350,5 +387,5 @@ def _finite(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is no number")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
     return value

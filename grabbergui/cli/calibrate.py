@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import count, part, positive, servo, servo_robots
+from grabbergui.cli import count, part, servo, servo_robots, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.opening import opened
 from grabbergui.cli.process import stop_on_signals
@@ -62,7 +62,7 @@ def _add_calibrate(commands: Any) -> None:
     parser.add_argument("--marker", type=float, default=0.022, metavar="M", help="edge of a marker (0.022)")
     parser.add_argument("--dictionary", default="5X5_100", metavar="NAME", help="of the markers (5X5_100)")
     parser.add_argument("--views", type=count, default=20, help="how many different views (20)")
-    parser.add_argument("--seconds", type=positive, default=180.0, metavar="S", help="give up after (180)")
+    parser.add_argument("--seconds", type=wait_time, default=180.0, metavar="S", help="give up after (180)")
     parser.add_argument(
         "--out",
         type=Path,

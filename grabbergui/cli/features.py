@@ -41,9 +41,7 @@ def _add_features(commands: Any) -> None:
         example="grabbergui get gige: ExposureTime 'BalanceRatio[BalanceRatioSelector=Red]'",
     )
     add_source(getting)
-    getting.add_argument(
-        "names", metavar="NAME", nargs="+", help="a feature, with its selectors in brackets if it has some"
-    )
+    getting.add_argument("names", metavar="NAME", nargs="+", help="a feature, with any selectors in brackets")
     getting.add_argument("--json", action="store_true", help="print one JSON object, values by name")
     getting.set_defaults(run=_get)
 
@@ -54,7 +52,7 @@ def _add_features(commands: Any) -> None:
     )
     add_source(setting)
     setting.add_argument(
-        "assignments", metavar="NAME=VALUE", nargs="+", help="a feature and its value, perhaps with a unit"
+        "assignments", metavar="NAME=VALUE", nargs="+", help="a feature and its value, with or without a unit"
     )
     setting.add_argument("--json", action="store_true", help="print one JSON object, values by name")
     setting.set_defaults(run=_set)
@@ -196,19 +194,19 @@ def _add_settings(commands: Any) -> None:
 
     loading = commands.add_parser(
         "load",
-        help="load settings from a file; say what became of each",
+        help="load settings from a file and report the outcome of each",
         example="grabbergui load gige: camera.yaml --dry-run",
     )
     add_source(loading)
     loading.add_argument("file", metavar="FILE", type=Path, help="settings that `save` or a viewer wrote")
     loading.add_argument("--json", action="store_true", help="print one JSON object")
-    loading.add_argument("--dry-run", action="store_true", help="only say what would be written")
+    loading.add_argument("--dry-run", action="store_true", help="only report what would be written")
     loading.add_argument("--all-or-nothing", action="store_true", help="roll back if any setting is refused")
     loading.set_defaults(run=_load)
 
     differing = commands.add_parser(
         "diff",
-        help="compare a camera or a file with a file; exit code 1 if unlike",
+        help="compare a camera or a file with a file; exit code 1 if they differ",
         example="grabbergui diff gige: camera.yaml",
     )
     differing.add_argument("first", metavar="SOURCE|FILE", help="a camera as it is set now, or a file")
@@ -252,7 +250,7 @@ def _load(options: argparse.Namespace) -> int:
 def _apply(
     grabber: FrameGrabber, features: FeatureSet, options: argparse.Namespace
 ) -> tuple[LoadReport, str | None]:
-    """Load settings, and roll them back if all or nothing was asked for; return how both ended."""
+    """Load settings, and roll them back with --all-or-nothing if any fails; return both outcomes."""
     with stop_on_signals() as cancelled:
         report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
         rolled_back = None

@@ -52,7 +52,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--replace-firmware",
         action="store_true",
-        help="let put write firmware; a wrong file, or a power cut meanwhile, may leave the camera useless",
+        help="let put write firmware; a wrong file or a power cut may leave the camera useless",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON array (list) or object")
     parser.set_defaults(run=_files)

@@ -11,7 +11,7 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
 
-from grabbergui.cli import count, counted, positive
+from grabbergui.cli import count, counted, positive, wait_time
 from grabbergui.cli.features import assignment, write
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.process import stop_on_signals
@@ -35,7 +35,7 @@ from grabbergui.recording.recorder import RecordingLimits, create_recorder
 _LOOK = 0.5
 "Seconds between checks whether the source is still there."
 _POLL = 0.1
-"Seconds between checks whether the user wants to end, or the recording has ended."
+"Seconds between checks whether the user or the recording has ended."
 _QUEUE_DEPTH = 16
 
 
@@ -47,7 +47,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
-    """Add SOURCE and the options of taking its frames; `awaited` is what `--timeout` waits for."""
+    """Add SOURCE and the options for taking frames; `awaited` is what `--timeout` waits for."""
     add_source(parser)
     parser.add_argument(
         "--set",
@@ -58,7 +58,7 @@ def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
         help="write a feature first; repeatable",
     )
     parser.add_argument(
-        "--timeout", type=positive, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
+        "--timeout", type=wait_time, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
     )
     add_lost_timeout(parser)
     parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
@@ -66,16 +66,16 @@ def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
 
 
 class _AwaitedSource:
-    """An open grabber; while it is lost, its return is awaited."""
+    """An open grabber that may be lost, and waits for its return."""
 
     def __init__(self, grabber: FrameGrabber, lost_timeout: float | None = None) -> None:
         self.grabber = grabber
         self.outage = Outage(grabber, lost_timeout)
 
     def next_frame(self, queue: FrameQueue, timeout: float, so_far: int) -> Frame:
-        """Wait for a frame, at most `timeout` seconds of those in which the source is there.
+        """Wait for a frame for at most `timeout` seconds, not counting those in which the source is lost.
 
-        Raises FrameTimeoutError, TransportError if it was lost for too long.
+        Raises FrameTimeoutError, or TransportError if the source was lost for too long.
         """
         begun = time.monotonic()
         while True:
@@ -87,7 +87,7 @@ class _AwaitedSource:
                     raise self.no_frame(timeout, so_far) from None
 
     def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
-        """Return the error that no frame came after these: its cause, or the things to check."""
+        """Return the error for a missing frame, with its cause or what to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
         scheme = SourceUri.parse(self.grabber.info.uri).scheme
         if scheme == "file":
@@ -172,7 +172,7 @@ def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namesp
             _save(frame, options.out, source.grabber, scan)
     assert first is not None
     counters = source.grabber.statistics()
-    # From the first frame's time to the last's: the rate does not include opening the camera.
+    # From the first frame to the last, so that the rate excludes opening the camera.
     seconds = max(0.0, frame.captured - first.captured)
     return {
         "frames": options.frames,
@@ -209,7 +209,7 @@ def _add_record(commands: Any) -> None:
         help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
     )
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
-    parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after this many seconds")
+    parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")
     parser.add_argument(
         "--size", type=positive, metavar="MB", help="end once this many megabytes are written"
     )
@@ -289,14 +289,16 @@ _MOST_WAITING = 1000
 def _add_events(commands: Any) -> None:
     parser = commands.add_parser(
         "events",
-        help="print the events of a camera as they come, or which ones it has",
+        help="print a camera's events as they arrive, or list those it has",
         example="grabbergui events gige: ExposureEnd --start",
     )
     add_source(parser)
-    parser.add_argument("names", metavar="NAME", nargs="*", help="as ExposureEnd; without any: list them")
+    parser.add_argument(
+        "names", metavar="NAME", nargs="*", help="such as ExposureEnd; without any: list them"
+    )
     parser.add_argument("-n", "--count", type=count, help="end after this many events")
-    parser.add_argument("--duration", type=positive, metavar="S", help="end after this many seconds")
-    parser.add_argument("--start", action="store_true", help="let the camera take pictures meanwhile")
+    parser.add_argument("--duration", type=wait_time, metavar="S", help="end after this many seconds")
+    parser.add_argument("--start", action="store_true", help="stream while listening")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(run=_events)
 
@@ -313,7 +315,7 @@ def _events(options: argparse.Namespace) -> int:
         for name in options.names:
             if name not in known:
                 names = ", ".join(known)
-                raise FeatureValueError(f"{name} is no event of this camera; it has {names}", _SELECTOR)
+                raise FeatureValueError(f"this camera has no event {name}; it has {names}", _SELECTOR)
         waiting: Queue[DeviceEvent] = Queue(_MOST_WAITING)
         grabber.event_received.connect(lambda event: _keep(waiting, event))
         with stop_on_signals() as stop, _switched_on(grabber, options.names):

@@ -8,7 +8,7 @@ import time
 from contextlib import ExitStack, closing
 from typing import Any
 
-from grabbergui.cli import count, counted, key, not_negative, positive
+from grabbergui.cli import count, counted, key, seconds, wait_time
 from grabbergui.cli.opening import opened
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
@@ -38,20 +38,20 @@ def add_commands(commands: Any) -> None:
 
     parser = commands.add_parser(
         "persistent-ip",
-        help="show how a GigE Vision camera gets its address, or write the one it shall keep",
+        help="show how a GigE Vision camera gets its address, or set the address that it keeps",
         example="grabbergui persistent-ip gige:GV01 192.168.0.10",
     )
     parser.add_argument("source", metavar="SOURCE", help="gige:, gige:192.168.0.10, gige:SERIAL …")
     parser.add_argument("ip", metavar="IP", nargs="?", default="", help="the address to keep; without: show")
     _add_subnet(parser)
     parser.add_argument(
-        "--forget", action="store_true", help="ask DHCP, or take a link-local address, from the next start on"
+        "--forget", action="store_true", help="use DHCP or a link-local address from the next start on"
     )
     parser.set_defaults(run=_persistent_ip)
 
     parser = commands.add_parser(
         "trigger-group",
-        help="expose several GigE Vision cameras at one moment",
+        help="expose several GigE Vision cameras at the same time",
         example="grabbergui trigger-group 1 gige:GV01 gige:GV02 -n 10",
     )
     parser.add_argument(
@@ -66,11 +66,11 @@ def add_commands(commands: Any) -> None:
         "--group-mask", type=key, default=1, metavar="MASK", help="the action's group mask (1)"
     )
     parser.add_argument(
-        "--ahead", type=not_negative, default=0.2, metavar="S", help="schedule so far ahead (0.2)"
+        "--ahead", type=seconds, default=0.2, metavar="S", help="schedule each action this far ahead (0.2)"
     )
-    parser.add_argument("--no-ptp", action="store_true", help="act on arrival, clocks as they are")
+    parser.add_argument("--no-ptp", action="store_true", help="act on arrival, without synchronised clocks")
     parser.add_argument(
-        "--timeout", type=positive, default=5.0, metavar="S", help="longest wait for a frame (5)"
+        "--timeout", type=wait_time, default=5.0, metavar="S", help="longest wait for a frame (5)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_trigger_group)
@@ -105,7 +105,7 @@ def _persistent_ip(options: argparse.Namespace) -> int:
 
     uri = SourceUri.parse(options.source)
     if uri.scheme != "gige":
-        raise UsageError(f"{uri} is no GigE Vision camera, so it has no address")
+        raise UsageError(f"{uri} is not a GigE Vision camera, so it has no address")
     if options.ip and options.forget:
         raise UsageError("write an address or --forget, not both")
     if options.ip:
@@ -131,7 +131,7 @@ def _trigger_group(options: argparse.Namespace) -> int:
         cameras = [stack.enter_context(opened(source)) for source in options.sources]
         for camera in cameras:
             if not camera.info.bus.startswith("GigE"):
-                raise UsageError(f"{camera.info.uri} is no GigE Vision camera, so it knows no actions")
+                raise UsageError(f"{camera.info.uri} is not a GigE Vision camera, so it has no actions")
             _prepare(camera, options)
         if not options.no_ptp:
             _await_clocks(cameras)
@@ -161,7 +161,7 @@ def _trigger_group(options: argparse.Namespace) -> int:
 
 
 def _prepare(camera: FrameGrabber, options: argparse.Namespace) -> None:
-    """Let each action expose one frame."""
+    """Set the camera to expose one frame for each action."""
     if not options.no_ptp:
         if not camera.has_feature("PtpEnable"):
             raise FeatureError(
@@ -193,7 +193,7 @@ def _await_clocks(cameras: list[FrameGrabber]) -> None:
             if time.monotonic() > deadline:
                 raise FeatureError(
                     f"{camera.info.title}: PtpStatus is {status} after {PTP_WAIT:g} s; is there a PTP"
-                    " master in the network? --no-ptp does without",
+                    " master in the network? --no-ptp triggers without one",
                     "PtpStatus",
                 )
             time.sleep(0.1)
@@ -212,7 +212,7 @@ def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argpar
     except DeviceStatusError as error:
         if error.status == Status.ACTION_LATE:
             raise DeviceStatusError(
-                f"the moment had passed before a camera heard of it; use more than --ahead {options.ahead:g}",
+                f"the action reached a camera too late; use more than --ahead {options.ahead:g}",
                 error.status,
             ) from error
         raise

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import sources
-from grabbergui.cli import positive
+from grabbergui.cli import wait_time
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import MissingFileError, SourceUnavailableError
@@ -25,21 +25,24 @@ def add_commands(commands: Any) -> None:
 def _add_gui(commands: Any) -> None:
     parser = commands.add_parser(
         "gui",
-        help="open the window (what no command at all does)",
+        help="open the window (the default command)",
         example="grabbergui gui gige:GV01",
     )
     parser.add_argument(
         "source",
         metavar="SOURCE",
         nargs="?",
-        help="what to open (the one opened last; at first sim:colour). "
-        "A file of settings, as file:camera.yaml: compare the camera opened last with it",
+        help="the source to open (the one opened last; at first sim:colour). "
+        "With a settings file, as file:camera.yaml: compare the camera opened last with it",
     )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
-    parser.add_argument("--duration", type=positive, metavar="S", help="close the window after S seconds")
+    parser.add_argument("--duration", type=wait_time, metavar="S", help="close the window after S seconds")
     parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")
     parser.add_argument(
-        "--script", type=Path, metavar="FILE", help="run a Python file with the window; its exit code is ours"
+        "--script",
+        type=Path,
+        metavar="FILE",
+        help="run a Python script with the window and exit with its code",
     )
     add_theme(parser)
     parser.add_argument("--language", metavar="CODE", help="language of the window: en, es (the desktop's)")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import doctor, sources
-from grabbergui.cli import positive
+from grabbergui.cli import wait_time
 from grabbergui.cli.process import dies_of_interrupt, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
@@ -21,7 +21,7 @@ from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, instal
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
 _SEARCH_TIME, _ROS2_TIME = 2.0, 3.2
-"""DDS participants announce themselves every three seconds: whoever missed an announcement hears the next."""
+"""DDS participants announce themselves every three seconds, so that a search this long misses none."""
 
 
 def add_commands(commands: Any) -> None:
@@ -38,9 +38,9 @@ def _add_list(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON array")
     parser.add_argument(
         "--timeout",
-        type=positive,
+        type=wait_time,
         metavar="S",
-        help=f"seconds to search ({_SEARCH_TIME:g}; for ROS 2 {_ROS2_TIME:g}, if it has nothing earlier)",
+        help=f"seconds to search ({_SEARCH_TIME:g}; up to {_ROS2_TIME:g} for ROS 2)",
     )
     parser.set_defaults(run=_list)
 
@@ -68,11 +68,11 @@ def _list(options: argparse.Namespace) -> int:
 def _add_doctor(commands: Any) -> None:
     parser = commands.add_parser(
         "doctor",
-        help="check this machine for what usually goes wrong; exit code 1 if something does",
+        help="check this machine for common problems; exit code 1 if there are any",
         example="grabbergui doctor",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON array")
-    # Its name before there was `setup udev`.
+    # The name of `setup udev` in older versions.
     parser.add_argument("--fix-udev", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument(
         "--clear-shared-memory",
@@ -107,7 +107,7 @@ def _doctor(options: argparse.Namespace) -> int:
 _PARTS = {
     "ros2": "ROS 2 and our interface package, into this program's environment",
     "udev": "the rule that lets users open USB3 Vision cameras (as root)",
-    "desktop": "entry in the menu, icon, types of files and man page, for this user",
+    "desktop": "menu entry, icon, file types and man page, for this user",
     "completion": "completion of commands, sources and features in your shell",
 }
 
@@ -115,17 +115,17 @@ _PARTS = {
 def _add_setup(commands: Any) -> None:
     parser = commands.add_parser(
         "setup",
-        help="add to this machine: ROS 2, the udev rule, the desktop's entry, the shell's completion",
+        help="add to this machine: ROS 2, the udev rule, the desktop entry, shell completion",
         example="grabbergui setup desktop",
     )
     parser.add_argument(
         "part", choices=_PARTS, help="; ".join(f"{part}: {meaning}" for part, meaning in _PARTS.items())
     )
-    parser.add_argument("--remove", action="store_true", help="take it away again (not ros2)")
+    parser.add_argument("--remove", action="store_true", help="remove it (not ros2)")
     parser.add_argument(
         "--shell",
         choices=completion.SHELLS,
-        help="the shell whose completion is meant (the one that you log in with)",
+        help="the shell to complete in (your login shell)",
     )
     parser.add_argument(
         "--also",
@@ -133,7 +133,7 @@ def _add_setup(commands: Any) -> None:
         type=Path,
         default=[],
         metavar="FOLDER",
-        help="ros2: build this package of interfaces too, unless there is one of its name; repeatable",
+        help="ros2: also build this interface package, unless one of its name is installed; repeatable",
     )
     parser.add_argument("--json", action="store_true", help="print the files as a JSON array")
     parser.set_defaults(run=_setup)
@@ -150,9 +150,9 @@ def _add_setup(commands: Any) -> None:
 
 def _setup(options: argparse.Namespace) -> int:
     if options.shell is not None and options.part != "completion":
-        raise UsageError(f"--shell says nothing to `setup {options.part}`, only to `setup completion`")
+        raise UsageError(f"--shell has no effect on `setup {options.part}`, only on `setup completion`")
     if options.also and options.part != "ros2":
-        raise UsageError(f"--also says nothing to `setup {options.part}`, only to `setup ros2`")
+        raise UsageError(f"--also has no effect on `setup {options.part}`, only on `setup ros2`")
     done: Callable[[argparse.Namespace], tuple[list[Path], str]] = {
         "ros2": _ros2,
         "udev": _udev,
@@ -166,7 +166,7 @@ def _setup(options: argparse.Namespace) -> int:
     for file in files:
         print(f"{'removed' if options.remove else 'wrote'} {file}")
     if options.remove and not files:
-        print("there was nothing to remove")
+        print("nothing to remove")
     if advice:
         print(advice)
     return 0
@@ -177,7 +177,7 @@ def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
         raise UsageError("ROS 2 is removed with the environment that it is in: pip uninstall ros-rclpy …")
     for folder in options.also:
         if not (folder / "package.xml").is_file():
-            raise MissingFileError(f"{folder} has no package.xml, so it is no ROS 2 package")
+            raise MissingFileError(f"{folder} has no package.xml, so it is not a ROS 2 package")
     install_ros2(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
     return [], "ROS 2 is ready: rclpy and grabber_interfaces"
 

@@ -23,10 +23,10 @@ log = logging.getLogger(__name__)
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 DEFAULT_HOST = "127.0.0.1"
 REQUEST_TIMEOUT = 5.0
-"""Seconds that a caller may pause within its request."""
+"""Seconds that a client may pause within its request."""
 
 PAUSE = 1.0
-"""Seconds before the next caller is accepted when descriptors were used up."""
+"""Seconds before the next connection is accepted after file descriptors ran out."""
 
 MOST_REQUESTS = 8
 """Most requests at a time, each on a thread of its own; the oldest is closed for a new one."""
@@ -42,12 +42,12 @@ _COUNTERS = {
     "underruns": ("frames_underrun_total", "Frames dropped because consumers held every buffer."),
     "bytes": ("payload_bytes_total", "Payload bytes of complete frames."),
     "packets": ("packets_total", "Packets received."),
-    "packets_missing": ("packets_missing_total", "Packets that never came."),
-    "packets_resent": ("packets_resent_total", "Packets that came because they were asked for again."),
-    "packets_duplicate": ("packets_duplicate_total", "Packets that came twice."),
+    "packets_missing": ("packets_missing_total", "Packets that never arrived."),
+    "packets_resent": ("packets_resent_total", "Packets that arrived after a resend request."),
+    "packets_duplicate": ("packets_duplicate_total", "Packets that arrived twice."),
     "packets_ignored": ("packets_ignored_total", "Foreign, malformed or stale datagrams."),
     "packets_clipped": ("packets_clipped_total", "Last packets with padding beyond the payload's end."),
-    "overruns": ("overruns_total", "Times that all waiting packets were discarded to catch up."),
+    "overruns": ("overruns_total", "Times that all queued packets were discarded to catch up."),
 }
 
 Published = Mapping[str, Callable[[], int]]
@@ -117,7 +117,7 @@ class MetricsServer:
     ) -> None:
         """Bind. With a `token` requests need the header `Authorization: Bearer TOKEN`.
 
-        Raises UsageError for a bad address, TransportError where it cannot be had.
+        Raises UsageError for a malformed address, TransportError if it cannot be bound.
         """
         host, port = parse_address(address)
         expected = f"Bearer {token}".encode() if token else b""
@@ -151,7 +151,7 @@ class MetricsServer:
         except OSError as error:
             raise TransportError(f"--metrics {address}: {error.strerror or error}") from error
         except UnicodeError as error:  # a..b, or a part of more than 63 letters
-            raise TransportError(f"--metrics {address}: '{host}' is no name of a host") from error
+            raise TransportError(f"--metrics {address}: '{host}' is not a host name") from error
         self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
 
     @property
@@ -172,7 +172,7 @@ class MetricsServer:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    # A silent caller must not delay the end.
+    # A silent client must not delay the end.
     block_on_close = False
 
     def __init__(
@@ -197,7 +197,7 @@ class _Server(ThreadingHTTPServer):
         except OSError as error:
             if failure := ResourceExhaustedError.of(error):
                 log.warning("metrics: nobody can connect: %s", failure)
-                time.sleep(PAUSE)  # the connection still waits: without a pause this would be a busy loop
+                time.sleep(PAUSE)  # the connection stays pending, so that no pause means a busy loop
             raise
 
     def process_request(self, request: Any, client_address: Any) -> None:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from grabbergui import sources
-from grabbergui.cli import positive
+from grabbergui.cli import wait_time
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
 from grabbergui.core.features import Category
 from grabbergui.setup.completion import Seen, somebody_types
@@ -30,16 +30,16 @@ def add_monitor(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--monitor",
         action="store_true",
-        help="only look on, beside the application that controls it; a GigE camera must multicast for that",
+        help="read only, beside the application in control; a GigE camera must multicast its stream",
     )
 
 
 @contextmanager
 def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> Iterator[FrameGrabber]:
-    """The source, opened, and closed behind the block.
+    """Open the source, and close it after the block.
 
-    With `reading`, control is done without where another application has it. `monitor` is whether
-    `--monitor` was given; None where the command does not offer it.
+    With `reading`, a source that another application controls is opened without control. `monitor` is whether
+    `--monitor` was given; None if the command does not have it.
     """
     from grabbergui.core.grabber import Access
 
@@ -87,9 +87,9 @@ def add_lost_timeout(parser: argparse.ArgumentParser) -> None:
     """Add `--lost-timeout`, for `Outage`."""
     parser.add_argument(
         "--lost-timeout",
-        type=positive,
+        type=wait_time,
         metavar="S",
-        help="give up a source that is away for longer; it is waited for without end unless given",
+        help="give up a lost source after S seconds; without this, wait forever",
     )
 
 
@@ -104,7 +104,7 @@ class Outage:
         on_exceeded: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`on_exceeded` is called on a thread of its own once the grabber was away for `limit` seconds."""
+        """`on_exceeded` is called on its own thread once the grabber has been lost for `limit` seconds."""
         self._grabber = grabber
         self._limit = limit
         self._on_exceeded = on_exceeded
@@ -125,7 +125,7 @@ class Outage:
         return 0.0 if self.present else self._clock() - max(since, self._ended)
 
     def check(self) -> None:
-        """Raise TransportError if the source is away for longer than the limit."""
+        """Raise TransportError if the source has been lost for longer than the limit."""
         since = self._since
         if since is not None and self._limit is not None and self._clock() - since >= self._limit:
             raise TransportError(
@@ -150,7 +150,7 @@ class Outage:
         if self._since is None:
             self._since = self._clock()
             if self._limit is not None:
-                self._timer = threading.Timer(self._limit, self._on_exceeded)
+                self._timer = threading.Timer(min(self._limit, threading.TIMEOUT_MAX), self._on_exceeded)
                 self._timer.daemon = True
                 self._timer.start()
 

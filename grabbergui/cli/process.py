@@ -1,6 +1,6 @@
 """A command as a process: the characters its output can encode, its log, its end by signals, and systemd.
 
-Signals end a program at once, by closing what is open, or by setting an event; see `raising_on_signals` and
+A signal ends the program, raises an exception or sets an event; see `raising_on_signals` and
 `stop_on_signals`.
 """
 
@@ -48,9 +48,9 @@ codecs.register_error(_NAME, _spelled)
 
 @contextmanager
 def passing_note(text: str) -> Iterator[Callable[[str], None]]:
-    """Show `text` on a terminal's stderr meanwhile, in a line that is erased afterwards.
+    """Show `text` on stderr during the block if that is a terminal, and erase it afterwards.
 
-    Yields what replaces the text. Where nobody watches, nothing is shown.
+    Yields a function that replaces the text.
     """
     watched = sys.stderr is not None and sys.stderr.isatty()
 
@@ -112,14 +112,14 @@ def set_up_log(level: str, kind: str) -> None:
 
 
 SAME = 1.0
-"""Seconds within which a second signal is the same request: a terminal and a launcher both send one."""
+"""Seconds within which a second signal counts as the same request: terminal and launcher both send one."""
 PUT_OFF = 0.02
 """Seconds until a postponed signal is tried again."""
 _MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
 def _requests_to_end() -> list[signal.Signals]:
-    """Return the signals that ask this program to end. `nohup` has it ignore the end of its terminal."""
+    """Return the signals that ask this program to end; under `nohup`, without SIGHUP."""
     requests = [signal.SIGINT, signal.SIGTERM]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         requests.append(signal.SIGHUP)
@@ -151,10 +151,10 @@ def dies_of_interrupt() -> Iterator[None]:
 
 @contextmanager
 def raising_on_signals() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, SIGTERM and SIGHUP raise Terminated, but never through GenApi.
+    """Raise KeyboardInterrupt on Ctrl-C and Terminated on SIGTERM and SIGHUP, but never within GenApi.
 
     GenApi is C++ that calls our ports: an exception that it does not expect crashes it, or leaves its lock
-    taken. So a signal that comes meanwhile is put off until its call is over.
+    taken. So a signal during such a call is postponed until it returns.
     """
     if not _in_main_thread():
         yield
@@ -228,7 +228,7 @@ def _within(frame: FrameType | None, package: str) -> bool:
 
 
 def notify(state: str) -> bool:
-    """Send `READY=1`, `WATCHDOG=1`, `STOPPING=1` …; return whether a service manager was there to take it."""
+    """Send `READY=1`, `WATCHDOG=1`, `STOPPING=1` …; return whether a service manager received it."""
     path = os.environ.get("NOTIFY_SOCKET", "")
     if sys.platform == "win32" or not path:
         return False
@@ -255,8 +255,8 @@ def watchdog_period() -> float:
 def supervised(alive: Callable[[], object]) -> Iterator[None]:
     """Report readiness on entry and the end on exit; in between call `alive` before each sign of life.
 
-    `alive` takes the locks that the server's own threads take: if they are stuck, so is it, the signs of life
-    cease, and systemd restarts the service.
+    `alive` takes the locks that the server's own threads take. If those are stuck, so is it: the signs of
+    life cease, and systemd restarts the service.
     """
     closing = threading.Event()
     period = watchdog_period()

@@ -36,7 +36,7 @@ _NETWORKS = {
     "yarp": ("bind", "require_authentication", "capabilities", "raw", "period", "normalised"),
     "ros2": ("frame_id", "qos", "ros_args"),
 }
-"""Options that mean nothing without the network."""
+"""Options that have no effect without the network."""
 _RENAMED = re.compile(r"__(ns|node|name):=")
 """ROS arguments that would override the name given by --ros2."""
 
@@ -52,10 +52,12 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; any source, remote ones too")
     parser.add_argument("--from", dest="file", metavar="FILE", help="read options from a .ini file")
-    parser.add_argument("--context", metavar="NAME", help="the context that YARP's search for FILE begins in")
+    parser.add_argument(
+        "--context", metavar="NAME", help="the context in which YARP's search for FILE begins"
+    )
     parser.add_argument("--fake", action="store_true", help="serve the simulated camera")
     parser.add_argument(
-        "--index", type=int, metavar="N", help="which camera found, where no SOURCE is named (0)"
+        "--index", type=int, metavar="N", help="which of the cameras found, if no SOURCE is given (0)"
     )
     add_monitor(parser)
     add_lost_timeout(parser)
@@ -69,14 +71,16 @@ def add_commands(commands: Any) -> None:
         help="counters for Prometheus at http://HOST:PORT/metrics (127.0.0.1)",
     )
     parser.add_argument(
-        "--metrics-token", metavar="FILE", help="holds the bearer token that who reads the counters must send"
+        "--metrics-token",
+        metavar="FILE",
+        help="a file with the bearer token that readers of the counters must send",
     )
     parser.add_argument("--read-only", action="store_true", help="peers see everything and change nothing")
     parser.add_argument(
         "--allow",
         action="append",
         metavar="ADDRESS",
-        help="answer on YARP and for the counters only this address or network, as 10.0.0.0/24; repeatable",
+        help="serve YARP and the counters only to this address or network, such as 10.0.0.0/24; repeatable",
     )
 
     parser.add_argument(
@@ -159,7 +163,7 @@ def _run(arguments: argparse.Namespace) -> int:
         elif options.terminal:
             from grabbergui.terminal import console
 
-            # When its input has ended, as in a service, nobody can type `exit`.
+            # Without input, as in a service, nobody can type `exit`.
             if not console.run(grabber, finished=stop.is_set).left:
                 stop.wait()
         else:
@@ -184,15 +188,15 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
     for network, names in _NETWORKS.items():
         idle = [name for name in names if hasattr(arguments, name) and not getattr(options, network)]
         if idle:
-            raise UsageError(f"--{idle[0].replace('_', '-')} says nothing without --{network} /NAME")
+            raise UsageError(f"--{idle[0].replace('_', '-')} has no effect without --{network} /NAME")
     if options.calibration and not (options.yarp or options.ros2):
-        raise UsageError("--calibration says nothing without --yarp /NAME or --ros2 /NAME")
+        raise UsageError("--calibration has no effect without --yarp /NAME or --ros2 /NAME")
     return options
 
 
 @contextmanager
 def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
-    """Return the grabber for networks that may not change it; users of this machine still may."""
+    """Yield the grabber for networks that may only read; users of this machine may still write."""
     from grabbergui.core.shared import ReadOnlyGrabber
 
     shown = ReadOnlyGrabber(grabber)
@@ -303,8 +307,8 @@ def _narrow_discovery(allowed: AllowedAddresses) -> None:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_STATIC_PEERS"] = ";".join(hosts)
     log.warning(
-        "--allow %s: ROS 2 looks for peers on this machine and there only; it still answers whoever knows "
-        "where we are",
+        "--allow %s: ROS 2 looks for peers only on this machine and there; it still answers any peer that "
+        "knows its address",
         allowed,
     )
 

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import part, positive, servo_robots
+from grabbergui.cli import part, positive, servo_robots, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
@@ -50,8 +50,10 @@ def add_commands(commands: Any) -> None:
         "--hand-eye", type=Path, metavar="FILE", help="where the camera sits, as `hand-eye` found it"
     )
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
-    parser.add_argument("--seconds", type=positive, metavar="S", help="end after this many seconds")
-    parser.add_argument("--until-reached", action="store_true", help="headless: end with success")
+    parser.add_argument("--seconds", type=wait_time, metavar="S", help="end after this many seconds")
+    parser.add_argument(
+        "--until-reached", action="store_true", help="headless: end when the marker is reached"
+    )
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import count_or_none, not_negative, part, port, seconds, servo_robots
+from grabbergui.cli import count_or_none, ipv4, not_negative, part, port, seconds, servo_robots
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import UsageError
@@ -41,6 +41,7 @@ def _add_camera(commands: Any) -> None:
     what.add_argument(
         "--gige",
         nargs="*",
+        type=ipv4,
         metavar="ADDRESS",
         help="as a GigE Vision device at each address (127.0.0.1)",
     )
@@ -49,7 +50,7 @@ def _add_camera(commands: Any) -> None:
         "--camera",
         default="sim:",
         metavar="SOURCE",
-        help="what it is and its power-on values: sim:colour?width=640&fps=60 …",
+        help="the camera and its power-on values: sim:colour?width=640&fps=60 …",
     )
     parser.add_argument(
         "--serial",
@@ -59,10 +60,10 @@ def _add_camera(commands: Any) -> None:
 
     parser.add_argument(
         "--bandwidth",
-        type=not_negative,
+        type=_bandwidth,
         default=125e6,
         metavar="BYTES/S",
-        help="of the link that --gige paces its packets to; 0 is unlimited (125e6: 1 GbE)",
+        help="speed of the link, to which --gige paces its packets; 0 is unlimited (125e6: 1 GbE)",
     )
     parser.add_argument(
         "--segmentation",
@@ -72,15 +73,15 @@ def _add_camera(commands: Any) -> None:
     )
 
     faults = parser.add_argument_group("faults on the network (--gige)")
-    faults.add_argument("--loss", type=part, default=0.0, metavar="1%", help="packets that never leave")
-    faults.add_argument("--reorder", action="store_true", help="let some packets overtake others")
+    faults.add_argument("--loss", type=part, default=0.0, metavar="1%", help="share of the packets to drop")
+    faults.add_argument("--reorder", action="store_true", help="send some packets out of order")
     faults.add_argument("--duplicate", action="store_true", help="send some packets twice")
-    faults.add_argument("--delay", type=seconds, default=0.0, metavar="5ms", help="hold every datagram back")
+    faults.add_argument("--delay", type=seconds, default=0.0, metavar="5ms", help="delay every datagram")
     faults.add_argument(
         "--stall-after", type=count_or_none, default=0, metavar="N", help="fall silent after N frames"
     )
     faults.add_argument(
-        "--reboot-after", type=not_negative, default=0.0, metavar="S", help="vanish after S seconds"
+        "--reboot-after", type=seconds, default=0.0, metavar="S", help="vanish after S seconds"
     )
 
     usb = parser.add_argument_group("the USB (--u3v)")
@@ -97,6 +98,18 @@ def _add_camera(commands: Any) -> None:
         "--unplug-after", type=count_or_none, default=0, metavar="N", help="unplug after N frames"
     )
     parser.set_defaults(run=_simulate_camera)
+
+
+_FASTEST_LINK = 1e12
+"""Bytes per second; the camera has its speed in a register of 32 bits, in Mbit/s."""
+
+
+def _bandwidth(text: str) -> float:
+    """Parse bytes per second; 0 is unlimited."""
+    value = not_negative(text)
+    if value > _FASTEST_LINK:
+        raise argparse.ArgumentTypeError(f"'{text}' is more than {_FASTEST_LINK:g}; 0 is unlimited")
+    return value
 
 
 def _simulate_camera(options: argparse.Namespace) -> int:
@@ -166,7 +179,7 @@ def _add_teo(commands: Any) -> None:
     add_name_server_options(parser)
     parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
     parser.add_argument(
-        "--yarp", choices=("3.x", "4.0"), default="3.x", help="the YARP whose ports they are (3.x)"
+        "--yarp", choices=("3.x", "4.0"), default="3.x", help="the version of YARP to imitate (3.x)"
     )
     parser.set_defaults(run=_simulate_teo)
 
@@ -279,7 +292,7 @@ def _add_yarp_server(commands: Any) -> None:
         action="append",
         default=[],
         metavar="ADDRESS",
-        help="answer only this address or network, as 10.0.0.0/24; repeatable",
+        help="serve only this address or network, such as 10.0.0.0/24; repeatable",
     )
     parser.set_defaults(run=_serve_names)
 

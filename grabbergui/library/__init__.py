@@ -44,7 +44,7 @@ def open(source: str | DeviceInfo, *, access: AccessName = "control") -> Camera:
     """
     if not isinstance(source, str | DeviceInfo):
         raise UsageError(
-            f"{source!r} is no source; write its URI, as in 'gige:192.168.0.10' or 'file:run.mcap'"
+            f"{source!r} is not a source; write its URI, as in 'gige:192.168.0.10' or 'file:run.mcap'"
         )
     if access not in get_args(AccessName):
         raise UsageError(f"access={access!r}: there are {', '.join(get_args(AccessName))}")

@@ -227,7 +227,7 @@ def install_ros2(
 def _check_environment(prefix: Path) -> None:
     if sys.prefix == sys.base_prefix:
         raise SourceUnavailableError(
-            f"{prefix} is no virtual environment, and ROS 2's wheels belong into one: install grabbergui "
+            f"{prefix} is not a virtual environment, which ROS 2's wheels need: install grabbergui "
             "into an environment (python3 -m venv), or source the system's ROS 2"
         )
     if shutil.which("c++") is None:

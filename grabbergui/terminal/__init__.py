@@ -72,19 +72,17 @@ class Interpreter:
         self.commands: dict[str, Command] = {
             "list_features": Command(
                 "[TEXT]",
-                "the features (beginner and expert) whose name has TEXT in it, with values",
+                "beginner and expert features with values; with TEXT: all whose name contains it",
                 self._list_features,
             ),
             "get_feature": Command("NAME", "a feature's value and range", self._get_feature),
             "set_feature": Command(
-                "NAME VALUE", "write a value; its automatic mode, if any, goes off", self._set_feature
+                "NAME VALUE", "write a value; this switches off its automatic mode", self._set_feature
             ),
             "run": Command("NAME", "execute a command of the camera", self._run),
-            "auto": Command(
-                "NAME [Continuous|Once|Off]", "hand a feature to the camera, or take it back", self._auto
-            ),
+            "auto": Command("NAME [Continuous|Once|Off]", "set a feature's automatic mode", self._auto),
             "mode": Command("NAME", "whether a feature is set by hand or by the camera", self._mode),
-            "start": Command("", "let the stream run", self._start),
+            "start": Command("", "start the stream", self._start),
             "stop": Command("", "stop the stream, for everybody", self._stop),
             "watch": Command(
                 "NAME [SECONDS]",
@@ -96,10 +94,10 @@ class Interpreter:
                 "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
             ),
             "save": Command("FILE", "save all settings: .yaml, or GenICam's own format", self._save),
-            "load": Command("FILE", "load settings; what became of each", self._load),
+            "load": Command("FILE", "load settings and report the outcome of each", self._load),
             "stats": Command("", "frames, losses and rates since the stream was started", self._stats),
             "help": Command("", "this list", self._help),
-            "exit": Command("", "leave; a server ends", self._exit),
+            "exit": Command("", "leave; ends a server", self._exit),
         }
         "The commands by name, for completion too."
         if remote:
@@ -134,7 +132,7 @@ class Interpreter:
             if wanted in f"{description.name} {description.title}".lower()
             and (wanted or description.visibility <= Visibility.EXPERT)
         ]
-        return "\n".join(lines) or f"no feature's name has '{wanted}' in it"
+        return "\n".join(lines) or f"no feature's name contains '{wanted}'"
 
     def _get_feature(self, name: str) -> str:
         return self._line(self._grabber.read_setting(SettingKey.parse(name)))

@@ -142,7 +142,13 @@ def test_what_fails_is_one_clear_line_and_exit_code_1(capsys, arguments, line):
         ["features", "floppy:1"],
         ["gui", "nowhere"],
         ["gui", "--duration", "-1"],
+        ["gui", "--duration", "1e10"],
+        ["list", "--timeout", "1e10"],
+        ["list", "--timeout", "0s"],
+        ["persistent-ip", "gige:", "192.168.0.999"],
+        ["force-ip", "00:30:53:12:34:56", "camera"],
     ],
+    ids=" ".join,
 )
 def test_wrong_usage_is_exit_code_2(capsys, arguments):
     code, out, err = run(capsys, *arguments)
@@ -175,6 +181,37 @@ def test_a_missing_file_is_named_and_exit_code_2(capsys, monkeypatch, tmp_path, 
     assert (code, out) == (2, "")
     assert "there is no" in err and "MISSING" in err and err.count("\n") == 1
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["events", SMALL, "--start", "ExposureEnd", "-n", "1", "--json"],
+        ["events", "--start", "-n", "1", SMALL, "--json", "ExposureEnd"],
+        ["events", SMALL, "ExposureEnd", "--start", "-n", "1", "--json"],
+    ],
+    ids=" ".join,
+)
+def test_options_may_stand_anywhere(capsys, arguments):
+    code, out, _ = run(capsys, *arguments)
+
+    assert code == 0
+    assert json.loads(out)["event"] == "ExposureEnd"
+
+
+def test_optional_arguments_are_divided_by_options(capsys, tmp_path):
+    path = tmp_path / "copy.bin"
+
+    code, out, _ = run(capsys, "files", SMALL, "get", "--json", "LUTLuminance", str(path))
+
+    assert code == 0
+    assert json.loads(out) == {"file": "LUTLuminance", "size": 8192, "path": str(path)}
+
+
+def test_times_may_have_a_unit(capsys):
+    code, out, _ = run(capsys, "grab", SMALL, "--timeout", "5000ms", "--json")
+
+    assert (code, json.loads(out)["frames"]) == (0, 1)
 
 
 def test_numbers_may_have_a_unit_as_in_the_window(capsys):

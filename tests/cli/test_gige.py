@@ -51,7 +51,7 @@ def test_without_ptp_the_action_is_taken_at_once(cameras, capsys):
 
 def test_a_group_is_of_gige_cameras(capsys):
     assert main(["trigger-group", "1", "sim:"]) == 2
-    assert "sim: is no GigE Vision camera" in capsys.readouterr().err
+    assert "sim: is not a GigE Vision camera" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("key", ["x", "-1", "0x100000000"])

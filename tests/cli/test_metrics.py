@@ -125,7 +125,7 @@ def test_counters_at_an_ipv6_address(camera):
 
 
 @pytest.mark.parametrize(
-    ("host", "reason"), [("a..b", "'a..b' is no name of a host"), ("192.0.2.1", "Cannot assign")]
+    ("host", "reason"), [("a..b", "'a..b' is not a host name"), ("192.0.2.1", "Cannot assign")]
 )
 def test_an_address_that_cannot_be_had_is_named(camera, host, reason):
     with pytest.raises(TransportError, match=rf"--metrics {host}:0: {reason}"):

@@ -149,7 +149,7 @@ def test_a_camera_that_peers_may_see_and_not_change(serve):
 @pytest.mark.parametrize(
     ("allowed", "already", "range_then", "warning"),
     [
-        (["10.0.0.7", "10.0.0.8"], None, "LOCALHOST", "looks for peers on this machine and there only"),
+        (["10.0.0.7", "10.0.0.8"], None, "LOCALHOST", "looks for peers only on this machine and there"),
         (["10.0.0.0/24"], None, None, "answers everybody in its domain"),
         (["10.0.0.7"], "SUBNET", "SUBNET", "answers everybody in its domain"),
     ],
@@ -235,8 +235,8 @@ def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, c
         ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
         ([SMALL, "--yarp", "/cam", "--with-name-server", "--nameserver", "nowhere"], 2, "HOST:PORT"),
         ([SMALL, "--yarp", "/cam", "--period", "nan"], 2, "period nan"),
-        ([SMALL, "--terminal", "--bind", "127.0.0.1"], 2, "--bind says nothing without --yarp"),
-        ([SMALL, "--terminal", "--ros-args", "-p", "Gain:=1"], 2, "--ros-args says nothing without --ros2"),
+        ([SMALL, "--terminal", "--bind", "127.0.0.1"], 2, "--bind has no effect without --yarp"),
+        ([SMALL, "--terminal", "--ros-args", "-p", "Gain:=1"], 2, "--ros-args has no effect without --ros2"),
         ([SMALL, "--terminal", "--calibration", "cam.yaml"], 2, "without --yarp /NAME or --ros2 /NAME"),
         (
             [SMALL, "--yarp", "/cam", "--calibration", "/no/cam.yaml"],

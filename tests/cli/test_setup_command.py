@@ -42,7 +42,7 @@ def test_an_option_of_another_part_is_refused(capsys):
 
 def test_ros2_is_not_installed_outside_an_environment(monkeypatch):
     monkeypatch.setattr(sys, "prefix", sys.base_prefix)
-    with pytest.raises(SourceUnavailableError, match="no virtual environment"):
+    with pytest.raises(SourceUnavailableError, match="not a virtual environment"):
         parts.install_ros2(print)
 
 

@@ -48,7 +48,18 @@ def test_every_frame_of_a_bad_network_is_complete(simulated):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--loss", "much"], ["--delay", "-5ms"], ["--camera", "gige:"], ["--camera", "sim:?fps=x"]]
+    "arguments",
+    [
+        ["--loss", "much"],
+        ["--delay", "-5ms"],
+        ["--camera", "gige:"],
+        ["--camera", "sim:?fps=x"],
+        ["--bandwidth", "1e300"],
+        ["--reboot-after", "1e300"],
+        ["localhost"],
+        ["127.0.0.300"],
+    ],
+    ids=" ".join,
 )
 def test_what_cannot_be_simulated_is_wrong_usage(capsys, arguments):
     try:

@@ -220,7 +220,7 @@ class FileControl:
         staged = self._staged.pop(file, None)
         if staged is not None and firmware_version(bytes(staged)) is None:
             self.store.states[file] = FileState.DISCARDED
-            self.store.note(f"{SPELLED[file]}: {received} bytes are no valid firmware and were discarded")
+            self.store.note(f"{SPELLED[file]}: {received} bytes are not valid firmware and were discarded")
             return FileOperationStatus.FAILURE, 0
         self.store.replace(file, self.store.content(file) if staged is None else bytes(staged))
         self.store.note(f"{SPELLED[file]} was written: {len(self.store.content(file))} bytes")
@@ -396,7 +396,7 @@ def _decode_settings(content: bytes) -> dict[Register, RegisterValue]:
             if register.kind is not Kind.STRING:
                 value = float(text) if register.kind is Kind.FLOAT64 else int(text)
         except ValueError as error:
-            message = f"the user set's {name} is no number: {text[:40]!r}"
+            message = f"the user set's {name} is not a number: {text[:40]!r}"
             raise RegisterRefusedError(Refusal.INVALID_PARAMETER, message) from error
         register.check(value)
         settings[register] = value

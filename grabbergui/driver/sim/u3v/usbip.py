@@ -292,7 +292,8 @@ class UsbIpServer:
         try:
             self._listener = socket.create_server((host, port))
         except OSError as error:
-            raise SourceUnavailableError(f"cannot serve USB/IP on {host}:{port}: {error}") from error
+            reason = (error.strerror or str(error)).partition(" (while")[0]  # Python repeats the address
+            raise SourceUnavailableError(f"cannot serve USB/IP on {host}:{port}: {reason}") from error
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         "Host and port on which it listens."
 
