@@ -320,4 +320,7 @@ class FrameSink:
         elif self._failed is None:
             log.warning("%s: %s", self.name, error)
         if self._failed is not None:
-            self._failed(error, frame)
+            try:
+                self._failed(error, frame)
+            except Exception:
+                log.exception("%s", self.name)

@@ -78,6 +78,21 @@ def test_a_consumer_that_fails_is_reported_once_and_gets_the_next_frame(stream, 
     assert sink.consumed == 1
 
 
+def test_a_failing_report_of_a_failure_does_not_end_the_sink(stream, sinks, caplog):
+    def consume(one):
+        if one.frame_id == 0:
+            raise PixelFormatError("no colours")
+
+    def failed(error, one):
+        raise RuntimeError("the display is closed")
+
+    sink = sink_of(stream, consume, sinks, depth=2, failed=failed)
+    for number in range(2):
+        stream.put(frame(number))
+    until(lambda: sink.consumed == 1)
+    assert "the display is closed" in caplog.text
+
+
 def test_an_unhandled_failure_is_logged(stream, sinks, caplog):
     def consume(one):
         raise PixelFormatError("no colours")
