@@ -94,7 +94,9 @@ class Recordings:
             self._messages.error(error_text(error), source)
             self.changed.emit(source)
 
-        source.worker.submit(job, done=lambda recorder: self._begun(source, recorder), failed=failed)
+        if not source.worker.submit(job, done=lambda made: self._begun(source, made), failed=failed):
+            with self._lock:
+                self._beginning.discard(source)
 
     def stop(self, source: OpenSource) -> None:
         """End the recording of a source; its recorder finishes the files."""
