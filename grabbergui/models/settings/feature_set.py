@@ -136,8 +136,8 @@ def _instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selecte
     """Return the combinations of selectors' entries to read, and the reason if some are omitted."""
     found, problem = instances(grabber, path)
     if path and found and grabber.access is not Access.CONTROL:
-        standing = grabber.setting(path[-1])
-        selected = (*standing.selected, (path[-1], format_value(grabber.feature(path[-1]).value)))
+        innermost = grabber.setting(path[-1])
+        selected = (*innermost.selected, (innermost.name, format_value(grabber.feature(path[-1]).value)))
         return [selected], "only the present entry of its selector, which cannot be changed"
     return found, problem
 
