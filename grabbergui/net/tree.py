@@ -220,7 +220,7 @@ class TreeService:
         """Execute a verb; the result is for `dumps`. Raises GrabberError."""
         if verb not in self._verbs:
             known = ", ".join(self._verbs)
-            raise UsageError(f"'{verb}' is no verb, use one of {known}")
+            raise UsageError(f"'{verb}' is not a verb; use one of {known}")
         count, action = self._verbs[verb]
         if count not in (_ANY, len(arguments)):
             raise UsageError(f"{verb} takes {count} arguments, not {len(arguments)}")

@@ -248,7 +248,7 @@ class CameraLink:
             while not done.wait(_LOOK_PERIOD):
                 passed = time.monotonic() - begun
                 if not client.service_is_ready():
-                    raise DeviceLostError(f"{client.srv_name} is gone at the moment")
+                    raise DeviceLostError(f"{client.srv_name} is not available at the moment")
                 if passed > timeout:
                     self._unanswered_since = self._unanswered_since or begun
                     raise FrameTimeoutError(f"{client.srv_name} did not answer within {timeout:g} s")

@@ -189,7 +189,7 @@ class ImageStream:
             if other.topic_type != IMAGE_TYPE:
                 self._remark(f"{other} publishes {other.topic_type} there, which is no image")
         if len(images) > 1:
-            self._remark(f"{' and '.join(map(str, images))} publish there at once: their images mix")
+            self._remark(f"{' and '.join(map(str, images))} publish on this topic: their images mix")
         unable = [publisher for publisher in images if not publisher.reliable]
         if self._reliable and unable:
             self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")
@@ -264,7 +264,7 @@ class ImageStream:
         from rclpy.qos import qos_policy_name_from_kind
 
         policy = qos_policy_name_from_kind(event.last_policy_kind)
-        self._remark(f"a publisher's quality of service does not match ours ({policy}): nothing comes of it")
+        self._remark(f"a publisher's quality of service does not match ours ({policy}): no images arrive")
 
     def _on_lost(self, event: Any) -> None:
         self._counters.lost += event.total_count_change

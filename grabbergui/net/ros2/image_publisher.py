@@ -278,9 +278,9 @@ _LENGTH_BYTES = 4
 class ImageWriter:
     """Publishes `sensor_msgs/msg/Image` with one copy of the pixels. One thread.
 
-    rclpy copies an image three times, into memory that is new each time, and holds the GIL meanwhile, so that
-    the camera's packets wait. Here rclpy serializes the message without pixels. They are written behind that,
-    into memory that is kept, and rcl publishes all of it from there, without the GIL.
+    rclpy copies an image three times, each time into new memory, while it holds the GIL, so that the camera's
+    packets wait. Here rclpy serializes the message without pixels. They are written behind that, into memory
+    that is kept, and rcl publishes all of it from there, without the GIL.
     """
 
     def __init__(self) -> None:

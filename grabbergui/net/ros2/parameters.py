@@ -168,7 +168,7 @@ class ParameterEvents:
     def _run(self) -> None:
         while (names := self._changed()) is not None:
             if not self._publisher.get_subscription_count():
-                continue  # the values would be read from the camera for nobody
+                continue  # spare the camera the reads
             event = self._event(names)
             if event.changed_parameters or event.deleted_parameters:
                 event.stamp = self._node.get_clock().now().to_msg()
@@ -288,7 +288,7 @@ class FeatureParameters:
         self, names: list[str], of_feature: Callable[[Feature], Any], of_own: Callable[[str], Any]
     ) -> list[Any]:
         """Return an answer for each name; none at all if one is unknown, as rclpy does."""
-        answers: dict[str, Any] = {}  # each is read once, however often it is asked for
+        answers: dict[str, Any] = {}  # each is read once, however often it is requested
         for name in dict.fromkeys(names):
             try:
                 own = self._node.has_parameter(name)

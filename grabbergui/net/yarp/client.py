@@ -139,7 +139,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
 
     def _connected(self) -> Features:
         if self._link is None or self._link.failed:
-            raise DeviceLostError(f"{self._name} is gone at the moment; it is used again when it comes back")
+            raise DeviceLostError(f"{self._name} is not available; it is reconnected when it returns")
         return self._known()
 
     # -- acquisition -----------------------------------------------------------------------------

@@ -110,11 +110,11 @@ class ImageHeader:
         if known and depth != known.depth:
             raise RemoteProtocolError(f"image [{known.vocab}] with {depth} bytes a pixel, has {known.depth}")
         if size != blob or size < 0:
-            raise RemoteProtocolError(f"image says {size} bytes and brings {blob}")
+            raise RemoteProtocolError(f"image announces {size} bytes and has {blob}")
         if height and not word & 0xFFFF and size % height == 0:
             row = size // height
         if size != row * height or row < depth * width:
-            raise RemoteProtocolError(f"image of {width}×{height} in rows of {row} bytes brings {size} bytes")
+            raise RemoteProtocolError(f"image of {width}×{height} in rows of {row} bytes has {size} bytes")
         return cls(known.vocab if known else str(code), width, height, depth, row)
 
 
@@ -269,11 +269,11 @@ def encode_part(message: Buffer, envelope: str, quality: int = 75) -> list[Buffe
         pixels = (pixels >> 8).astype(np.uint8)
     elif header.code not in (*_ONE_COMPONENT, "bgr"):
         raise LocalProtocolError(
-            f"an image [{header.code}] cannot go as JPEG; mono, rgb, bgr and their kin can"
+            f"an image [{header.code}] cannot be sent as JPEG, unlike mono, rgb, bgr and Bayer patterns"
         )
     encoded, jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not encoded:
-        raise LocalProtocolError(f"an image of {header.width}×{header.height} cannot go as JPEG")
+        raise LocalProtocolError(f"an image of {header.width}×{header.height} cannot be sent as JPEG")
     data = memoryview(jpeg.reshape(-1).data)
     comment = _comment(envelope) if envelope else b""
     start = 2 + (4 + int.from_bytes(data[4:6], "big") - 2 if bytes(data[2:4]) == b"\xff\xe0" else 0)

@@ -47,7 +47,7 @@ class YarpGrabberServer:
     Frames with several components open a port for each further one: see `ComponentPorts`.
 
     Any thread may call. A reader that is slow or stuck holds up neither the camera nor another reader; while
-    nobody reads, no image is converted.
+    there are no readers, no image is converted.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class ComponentPorts:
     """Opens a port when a frame first has the component, and sends it there from a thread of its own.
 
     Range images are [dec], metres, NaN where nothing was measured; others as the sensor has them. While
-    nobody reads a port, nothing is converted for it.
+    a port has no readers, nothing is converted for it.
     """
 
     def __init__(self, grabber: FrameGrabber, name: str, make_port: Callable[[str], OutputPort]) -> None:

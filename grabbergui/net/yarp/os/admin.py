@@ -205,7 +205,7 @@ def _properties(port: Administered, words: list[str], request: list[Item]) -> Bo
         return _outcome(0, f"Configured connection to {words[2]}")
     if words[1] == "get":
         if not words[2]:
-            # A copy: another peer may set one meanwhile.
+            # A copy, as another peer may set one.
             return Bottle([key, value] for key, value in list(port.properties.items()))
         return Bottle([port.properties[words[2]]] if words[2] in port.properties else [])
     if words[1] != "set" or len(request) < 4 or not words[2]:

@@ -244,7 +244,7 @@ class RpcClient:
             return greet(sock, Header(wire.TCP, self._sender))[0]
         except RemoteProtocolError as error:
             hint = "if it wants authentication, put its key into auth.conf"
-            raise TransportError(f"{self.target} does not greet as a YARP port; {hint}") from error
+            raise TransportError(f"{self.target} does not answer as a YARP port; {hint}") from error
 
     def _drop(self) -> None:
         if self._link is not None:

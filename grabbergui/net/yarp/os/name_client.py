@@ -303,7 +303,7 @@ class Registration:
     def close(self) -> None:
         """Give the name up, unless another port has it by now. Never raises.
 
-        Where the name server hangs, the thread goes on alone `GIVE_UP_SECONDS` after `give_up`.
+        If the name server hangs, waits no longer than `GIVE_UP_SECONDS` after `give_up`.
         """
         self.give_up()
         self._thread.join(max(0.0, self._given_up + GIVE_UP_SECONDS - time.monotonic()))

@@ -193,7 +193,7 @@ class NameDatabase:
 
 
 def _as_bottle(contact: Contact) -> str:
-    """Return a registration as a Bottle's text; as text at once, since lists are long."""
+    """Return a registration as a Bottle's text; directly, since lists are long."""
     name, host, carrier = map(quoted, (contact.name, contact.host, contact.carrier))
     return f"port (name {name}) (ip {host}) (port_number {contact.port}) (carrier {carrier})"
 

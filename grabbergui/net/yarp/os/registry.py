@@ -209,7 +209,7 @@ class Registry:
         """Add a connection that is not started yet, and close another if it is one too many.
 
         A connection that `replaces` another, because a reader reversed it, takes its place and age. Raises
-        TransportError if the other was closed meanwhile, or the port was.
+        TransportError if the other connection or the port was closed.
         """
         with self._lock:
             if self._closed:
