@@ -1,10 +1,12 @@
 """Lines of the source list: no two cameras look alike."""
 
 import pytest
+from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QFontMetrics
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.sources import ListedSource
+from grabbergui.ui.application import speak
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.labels import MOST_LINES, name_lines
 
@@ -62,3 +64,20 @@ def test_a_name_without_end_is_shortened_in_its_middle(view):
     assert len(lines) <= MOST_LINES
     assert "".join(lines).startswith("file:/home") and "".join(lines).endswith("last.mcap")
     assert "…" in "".join(lines)
+
+
+def test_the_button_connects_to_a_typed_address_and_shows_an_open_source_that_is_selected(view):
+    view.setSources([ListedSource(DeviceInfo(f"sim:{name}"), connected=True) for name in "ab"])
+    view.setCurrent("sim:a", connected=True)
+    view.sourceList.setCurrentRow(1)
+    assert view.connectButton.text() == "Show"
+    view.addressEdit.setText("sim:colour")
+    assert view.connectButton.text() == "Connect"
+    assert view.besideButton.isEnabled()
+
+
+def test_a_screen_reader_says_the_state_of_a_source_in_the_windows_language(view, qapp, request):
+    speak(qapp, "es")
+    request.addfinalizer(lambda: speak(qapp, "en"))
+    view.setSources([ListedSource(DeviceInfo("sim:"), connected=True)])
+    assert view.sourceList.item(0).data(Qt.AccessibleTextRole).endswith("conectada")

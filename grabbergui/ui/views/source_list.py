@@ -189,7 +189,7 @@ class SourceListView(QWidget):
 
     @property
     def selected(self) -> str:
-        """The URI of the source that is selected; empty where none is."""
+        """The URI of the selected source; empty if none is selected."""
         items = self.sourceList.selectedItems()
         return items[0].data(SOURCE_ROLE).info.uri if items else ""
 
@@ -205,8 +205,7 @@ class SourceListView(QWidget):
             item.setData(CURRENT_ROLE, source.info.uri == self._current)
             item.setData(
                 Qt.ItemDataRole.AccessibleTextRole,
-                f"{source.info.title} {source.info.uri} {'connected' if source.connected else ''}"
-                f" {source.info.note}".strip(),
+                " ".join((source.info.title, source.info.uri, *source.details, source.info.note)).strip(),
             )
             item.setToolTip(self._tooltip(source))
             item.setSelected(source.info.uri == selected)
@@ -308,15 +307,19 @@ class SourceListView(QWidget):
         return self.addressEdit.text().strip() or (self.selected if self.selected != self._current else "")
 
     def _update_button(self) -> None:
-        leaves, items = self._leaves(), self.sourceList.selectedItems()
-        opened = self._connected and bool(items) and items[0].data(SOURCE_ROLE).connected
+        leaves, items, typed = (
+            self._leaves(),
+            self.sourceList.selectedItems(),
+            self.addressEdit.text().strip(),
+        )
+        opened = self._connected and not typed and bool(items) and items[0].data(SOURCE_ROLE).connected
         text = self.tr("Disconnect") if leaves else self.tr("Show") if opened else self.tr("Connect")
         self.connectButton.setText(text)
         self.connectButton.setIcon(icon("disconnect" if leaves else "connect", self.palette()))
         self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
         self.besideButton.setVisible(self._connected and bool(self._other()))
-        self.besideButton.setEnabled(bool(self.addressEdit.text().strip()) or not opened)
-        self.connectButton.setEnabled(leaves or bool(self.addressEdit.text().strip() or self.selected))
+        self.besideButton.setEnabled(not opened)
+        self.connectButton.setEnabled(leaves or bool(typed or self.selected))
 
     def _tooltip(self, source: ListedSource) -> str:
         info = source.info
