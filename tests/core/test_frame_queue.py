@@ -76,6 +76,16 @@ def test_a_closed_queue_accepts_no_frames():
     assert ids(queue) == [] and queue.dropped == 0
 
 
+@pytest.mark.parametrize("timeout", [float("inf"), 1e300])
+def test_waiting_without_end_is_allowed(timeout):
+    queue = FrameQueue(1)
+    sender = threading.Timer(0.05, queue.put, [frame(1)])
+    sender.start()
+
+    assert queue.get(timeout).frame_id == 1
+    sender.join()
+
+
 def test_a_waiting_consumer_gets_the_frame_another_thread_puts():
     queue = FrameQueue()
     thread = threading.Thread(target=lambda: queue.put(frame(9)))
