@@ -39,11 +39,12 @@ def block(
     data: bytes | None = None,
     payload_type: int = 1,
     height: int = HEIGHT,
+    stride: int = STRIDE,
 ) -> list[bytes]:
     """The datagrams of one picture."""
     data = picture(block_id) if data is None else data
     leader = Leader(payload_type, 1000 * block_id, 0x01080001, WIDTH, HEIGHT)
-    pieces = [data[at : at + STRIDE] for at in range(0, len(data), STRIDE)]
+    pieces = [data[at : at + stride] for at in range(0, len(data), stride)]
     trailer = Trailer(payload_type, height, len(data) if payload_type & 0x4000 else None)
 
     def packet(kind: PacketFormat, packet_id: int, body: bytes) -> bytes:

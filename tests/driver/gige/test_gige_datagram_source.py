@@ -6,22 +6,36 @@ import random
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack
+from typing import Any
 
+import numpy as np
 import pytest
-from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
+from numpy.typing import NDArray
+from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige.stream import receiver, recvmmsg
+from grabbergui.driver.gige.stream import batches, receiver, recvmmsg
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.in_place import Received
 from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource
 from patience import attempts
 
 DEVICE = "127.0.0.7"
 UDP_SEGMENT = 103
+
+
+class InPlaceSource(batches.BatchSource):
+    """Receives in place whatever it can, whether joined or not, and also after packets out of order."""
+
+    def _can_receive_in_place(self, assembler: BlockAssembler, now: float) -> bool:
+        return True
+
+
+linux_only = pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
 SOURCES = [
     PlainSource,
-    pytest.param(
-        recvmmsg.BatchSource,
-        marks=pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's"),
-    ),
+    pytest.param(batches.BatchSource, marks=linux_only),
+    pytest.param(InPlaceSource, marks=linux_only),
 ]
 
 
@@ -43,7 +57,7 @@ class Wire:
 
     def drain(self, bench: Bench, packets: int) -> list:  # type: ignore[type-arg]
         """Receive so many datagrams, wherever they are counted."""
-        done = []
+        done: list = []  # type: ignore[type-arg]
         while bench.statistics.packets + bench.statistics.packets_ignored < packets:
             self.source.receive(bench.assembler, 5.0)
             done += bench.assembler.finished()
@@ -83,15 +97,18 @@ def test_gaps_doubles_and_late_packets_land_where_they_belong(wire: Wire, seed: 
     assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
 
 
-@pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
+@linux_only
+@pytest.mark.parametrize("kind", [batches.BatchSource, InPlaceSource])
 @pytest.mark.parametrize("extended", [False, True])
 @pytest.mark.parametrize("seed", range(5))
-def test_packets_that_the_kernel_joined_are_taken_apart(seed: int, extended: bool) -> None:
+def test_packets_that_the_kernel_joined_are_taken_apart(
+    kind: type[DatagramSource], seed: int, extended: bool
+) -> None:
     """Sent in segments, they arrive joined: of changing number, with gaps, the last of them shorter."""
     dice = random.Random(seed)
     bench = Bench(buffers=20, initial_wait=60.0, max_blocks=8)
     with ExitStack() as stack:
-        wire = Wire(stack, recvmmsg.BatchSource)
+        wire = Wire(stack, kind)
         packets, late = 0, []
         for block_id in range(1, 6):
             leader, *payload, trailer = block(block_id, extended=extended)
@@ -113,6 +130,77 @@ def test_packets_that_the_kernel_joined_are_taken_apart(seed: int, extended: boo
         wire.send(late)
         done += wire.drain(bench, packets + len(late))
     assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+
+
+@linux_only
+@pytest.mark.parametrize("stride", [96, 100, 768, SIZE])
+@pytest.mark.parametrize("seed", range(5))
+def test_blocks_in_order_are_received_in_place(
+    monkeypatch: pytest.MonkeyPatch, seed: int, stride: int
+) -> None:
+    """The last packet is full or short, the kernel joins any number of packets, and a stranger interferes."""
+    dice = random.Random(seed)
+    bench = Bench(buffers=20, stride=stride)
+    placed: list[int] = []
+    receive = bench.assembler.receive_in_place
+
+    def receive_in_place(headers: NDArray[np.uint8], places: Places, now: float) -> int:
+        placed.append(len(headers))
+        return receive(headers, places, now)
+
+    monkeypatch.setattr(bench.assembler, "receive_in_place", receive_in_place)
+    done, packets, foreign = [], 0, 0
+    with ExitStack() as stack:
+        wire = Wire(stack, InPlaceSource)
+        for block_id in range(1, 6):
+            leader, *payload, trailer = block(block_id, stride=stride)
+            packets += len(payload) + 2
+            wire.send([leader])
+            try:
+                wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, len(payload[0]))
+            except OSError:
+                pytest.skip("this system does not segment")
+            while payload:
+                count = dice.choice([1, 2, 5, 16])
+                group, payload = payload[:count], payload[count:]
+                if dice.random() < 0.3:
+                    wire.send(group[:1], wire.stranger)
+                    foreign += 1
+                wire.send([b"".join(group)])
+            wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, 0)
+            wire.send([trailer])
+            done += wire.drain(bench, packets + foreign)
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert bench.statistics.packets_ignored == foreign and bench.statistics.packets_duplicate == 0
+    assert sum(placed) == SIZE // stride * 5
+
+
+@linux_only
+def test_a_stream_out_of_order_is_not_received_in_place_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batches, "LONG", STRIDE)
+    monkeypatch.setattr(batches, "LARGE", SIZE)
+    bench = Bench(buffers=40, initial_wait=60.0, max_blocks=20)
+    reads: list[int] = []
+    with ExitStack() as stack:
+        wire = Wire(stack, batches.BatchSource)
+        reader = wire.source._in_place  # type: ignore[attr-defined]
+        read = reader.receive
+
+        def receive(*arguments: Any) -> Received:
+            reads.append(1)
+            received: Received = read(*arguments)
+            return received
+
+        monkeypatch.setattr(reader, "receive", receive)
+        done, packets = [], 0
+        for block_id in range(1, 31):
+            sent = block(block_id)
+            sent[1:5] = sent[4:0:-1]
+            packets += len(sent)
+            wire.send(sent)
+            done += wire.drain(bench, packets)
+    assert ids(done) == list(range(1, 31)) and all(map(is_picture, done))
+    assert 0 < len(reads) < 10
 
 
 def test_strangers_are_not_heard(wire: Wire) -> None:
@@ -149,16 +237,16 @@ def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
             wire.source.receive(Bench().assembler, 0.01)
 
 
-@pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
+@linux_only
 def test_behind_packets_that_never_end_what_waits_is_skipped(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(recvmmsg, "SLOTS", 4)
-    monkeypatch.setattr(recvmmsg, "BATCHES", 1)
+    monkeypatch.setattr(batches, "BATCHES", 1)
     monkeypatch.setattr(receiver, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
-        wire = Wire(stack, recvmmsg.BatchSource)
+        wire = Wire(stack, batches.BatchSource)
         wire.send([datagram for block_id in range(1, 9) for datagram in block(block_id)[:3]])
         while not bench.statistics.incomplete:
             wire.source.receive(bench.assembler, 0.0)

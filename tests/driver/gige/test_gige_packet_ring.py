@@ -13,7 +13,7 @@ from packet_sockets import may_open_packet_sockets, without_the_right
 
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.gige.stream import channel, recvmmsg
+from grabbergui.driver.gige.stream import batches, channel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
@@ -68,7 +68,7 @@ def system_calls_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("a datagram was read from the socket")
 
-    monkeypatch.setattr(recvmmsg, "BatchSource", refuse)
+    monkeypatch.setattr(batches, "BatchSource", refuse)
 
 
 def test_frames_come_without_a_system_call(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,8 +16,9 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream import packet_ring
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.batches import BatchSource
 from grabbergui.driver.gige.stream.packet_ring import Geometry, PacketRing
-from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT, BatchSource
+from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
 from grabbergui.driver.gige.stream.sockets import NOTHING, attach
 from patience import PATIENCE, until
 

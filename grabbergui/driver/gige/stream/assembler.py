@@ -20,14 +20,14 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.block import Block, Layout
+from grabbergui.driver.gige.stream.block import Block, Layout, Places
 from grabbergui.driver.gige.stream.packet_sorting import (
     BlockHistory,
     Ids,
     Meaning,
     PacketRun,
+    count_in_order,
     distance,
-    in_order,
     packet_runs,
 )
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
@@ -72,6 +72,11 @@ class BlockAssembler:
     def stride(self) -> int:
         """Image bytes in a full packet."""
         return self._layout.stride
+
+    @property
+    def payload_size(self) -> int:
+        """Bytes of the largest payload."""
+        return self._layout.payload_size
 
     # -- packets ---------------------------------------------------------------------------------
     def receive(self, datagram: bytes | memoryview, now: float) -> None:
@@ -126,27 +131,57 @@ class BlockAssembler:
 
         Returns False, and does nothing, unless they are new full payload packets of an open block.
         """
-        if rows.shape[1] < PacketHeader.STANDARD.size or not in_order(rows):
+        if rows.shape[1] < PacketHeader.STANDARD.size or count_in_order(rows) < len(rows):
             return False
-        header = PacketHeader.decode(rows[0, : PacketHeader.EXTENDED.size].tobytes())
+        found = self._find_new(rows, rows.shape[1])
+        if found is None:
+            return False
+        block, first = found
+        block.make_room(first + len(rows))
+        block.store_in_order(first, rows[:, -self.stride :])
+        self._note_in_order(block, first, len(rows), now)
+        return True
+
+    def next_places(self) -> Places | None:
+        """Return where the next packets belong if they arrive in order; None where that is not known."""
+        return self._open[-1].next_places() if self._open else None
+
+    def receive_in_place(self, headers: NDArray[np.uint8], places: Places, now: float) -> int:
+        """Take full packets whose data is in their `next_places` already, by their headers, shape (n, size).
+
+        Returns how many of them, from the first on, are the next packets; the others are not taken.
+        """
+        headers = headers[: count_in_order(headers)]
+        found = self._find_new(headers, places.packet_length) if len(headers) else None
+        if found is None or found != (self._open[-1], places.first):
+            return 0
+        block, first = found
+        block.make_room(first + len(headers))
+        block.note_placed(first + len(headers))
+        self._note_in_order(block, first, len(headers), now)
+        return len(headers)
+
+    def _find_new(self, headers: NDArray[np.uint8], packet_length: int) -> tuple[Block, int] | None:
+        """Return the open block and the first id of packets in order; None unless all are new and full."""
+        header = PacketHeader.decode(headers[0, : PacketHeader.EXTENDED.size].tobytes())
         block = self._open_block(header.block_id)
-        bodies = rows[:, header.size :]
-        first, end = header.packet_id, header.packet_id + len(rows)
+        first, end = header.packet_id, header.packet_id + len(headers)
         if (
             block is None
             or header.format != PacketFormat.PAYLOAD
             or header.status != Status.SUCCESS
             or first == 0
-            or bodies.shape[1] != self.stride
+            or packet_length - header.size != self.stride
             or (end - 1) * self.stride > self._layout.payload_size
             or block.received[first:end].any()
         ):
-            return False
-        self.statistics.packets += len(rows)
-        block.make_room(end)
-        block.store_in_order(first, bodies)
-        self._note_received(block, slice(first, end), len(rows), end - 1, False, now)
-        return True
+            return None
+        return block, first
+
+    def _note_in_order(self, block: Block, first: int, count: int, now: float) -> None:
+        self.statistics.packets += count
+        end = first + count
+        self._note_received(block, slice(first, end), count, end - 1, False, now)
 
     def _receive_singly(self, rows: NDArray[np.uint8], at: NDArray[np.intp], now: float) -> None:
         for row in at.tolist():
@@ -307,6 +342,11 @@ class BlockAssembler:
     def note_overrun(self) -> None:
         """Count that waiting packets were discarded."""
         self.statistics.overruns += 1
+
+    @property
+    def has_finished(self) -> bool:
+        """Whether blocks wait to be delivered."""
+        return bool(self._finished)
 
     @property
     def block_in_progress(self) -> bool:

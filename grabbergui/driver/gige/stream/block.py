@@ -56,6 +56,23 @@ class Layout:
             log.warning("%s: %s", fault, details)
 
 
+@dataclass(frozen=True)
+class Places:
+    """Where a block's next packets belong if they arrive in order."""
+
+    first: int
+    "Id of the next packet; those from there on are missing."
+    header_size: int
+    "Bytes of a packet's header."
+    lines: NDArray[np.uint8]
+    "The data of all full packets, shape (packets, stride): of the packet with id 1 in the first line."
+
+    @property
+    def packet_length(self) -> int:
+        """Bytes of a full packet."""
+        return self.header_size + int(self.lines.shape[1])
+
+
 TAIL = 8
 "Packets requested behind the last that arrived, of a block whose end is unknown."
 _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
@@ -168,11 +185,26 @@ class Block:
 
     def store_in_order(self, first: int, bodies: NDArray[np.uint8]) -> None:
         """Copy full payload packets that follow each other from the `first` id on. The last must fit."""
-        stride = bodies.shape[1]
-        end = (first - 1 + len(bodies)) * stride
-        self.extent = max(self.extent, end)
+        self.note_placed(first + len(bodies))
         if self.buffer is not None and not self.refused:
+            stride = bodies.shape[1]
+            end = (first - 1 + len(bodies)) * stride
             self.buffer[:end].reshape(-1, stride)[first - 1 :] = bodies
+
+    def next_places(self) -> Places | None:
+        """Return where the next packets belong, as long as full packets of an image are expected."""
+        packets, stride = self.payload_packets(), self.layout.stride
+        if packets is None or self.buffer is None or self.trailer_id is not None or self.highest < 0:
+            return None
+        full = min(packets, self.layout.payload_size // stride)
+        if self.highest >= full:
+            return None
+        size = (PacketHeader.EXTENDED if self.extended else PacketHeader.STANDARD).size
+        return Places(self.highest + 1, size, self.buffer[: full * stride].reshape(full, stride))
+
+    def note_placed(self, end: int) -> None:
+        """Note that full packets lie in their places, up to the id before `end`."""
+        self.extent = max(self.extent, (end - 1) * self.layout.stride)
 
     def store_rows(self, run: PacketRun, rows: NDArray[np.uint8], at: NDArray[np.intp]) -> None:
         """Copy full payload packets, the i-th of the run from `rows[at[i]]`. The highest must fit."""

@@ -30,7 +30,7 @@ from grabbergui.driver.gige.bootstrap import (
 )
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.driver.gige.stream import recvmmsg
+from grabbergui.driver.gige.stream import batches, recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_ring import PacketRing, RingUse, usable
@@ -233,11 +233,11 @@ class Stream:
             return ring
         return self._open_batches(receiver, payload_size)
 
-    def _open_batches(self, receiver: socket.socket, payload_size: int) -> recvmmsg.BatchSource:
+    def _open_batches(self, receiver: socket.socket, payload_size: int) -> batches.BatchSource:
         # A datagram to a multicast group would arrive at each of the sockets.
         alone = self._memory.writable and not self._multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
-        return recvmmsg.BatchSource(receiver, self._device_ip, more)
+        return batches.BatchSource(receiver, self._device_ip, more)
 
     def _open_ring(self, receiver: socket.socket, payload_size: int) -> PacketRing | None:
         """Return None if this process or machine cannot have one; log a warning if it was asked for."""

@@ -77,24 +77,24 @@ class PacketRun(NamedTuple):
         return first
 
 
-def in_order(rows: NDArray[np.uint8]) -> bool:
-    """Return whether the packets are consecutive and none is resent, the usual case on a good network.
+def count_in_order(rows: NDArray[np.uint8]) -> int:
+    """Return how many packets, from the first on, are consecutive and not resent: on a good network all.
 
     The `rows` are as in `packet_runs`.
     """
     words = _numbers(rows[:, _WORD], ">u8")
     extended = bool(words[0] & _EXTENDED)
     if words[0] & (_EXTENDED_RESENT if extended else _RESENT):
-        return False
-    if (words[1:] - words[:-1] != (0 if extended else 1)).any():
-        return False
+        return 0
     if not extended:
-        return True
-    return (
-        rows.shape[1] >= PacketHeader.EXTENDED.size
-        and not np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")).any()
-        and bool((np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) == 1).all())
-    )
+        breaks = words[1:] - words[:-1] != 1
+    elif rows.shape[1] >= PacketHeader.EXTENDED.size:
+        breaks = words[1:] != words[:-1]
+        breaks |= np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) != 0
+        breaks |= np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) != 1
+    else:
+        return 0
+    return int(breaks.argmax()) + 1 if breaks.any() else len(rows)
 
 
 def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:

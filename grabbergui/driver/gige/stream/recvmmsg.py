@@ -12,23 +12,14 @@ import errno
 import os
 import socket
 import sys
-import time
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM, Pace, PacedSource
-from grabbergui.driver.gige.stream.sockets import buffer_bytes, waiter
+from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM
 
-__all__ = ["BatchSource", "available"]
-
-BATCHES = 8
-"Calls before timers and finished frames have their turn."
-SKIPS = 256
-"Calls to discard packets, at most: more arrive meanwhile."
 SLOTS = 512
 "Datagrams a call, at most."
 BATCH_BYTES = 2 << 20
@@ -41,6 +32,8 @@ UDP_GRO = 104
 "Linux 5.0: option of a socket, and type of the control message with the length of joined packets."
 DONT_WAIT = 0x40
 "Linux's MSG_DONTWAIT; the socket module of some other systems lacks it."
+NO_DATAGRAM = (errno.EAGAIN, errno.EINTR, errno.ECONNREFUSED)
+"Errors of a call that found no datagram."
 SOCKADDR_BYTES = 16
 FOREIGN = -1
 "Kind of a datagram not from our device. Other kinds: its length, and above it that of joined packets."
@@ -118,31 +111,31 @@ class MessageSlots:
         self._control = np.zeros(SLOTS, CONTROL)
         self._packet_lengths = self._control["packet_length"]
         self._iov = np.zeros((SLOTS, 2), IOVEC)
-        self._iov["base"][:, 1] = _addresses(self._overflow)
+        self._iov["base"][:, 1] = addresses(self._overflow)
         self._iov["length"][:, 1] = MAX_DATAGRAM
         self._messages = np.zeros(SLOTS, MMSGHDR)
-        self._messages["name"] = _addresses(self._names)
+        self._messages["name"] = addresses(self._names)
         self._messages["name_length"] = SOCKADDR_BYTES
-        self._messages["iov"] = _addresses(self._iov)
+        self._messages["iov"] = addresses(self._iov)
         self._messages["iov_length"] = 2
-        self._messages["control"] = _addresses(self._control)
+        self._messages["control"] = addresses(self._control)
         self._address: int = self._messages.ctypes.data
         self._lengths = self._messages["received"]
         self._control_lengths = self._messages["control_length"]
         self._divide(USUAL_DATAGRAM)
 
-    def receive(self, descriptor: int, begin: int = 0) -> int:
-        """Take waiting datagrams from a socket into the slots from `begin` on; return how many.
+    def receive(self, descriptor: int, begin: int, end: int) -> int:
+        """Take waiting datagrams from a socket into the slots from `begin` to `end`; return how many.
 
         Never waits. Raises OSError.
         """
-        self._control_lengths[begin : self.count] = CONTROL.itemsize
+        self._control_lengths[begin:end] = CONTROL.itemsize
         messages = ctypes.c_void_p(self._address + begin * MMSGHDR.itemsize)
-        received: int = self._call(descriptor, messages, self.count - begin, DONT_WAIT, None)
+        received: int = self._call(descriptor, messages, end - begin, DONT_WAIT, None)
         if received >= 0:
             return received
         code = ctypes.get_errno()
-        if code in (errno.EAGAIN, errno.EINTR, errno.ECONNREFUSED):
+        if code in NO_DATAGRAM:
             return 0
         raise OSError(code, os.strerror(code))
 
@@ -150,7 +143,7 @@ class MessageSlots:
         """Discard waiting datagrams, as many as one call takes; return how many. Raises OSError."""
         self._messages["iov_length"] = 0
         try:
-            return self.receive(descriptor)
+            return self.receive(descriptor, 0, self.count)
         finally:
             self._messages["iov_length"] = 2
 
@@ -203,10 +196,10 @@ class MessageSlots:
         rest = self._overflow[slot, : length - self._pitch]
         return np.concatenate([self._data[begin : begin + self._pitch], rest])
 
-    def fit(self, received: int) -> None:
+    def fit(self, received: int) -> int:
         """Adapt the slots to the datagrams' length: at once if these grow, later if they shrink.
 
-        The slots' content is lost.
+        Returns the longest of the `received`. The slots' content is lost.
         """
         longest = int(self._lengths[:received].max())
         if longest > self._pitch:
@@ -218,6 +211,7 @@ class MessageSlots:
             self._longest_shorter = max(self._longest_shorter, longest)
             if self._shorter > SHRINK_AFTER:
                 self._divide(max(self._longest_shorter, SHORTEST_SLOT))
+        return longest
 
     def _divide(self, pitch: int) -> None:
         """Make slots of `pitch` bytes."""
@@ -230,94 +224,19 @@ class MessageSlots:
         self._iov["length"][:, 0] = pitch
 
 
-def _addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
+def addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
     """Return the address of each row of an array."""
     steps = np.arange(len(array), dtype=np.uint64) * np.uint64(array.strides[0])
     rows: NDArray[np.uint64] = array.ctypes.data + steps
     return rows
 
 
-class BatchSource(PacedSource):
-    """Feeds an assembler from a socket, or several at one port, in batches. One thread."""
-
-    def __init__(self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()) -> None:
-        """`more` are further sockets at the same port, which become the source's own."""
-        self._more = more
-        sockets = [receiver, *more]
-        self._descriptors = [each.fileno() for each in sockets]
-        for each in sockets:
-            join_packets(each)
-        self._slots = MessageSlots(device_ip)
-        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), waiter(sockets))
-        self._newest = 0
-        "Index of the socket that the last packets were read from."
-        self._held = 0
-        "Slots with packets that the assembler has yet to get: of several sockets, each of which holds few."
-
-    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        waiting = self._waiting(timeout)
-        now = time.monotonic()
-        for index in waiting:
-            now = self._drain(index, assembler)
-        self._take_held(assembler, now)
-        return now
-
-    def close(self) -> None:
-        """Close the further sockets."""
-        for each in self._more:
-            each.close()
-
-    def _discard(self) -> None:
-        self._held = 0
-        for descriptor in self._descriptors:
-            for _ in range(SKIPS):
-                if self._slots.skip(descriptor) < self._slots.count:
-                    break
-
-    def _waiting(self, timeout: float) -> list[int]:
-        """Return which sockets to read, in the order in which the kernel fills them; some may be empty."""
-        count = len(self._descriptors)
-        if count == 1 and not timeout:
-            return [0]
-        ready = [self._descriptors.index(descriptor) for descriptor in self._wait(timeout)]
-        return sorted(ready, key=lambda index: (index - self._newest) % count)
-
-    def _drain(self, index: int, assembler: BlockAssembler) -> float:
-        """Read all packets of one socket; return the time of the last read. The last stay in the slots."""
-        for _ in range(BATCHES):
-            room = self._slots.count - self._held
-            received = self._slots.receive(self._descriptors[index], self._held)
-            now = time.monotonic()
-            self._held += received
-            if received:
-                self._newest = index
-            if received < room:
-                return now
-            self._take_held(assembler, now)
-        self._drained = False
-        return now
-
-    def _take_held(self, assembler: BlockAssembler, now: float) -> None:
-        """Give the packets in the slots to the assembler, stretches of datagrams of equal length at once."""
-        received, self._held = self._held, 0
-        if not received:
-            return
-        for stretch in self._slots.stretches(received):
-            if stretch.length == FOREIGN:
-                assembler.ignore(stretch.end - stretch.begin)
-                continue
-            rows = self._slots.rows(stretch)
-            if rows is not None:
-                assembler.receive_rows(rows.array, now, rows.at)
-            else:
-                self._take_apart(assembler, stretch, now)
-        self._slots.fit(received)
-
-    def _take_apart(self, assembler: BlockAssembler, stretch: Stretch, now: float) -> None:
-        """Take joined packets of which the last is shorter, or that are longer than a slot."""
-        for slot in range(stretch.begin, stretch.end):
-            datagram = self._slots.datagram(slot, stretch.length)
-            whole = stretch.length - stretch.length % stretch.packet_length
-            assembler.receive_rows(datagram[:whole].reshape(-1, stretch.packet_length), now)
-            if whole < stretch.length:
-                assembler.receive(datagram[whole:].data, now)
+def hand_over_joined(
+    assembler: BlockAssembler, datagram: NDArray[np.uint8], packet_length: int, now: float
+) -> None:
+    """Give joined packets to the assembler, of which the last may be shorter than `packet_length`."""
+    whole = len(datagram) - len(datagram) % packet_length if packet_length else 0
+    if whole:
+        assembler.receive_rows(datagram[:whole].reshape(-1, packet_length), now)
+    if whole < len(datagram) or not whole:
+        assembler.receive(datagram[whole:].data, now)

@@ -1,0 +1,157 @@
+"""Packets of a stream in batches, from its UDP socket, or several at one port. Linux.
+
+Two readers take turns. `MessageSlots` takes whatever waits, up to 2 MiB with one system call, and the
+assembler copies the packets into frames. Where the kernel joins packets to long datagrams, `InPlaceReader`
+takes those of a block in progress, one datagram a call, without that copy. It expects them in order.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Sequence
+
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.in_place import InPlaceReader
+from grabbergui.driver.gige.stream.receiver import Pace, PacedSource
+from grabbergui.driver.gige.stream.recvmmsg import (
+    FOREIGN,
+    SLOTS,
+    MessageSlots,
+    hand_over_joined,
+    join_packets,
+)
+from grabbergui.driver.gige.stream.sockets import buffer_bytes, waiter
+
+BATCHES = 8
+"Reads before timers and finished frames have their turn."
+SKIPS = 256
+"Calls to discard packets, at most: more arrive meanwhile."
+LONG = 24_000
+"Bytes of a datagram from which on a call for it alone costs less than copying it."
+LARGE = 1 << 20
+"Bytes of a frame from which on this holds, too, for the calls that its leader and trailer take."
+MOST_DISORDER = 0.25
+"Share of the reads in place that may bring other packets than expected, as these cost more than others."
+DISORDER_PAUSE = 0.25
+"Seconds for which packets are not received in place after that."
+
+
+class BatchSource(PacedSource):
+    """Feeds an assembler from a socket, or several at one port, in batches. One thread."""
+
+    def __init__(self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()) -> None:
+        """`more` are further sockets at the same port, which become the source's own."""
+        self._more = more
+        sockets = [receiver, *more]
+        self._descriptors = [each.fileno() for each in sockets]
+        for each in sockets:
+            join_packets(each)
+        self._slots = MessageSlots(device_ip)
+        self._in_place = InPlaceReader(device_ip)
+        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), waiter(sockets))
+        self._newest = 0
+        "Index of the socket that the last packets were read from."
+        self._held = 0
+        "Slots with packets that the assembler has yet to get: of several sockets, each of which holds few."
+        self._usual_length = 0.0
+        "Bytes of a datagram with payload, where the kernel joins packets to long ones."
+        self._between_blocks = True
+        "Whether short datagrams are expected: the trailer of one block, the leader of the next."
+        self._disorder = 0.0
+        "Share of the recent reads in place that brought other packets than expected."
+        self._in_place_from = 0.0
+        "Time before which nothing is received in place."
+
+    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
+        waiting = self._waiting(timeout)
+        now = time.monotonic()
+        for index in waiting:
+            now = self._drain(index, assembler)
+        self._take_held(assembler, now)
+        return now
+
+    def close(self) -> None:
+        """Close the further sockets."""
+        for each in self._more:
+            each.close()
+
+    def _discard(self) -> None:
+        self._held = 0
+        for descriptor in self._descriptors:
+            for _ in range(SKIPS):
+                if self._slots.skip(descriptor) < self._slots.count:
+                    break
+
+    def _waiting(self, timeout: float) -> list[int]:
+        """Return which sockets to read, in the order in which the kernel fills them; some may be empty."""
+        count = len(self._descriptors)
+        if count == 1 and not timeout:
+            return [0]
+        ready = [self._descriptors.index(descriptor) for descriptor in self._wait(timeout)]
+        return sorted(ready, key=lambda index: (index - self._newest) % count)
+
+    def _drain(self, index: int, assembler: BlockAssembler) -> float:
+        """Read all packets of one socket; return the time of the last read. The last stay in the slots."""
+        now = time.monotonic()
+        for _ in range(BATCHES):
+            in_place = self._can_receive_in_place(assembler, now)
+            if in_place and (places := assembler.next_places()) is not None:
+                now, emptied = self._read_in_place(places, assembler, now)
+            else:
+                now, emptied = self._read_into_slots(index, assembler, one=in_place and self._between_blocks)
+            if emptied:
+                return now
+            if in_place and assembler.has_finished:
+                break
+        self._drained = False
+        return now
+
+    def _can_receive_in_place(self, assembler: BlockAssembler, now: float) -> bool:
+        large = self._usual_length >= LONG and assembler.payload_size >= LARGE
+        return large and len(self._descriptors) == 1 and now >= self._in_place_from
+
+    def _read_in_place(self, places: Places, assembler: BlockAssembler, now: float) -> tuple[float, bool]:
+        """Read packets of the block in progress; return the time, and whether the socket is empty."""
+        received = self._in_place.receive(self._descriptors[0], places, assembler, now)
+        self._between_blocks = True
+        if received.messages:
+            self._usual_length += (received.bytes / received.messages - self._usual_length) / 8
+            self._disorder += ((not received.in_order) - self._disorder) / 8
+            if self._disorder > MOST_DISORDER:
+                self._disorder, self._in_place_from = 0.0, now + DISORDER_PAUSE
+        return time.monotonic(), received.emptied
+
+    def _read_into_slots(self, index: int, assembler: BlockAssembler, *, one: bool) -> tuple[float, bool]:
+        """Read any packets, or only one datagram; return as `_read_in_place`. They may stay in the slots."""
+        end = self._held + 1 if one else self._slots.count
+        received = self._slots.receive(self._descriptors[index], self._held, end)
+        now = time.monotonic()
+        emptied = received < end - self._held
+        self._held += received
+        if received:
+            self._newest = index
+        if not emptied:
+            self._take_held(assembler, now)
+        return now, emptied
+
+    def _take_held(self, assembler: BlockAssembler, now: float) -> None:
+        """Give the packets in the slots to the assembler, stretches of datagrams of equal length at once."""
+        received, self._held = self._held, 0
+        if not received:
+            return
+        for stretch in self._slots.stretches(received):
+            if stretch.length == FOREIGN:
+                assembler.ignore(stretch.end - stretch.begin)
+                continue
+            rows = self._slots.rows(stretch)
+            if rows is not None:
+                assembler.receive_rows(rows.array, now, rows.at)
+                continue
+            for slot in range(stretch.begin, stretch.end):
+                datagram = self._slots.datagram(slot, stretch.length)
+                hand_over_joined(assembler, datagram, stretch.packet_length, now)
+        longest = self._slots.fit(received)
+        self._between_blocks = longest < LONG or not assembler.block_in_progress
+        self._usual_length = max(self._usual_length, longest)

@@ -1,0 +1,201 @@
+"""Joined packets, written by the kernel straight to their places in a frame's buffer. Linux.
+
+Where the kernel joins packets (UDP_GRO), one `recvmsg` brings up to 64 KB. It takes a list of buffers, which
+separates each packet's header from its data: headers go to an array, the data of consecutive packets to
+consecutive places in the frame, without a second copy.
+
+Which packets arrive is known only afterwards. So they are received into the places of those that are
+expected next. If others have arrived, they are copied out of there and handed over like any packets. Nothing
+is lost by that, as those places were still empty.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import socket
+import struct
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.recvmmsg import (
+    CONTROL,
+    DONT_WAIT,
+    IOVEC,
+    MMSGHDR,
+    NO_DATAGRAM,
+    SOCKADDR_BYTES,
+    addresses,
+    hand_over_joined,
+)
+
+MOST_MESSAGES = 256
+"Calls before timers and finished frames have their turn; datagrams of strangers count, too."
+LONGEST_MESSAGE = 65535
+MOST_JOINED = 64
+"Packets that the kernel joins at most."
+PLACE_VECTORS = 2 * IOVEC.itemsize
+"Bytes of the vectors of one place: header and data."
+HEADER_END = struct.Struct(">I")
+"The packet id; in a standard header its first byte is the format."
+
+
+class Message(NamedTuple):
+    """A datagram that was received into the places from index `at` on."""
+
+    at: int
+    length: int
+    packet_length: int
+    "Bytes of each packet in it, but the last, which may be shorter."
+
+
+class Received(NamedTuple):
+    """What one read brought."""
+
+    bytes: int
+    messages: int
+    in_order: bool
+    "Whether all full packets were the expected ones."
+    emptied: bool
+    "Whether nothing more waits at the socket."
+
+
+class InPlaceReader:
+    """Receives the packets of a block in progress. One thread."""
+
+    def __init__(self, device_ip: str) -> None:
+        # Unlike CDLL, PyDLL keeps the GIL: the call never waits, and is shorter than a change of threads.
+        self._call = ctypes.PyDLL(None, use_errno=True).recvmsg
+        self._call.restype = ctypes.c_ssize_t
+        self._device = int.from_bytes(socket.inet_aton(device_ip), sys.byteorder)
+        self._name = np.zeros(SOCKADDR_BYTES, np.uint8)
+        self._control = np.zeros(1, CONTROL)
+        self._message = np.zeros(1, MMSGHDR)
+        self._message["name"] = self._name.ctypes.data
+        self._message["name_length"] = SOCKADDR_BYTES
+        self._message["control"] = self._control.ctypes.data
+        # ctypes sets and reads single numbers several times faster than numpy.
+        self._source = ctypes.c_uint32.from_address(self._name.ctypes.data + 4)
+        self._vectors_at = ctypes.c_uint64.from_address(_field(self._message, "iov"))
+        self._control_length = ctypes.c_uint64.from_address(_field(self._message, "control_length"))
+        self._packet_length = ctypes.c_int32.from_address(_field(self._control, "packet_length"))
+        self._shape = (0, 0, 0)
+        self._begin = 0
+        "Address of the places that the vectors point to."
+        self._offsets = np.zeros(0, np.uint64)
+        self._headers = self._spill = np.zeros((0, 0), np.uint8)
+        self._vectors = np.zeros((0, 2), IOVEC)
+
+    def receive(self, descriptor: int, places: Places, assembler: BlockAssembler, now: float) -> Received:
+        """Take waiting packets up to the end of the places, for the assembler. Raises OSError."""
+        self._point_at(places)
+        messages, foreign, emptied = self._read(descriptor, places)
+        if foreign:
+            assembler.ignore(foreign)
+        begin, pitch = places.first - 1, places.packet_length
+        full = sum(message.length // pitch for message in messages if message.packet_length == pitch)
+        full = min(full, len(places.lines) - begin)
+        headers = self._headers[begin : begin + full]
+        placed = assembler.receive_in_place(headers, places, now) if full else 0
+        displaced = [rest for message in messages if (rest := _behind(message, begin + placed, pitch))]
+        # All are copied before the first is handed over, which may overwrite the others.
+        datagrams = [self._datagram(message, places) for message in displaced]
+        for message, datagram in zip(displaced, datagrams, strict=True):
+            hand_over_joined(assembler, datagram, message.packet_length, now)
+        total = sum(message.length for message in messages)
+        return Received(total, len(messages), placed == total // pitch, emptied)
+
+    def _read(self, descriptor: int, places: Places) -> tuple[list[Message], int, bool]:
+        """Read until an unexpected message arrives, the places are full, or nothing waits.
+
+        Return the messages, of which only the last may be unexpected, how many datagrams were from strangers,
+        and whether nothing waits.
+        """
+        call, message = self._call, ctypes.c_void_p(self._message.ctypes.data)
+        vectors_at, vectors = self._vectors_at, self._vectors.ctypes.data
+        control_length, packet_length = self._control_length, self._packet_length
+        source, device = self._source, self._device
+        pitch, at, end = places.packet_length, places.first - 1, len(places.lines)
+        headers, size = self._headers.data, self._headers.shape[1]
+        standard = size == PacketHeader.STANDARD.size
+        ending = (PacketFormat.PAYLOAD << 24 if standard else 0) + 1  # of the header of the first place
+        messages: list[Message] = []
+        foreign = 0
+        for _ in range(MOST_MESSAGES):
+            vectors_at.value = vectors + at * PLACE_VECTORS
+            control_length.value = CONTROL.itemsize
+            length = call(descriptor, message, DONT_WAIT)
+            if length < 0:
+                code = ctypes.get_errno()
+                if code not in NO_DATAGRAM:
+                    raise OSError(code, os.strerror(code))
+                return messages, foreign, True
+            if source.value != device:
+                foreign += 1
+                continue
+            joined = packet_length.value if control_length.value else length
+            messages.append(Message(at, length, joined))
+            (found,) = HEADER_END.unpack_from(headers, (at + 1) * size - HEADER_END.size)
+            if joined != pitch or length % pitch or found != ending + at:
+                break
+            at += length // pitch
+            if at >= end:
+                break
+        return messages, foreign, False
+
+    def _datagram(self, message: Message, places: Places) -> NDArray[np.uint8]:
+        """Return a copy of a message, collected from its places."""
+        begin = message.at
+        count = -(-message.length // places.packet_length)
+        packets = np.empty((count, places.packet_length), np.uint8)
+        size = self._headers.shape[1]
+        packets[:, :size] = self._headers[begin : begin + count]
+        lines = places.lines[begin : begin + count]
+        packets[: len(lines), size:] = lines
+        behind = max(begin - len(places.lines), 0)
+        packets[len(lines) :, size:] = self._spill[behind : behind + count - len(lines)]
+        return packets.ravel()[: message.length]
+
+    # -- the places --------------------------------------------------------------------------------
+    def _point_at(self, places: Places) -> None:
+        """Let the vectors point to a block's places; the vectors behind them point to spare memory."""
+        count, stride = places.lines.shape
+        if (count, stride, places.packet_length) != self._shape:
+            self._divide(count, stride, places.packet_length)
+        begin = places.lines.ctypes.data
+        if begin != self._begin:
+            self._begin = begin
+            self._vectors["base"][:count, 1] = begin + self._offsets
+
+    def _divide(self, count: int, stride: int, packet_length: int) -> None:
+        most = min(MOST_JOINED, LONGEST_MESSAGE // packet_length) + 1
+        self._shape = count, stride, packet_length
+        self._begin = 0
+        self._offsets = np.arange(count, dtype=np.uint64) * np.uint64(stride)
+        self._headers = np.zeros((count + most, packet_length - stride), np.uint8)
+        self._spill = np.zeros((most, stride), np.uint8)
+        self._vectors = np.zeros((count + most, 2), IOVEC)
+        self._vectors["base"][:, 0] = addresses(self._headers)
+        self._vectors["base"][count:, 1] = addresses(self._spill)
+        self._vectors["length"] = packet_length - stride, stride
+        self._message["iov_length"] = 2 * most
+
+
+def _behind(message: Message, end: int, packet_length: int) -> Message | None:
+    """Return the part of a message whose places are behind `end`, if any."""
+    skipped = max(end - message.at, 0) * packet_length
+    if skipped >= message.length > 0:
+        return None
+    return message._replace(at=message.at + skipped // packet_length, length=message.length - skipped)
+
+
+def _field(record: NDArray[Any], name: str) -> int:
+    """Return the address of a field of a single record."""
+    address: int = record[name].ctypes.data
+    return address
