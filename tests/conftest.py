@@ -47,7 +47,7 @@ else:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection() -> Iterator[None]:
-    """Collect the tests without looking for garbage meanwhile: what is made stays."""
+    """Pause garbage collection while tests are collected, because all their objects stay."""
     gc.disable()
     try:
         return (yield)
@@ -56,12 +56,12 @@ def pytest_collection() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the slow tests first: whichever worker is free takes the next."""
+    """Put the slow tests first; the next free worker takes the next test."""
     items[:] = slowest.first(items)
 
 
 def pytest_collection_finish() -> None:
-    """Spare the collector what has been collected here."""
+    """Exclude the collected tests from garbage collection."""
     set_aside_what_stays()
 
 
@@ -69,7 +69,7 @@ def pytest_collection_finish() -> None:
 def pytest_runtest_teardown() -> Iterator[None]:
     """Delete the windows that the test has closed, and collect garbage, as no event loop does it now.
 
-    Each new style sheet would be applied to the windows of all tests before.
+    Otherwise, each new style sheet would be applied to the windows of all earlier tests.
     """
     yield
     qt = sys.modules.get("PyQt5.QtCore")
@@ -89,12 +89,12 @@ def qapp() -> Any:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_report_to_serializable() -> Iterator[None]:
-    """Let a worker report a test whose output or log is no UTF-8: xdist would end the whole run."""
+    """Make a report with invalid UTF-8 in its output or log sendable; xdist would abort the run."""
     return isolation.sendable((yield))
 
 
 def pytest_unconfigure() -> None:
-    """End what was started for all workers; the process that began the run does so, as it outlives them."""
+    """End the programs that all workers share, in the process that began the run, which outlives them."""
     if not isolation.WORKER:
         isolation.end_run()
 
@@ -108,5 +108,5 @@ def pytest_runtest_logreport() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Answer `-n auto`: as many workers as can be kept apart."""
+    """Return the number of workers for `-n auto`: as many as can be isolated from each other."""
     return isolation.workers_allowed()

@@ -18,7 +18,7 @@ from patience import PATIENCE
 
 
 def categories(features: Iterable[Feature]) -> Category:
-    """The tree that the features' `category` fields describe, one level deep."""
+    """Return the tree that the features' `category` fields describe, one level deep."""
     branches: dict[str, list[Feature]] = {}
     for feature in features:
         branches.setdefault(feature.category or "Features", []).append(feature)
@@ -26,7 +26,7 @@ def categories(features: Iterable[Feature]) -> Category:
 
 
 class ScriptedGrabber(FrameGrabber):
-    """A grabber made of a list of features, with delays and failures; remembers what was asked of it.
+    """A grabber made of a list of features, with delays and failures; records the calls.
 
     Writes obey `Feature.validated`, then `on_write` may return what the camera makes of the value.
     """
@@ -56,7 +56,7 @@ class ScriptedGrabber(FrameGrabber):
         self._access = Access.CONTROL
 
     def set(self, name: str, value: FeatureValue | None = None, **changes: object) -> None:
-        """The camera changes a feature by itself, and reports it."""
+        """Change a feature as if the camera did it, and report it."""
         if value is not None:
             changes["value"] = value
         self.known[name] = replace(self.known[name], **changes)  # type: ignore[arg-type]
@@ -122,7 +122,7 @@ class ScriptedGrabber(FrameGrabber):
 
 
 class XmlDevice(Device):
-    """A device that is nothing but a description and a register memory full of zeros."""
+    """A device that consists of a description and a register memory full of zeros."""
 
     def __init__(self, xml: bytes) -> None:
         self.info = DeviceInfo("xml:", vendor="Acme", model="Register file", bus="Memory")

@@ -31,7 +31,7 @@ FACING = np.diag([1.0, -1.0, -1.0])
 
 
 class Bench:
-    """A target is projected as the joints really are: off by 0.2°, corners by 0.5 px."""
+    """Projects a target from the true joint angles, which are off by 0.2°; corners have 0.5 px of noise."""
 
     def __init__(self, eye, seed=0, config=None, model=teo.MODEL, head=(-0.42, 0.1)):
         random = self.random = np.random.default_rng(seed)

@@ -75,7 +75,7 @@ def enter_own_namespaces() -> None:
 
 
 def sendable(report: Any) -> Any:
-    """Return a test's report, of dicts, lists and values, with what is no UTF-8 in its texts spelled out."""
+    """Return a test's report, of dicts, lists and values, with invalid UTF-8 in its texts escaped."""
     if isinstance(report, str):
         return report if report.isascii() else report.encode("utf-8", "backslashreplace").decode()
     if isinstance(report, dict):
@@ -86,7 +86,7 @@ def sendable(report: Any) -> Any:
 
 
 def begin_run() -> None:
-    """Make the folder that all workers share; they inherit its name. What is cached goes there, too."""
+    """Make the folder that all workers share, also for caches; they inherit its name."""
     os.environ[_FOLDER] = tempfile.mkdtemp(prefix="grabbergui-tests-")
     os.environ["XDG_CACHE_HOME"] = str(run_folder() / "cache")
 

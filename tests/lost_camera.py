@@ -1,4 +1,4 @@
-"""A camera in this process that is away until the end of a block, as with its cable out."""
+"""Makes a camera in this process unreachable for a block, as if its cable were pulled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grabbergui.driver.camera import Camera
 
 @contextmanager
 def away(camera: Camera, reason: str) -> Iterator[None]:
-    """Neither answer nor open again within the block; the loss is reported for this reason."""
+    """Make the camera fail to answer or open within the block, and report its loss for this reason."""
 
     def refuse(access: Access) -> Access:
         raise DeviceLostError("still gone")

@@ -1,4 +1,4 @@
-"""Waiting for what has to happen, and holding promises about time, however busy or slow the machine is."""
+"""Waiting for conditions, and checking promises about time, however busy or slow the machine is."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ TURNS, AT_REST = 400_000, 0.02
 
 
 def until(condition: Callable[[], T], what: str = "it", seconds: float = PATIENCE) -> T:
-    """Look again and again until something holds; what it was then.
+    """Poll until a condition holds, and return its value.
 
-    It looks less often the longer it waits, and is late by a twentieth of that at most: to look takes time
-    from what it waits for.
+    The longer it waits, the less often it polls, but it is late by a twentieth of the wait at most. Polling
+    takes time from the work that it waits for.
     """
     begun = time.monotonic()
     while not (found := condition()):
@@ -41,7 +41,7 @@ def until(condition: Callable[[], T], what: str = "it", seconds: float = PATIENC
 
 @contextmanager
 def little_garbage() -> Iterator[None]:
-    """Python's collector looks only at what is made from here on, as in a program that does just one thing.
+    """Restrict Python's collector to new objects, as in a program that does one thing.
 
     After thousands of tests a whole collection takes a third of a second.
     """
@@ -53,9 +53,9 @@ def little_garbage() -> Iterator[None]:
 
 
 def set_aside_what_stays() -> None:
-    """Have Python's collector pass over modules, test items and all else that is there now.
+    """Make Python's collector skip modules, test items and all other present objects.
 
-    Without it a tenth of the tests' work would be to look through 7,000 items again and again.
+    Otherwise a tenth of the tests' work would be scanning 7,000 items repeatedly.
     """
     gc.unfreeze()
     gc.collect()
@@ -84,7 +84,7 @@ class Stopwatch:
 
 
 def slowness(clock: Callable[[], float] = time.perf_counter) -> float:
-    """How many times longer than a desktop at rest this machine takes for some work just now; 1 or more."""
+    """Return how many times longer than an idle desktop this machine takes for some work; 1 or more."""
     begun = clock()
     total = 0
     for number in range(TURNS):
@@ -113,8 +113,8 @@ def attempts(
 ) -> Iterator[Stopwatch]:
     """Yield stopwatches for the same thing until it took no longer than promised, in seconds.
 
-    `for watch in attempts(1.0):` prepare, then do `with watch:`. Fails when every try took longer, on a busy
-    machine longer by more than what others want of it.
+    Prepare within `for watch in attempts(1.0):`, then run `with watch:`. Fails if every attempt took longer,
+    with an allowance for other programs on a busy machine.
     """
     took: list[str] = []
     while len(took) < tries:

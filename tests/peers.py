@@ -1,4 +1,4 @@
-"""Cameras that others wrote, started and stopped by the tests.
+"""Starts and stops the simulated cameras of other projects.
 
 Both listen on UDP port 3956, so a lock between processes lets one test at a time have it.
 """
@@ -38,14 +38,14 @@ class AravisCamera:
     address: str = ADDRESS
 
     def kill(self) -> None:
-        """End it at once, as a cable pulled out does."""
+        """Kill the camera, which looks like a pulled cable."""
         self.process.kill()
         self.process.wait(PATIENCE)
 
 
 @pytest.fixture
 def gvcp_port() -> Iterator[None]:
-    """The right to use UDP port 3956 of 127.0.0.1."""
+    """Hold the lock for UDP port 3956 of 127.0.0.1."""
     with _port_lock():
         yield
 
@@ -127,7 +127,7 @@ def _locked(fcntl: Any, lock: IO[str]) -> bool:
 
 
 def _await_answer(alive: Callable[[], bool]) -> None:
-    """Until something answers a DISCOVERY at the port."""
+    """Wait until something answers a DISCOVERY at the port."""
     deadline = time.monotonic() + PATIENCE
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
         asker.settimeout(0.05)

@@ -1,4 +1,4 @@
-"""Random writes to a camera, and what of its settings is other than before."""
+"""Random writes to a camera, and the differences that they make in its settings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def differences(before: FeatureSet, after: FeatureSet) -> list[str]:
 
 
 def capture_all(camera: FrameGrabber) -> FeatureSet:
-    """Capture also what the stream locks at the moment, which `capture` leaves out."""
+    """Capture all settings, also those that the stream locks, which `capture` omits."""
     settings: dict[SettingKey, FeatureValue] = {}
     for description in camera.feature_tree().descriptions():
         if description.streamable:

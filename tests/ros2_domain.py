@@ -1,4 +1,4 @@
-"""A ROS domain that no other test on this machine is in, for the life of this process."""
+"""Chooses a ROS domain that no other test on this machine uses, for the life of this process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DOMAINS = range(1, 101)
 
 @functools.cache
 def own_domain() -> dict[str, str]:
-    """The environment variables for it: nobody else's nodes, and none of ours beyond this machine."""
+    """Return the environment variables that keep nodes in this domain and on this machine."""
     global _held
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
         lock = (Path(tempfile.gettempdir()) / f"grabbergui-test-ros-domain-{domain}").open("w")

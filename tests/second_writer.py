@@ -1,4 +1,4 @@
-"""A second writer moves a camera's selector all the time, while a test writes under it by another way."""
+"""A second writer that keeps moving a camera's selector while a test writes through another path."""
 
 import itertools
 import sys

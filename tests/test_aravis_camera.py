@@ -1,4 +1,4 @@
-"""A camera that others wrote, used as an operator uses one: by command line, and after it lost power."""
+"""Aravis's simulated camera, used as by an operator: by command line, and after it lost power."""
 
 import json
 import queue as queue_module

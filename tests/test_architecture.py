@@ -32,7 +32,7 @@ HOMES = {
 
 @cache
 def imports(path):
-    """Every module that a file imports, at its top or inside a function, with its full name."""
+    """Return the full names of all modules that a file imports, at its top or inside a function."""
     return frozenset(_imports(path))
 
 
@@ -68,7 +68,7 @@ def test_one_concern_a_file(path):
 
 
 def test_the_rules_see_what_they_should(tmp_path, monkeypatch):
-    """The rules above would be worth nothing if `imports` overlooked a way of writing an import."""
+    """`imports` finds every form of import; otherwise the rules above would check nothing."""
     room = tmp_path / "grabbergui" / "driver"
     room.mkdir(parents=True)
     module = room / "bad.py"

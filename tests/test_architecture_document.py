@@ -17,7 +17,7 @@ STEP = re.compile(r"\b([A-Z]\w+)\.(\w+)\b")
 
 
 def walks() -> list[tuple[str, str, str]]:
-    """Package, class and method of every step."""
+    """Return package, class and method of every step."""
     found = []
     for drawing in re.findall(r"^## [^\n]* on its way to .*?```\n(.*?)```", PAGE, re.DOTALL | re.MULTILINE):
         package = ""
@@ -30,7 +30,7 @@ def walks() -> list[tuple[str, str, str]]:
 
 @lru_cache
 def classes(package: str) -> dict[str, str]:
-    """The text of each class in a package, by name."""
+    """Return the text of each class in a package, by name."""
     found = {}
     for path in (ROOT / "grabbergui" / package).rglob("*.py"):
         for text in re.split(r"^(?=class )", path.read_text(), flags=re.MULTILINE)[1:]:

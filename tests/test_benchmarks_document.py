@@ -1,4 +1,4 @@
-"""The page of benchmarks is made from what was measured, and from nothing else."""
+"""The page of benchmarks is made from stored results only."""
 
 import re
 from dataclasses import replace
@@ -23,13 +23,13 @@ SECTION = Section(
 )
 
 
-def test_a_section_is_kept_and_read_back(tmp_path):
+def test_a_stored_section_is_read_back(tmp_path):
     SECTION.keep("speed", tmp_path)
 
     assert Section.kept(tmp_path / "speed.json") == SECTION
 
 
-def test_a_section_that_lacks_its_peer_takes_no_whole_one_s_place(tmp_path):
+def test_a_section_without_its_peer_does_not_replace_a_complete_one(tmp_path):
     lacking = replace(SECTION, lacking="the peer")
     assert lacking.keep("speed", tmp_path)
     assert SECTION.keep("speed", tmp_path)
@@ -89,7 +89,7 @@ FIGURE = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?) ?(?:ms|mm|MB/s|fps|frames/s|°|%
 
 
 def measured_sections():
-    """The numbers of each section of benchmarks.md, by the anchor of its title."""
+    """Return the numbers of each section of benchmarks.md, by the anchor of its title."""
     text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
     sections = (part.partition("\n") for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:])
     return {
@@ -98,7 +98,7 @@ def measured_sections():
     }
 
 
-def test_figures_of_the_manual_are_those_of_the_sections_that_they_link_to():
+def test_figures_in_the_manual_match_the_linked_sections():
     sections, wrong, compared = measured_sections(), [], 0
     for page in sorted(DOCS.glob("*.md")):
         if page.name == "benchmarks.md":

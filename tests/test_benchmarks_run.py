@@ -1,4 +1,4 @@
-"""Benchmarks measure what is there: the short ones run, so that they follow the code they measure."""
+"""The short benchmarks run, so that they keep up with the code that they measure."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Checks that see what is wrong, and say what to do."""
+"""The doctor's checks find problems and name the remedies."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every file and folder of the project that a page names exists."""
+"""Every file and folder that a page names exists."""
 
 import re
 import subprocess
@@ -22,7 +22,7 @@ def tracked() -> set[PurePosixPath]:
 
 
 def named(page: Path) -> set[str]:
-    """Paths of the project that the page has in backticks: Python files, forms, and all below its folders."""
+    """Return the project's paths in backticks: Python files, forms, and paths below its folders."""
     prose = re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8"))
     found = {path for text in prose for path in NAMED.findall(text)}
     ours = {path for path in found if path.endswith((".py", ".ui")) or path.partition("/")[0] in TOP}

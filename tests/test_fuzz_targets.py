@@ -1,4 +1,4 @@
-"""The fuzzing targets on their seeds, on what once made them fail, and on little changes to both.
+"""The fuzz targets run on their seeds, on former crashes, and on small changes to both.
 
 The search itself is `make fuzz`; this keeps the targets in step with the parsers.
 """
@@ -53,7 +53,7 @@ def test_what_was_found_stays_mended(path: Path) -> None:
 
 
 def changed(data: bytes, chance: random.Random) -> bytes:
-    """Some bytes other, or the end cut off."""
+    """Change some bytes, or truncate the data."""
     content = bytearray(data)
     for _ in range(chance.randint(1, 4)):
         other = chance.choice((0, 1, 0x7F, 0x80, 0xFF, chance.randrange(256)))

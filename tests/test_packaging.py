@@ -1,4 +1,4 @@
-"""The source distribution has all that the repository has; what is installed from it needs no checkout."""
+"""The source distribution is complete, and its installation needs no checkout."""
 
 import fnmatch
 import json
@@ -59,7 +59,7 @@ class Installation:
         self.bin = prefix / ("Scripts" if os.name == "nt" else "bin")
 
     def make(self, folder):
-        """Install it; `folder` is for what is needed meanwhile."""
+        """Install the program; `folder` is for temporary files."""
         source = folder / "source"
         for path in tracked():
             target = source / path

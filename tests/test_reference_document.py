@@ -1,4 +1,4 @@
-"""The reference of the command line and of source URIs is what the program has."""
+"""The reference of the command line and of source URIs matches the program."""
 
 from dataclasses import fields
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`make test` and failures: repeated alone, counted, reported."""
+"""`make test` repeats failed tests alone, counts and reports them."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The headings of docs/troubleshooting.md are what the program says, word for word."""
+"""The headings of docs/troubleshooting.md are messages of the program, word for word."""
 
 import ast
 import re
@@ -9,8 +9,8 @@ PAGE = (ROOT / "docs" / "troubleshooting.md").read_text("utf-8")
 HEADINGS = re.findall(r"^### (.+)$", PAGE, re.MULTILINE)
 
 
-def said():
-    """Every text in the program's code but its docstrings, one to a line; the pieces of f-strings apart."""
+def messages():
+    """Return all strings of the program except docstrings, one per line, with f-strings in pieces."""
     texts = []
     for path in (ROOT / "grabbergui").rglob("*.py"):
         nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
@@ -20,11 +20,11 @@ def said():
     return "\n".join(texts)
 
 
-def test_every_heading_is_what_the_program_says():
+def test_every_heading_is_a_message_of_the_program():
     """One test: each worker that runs a part of it parses the whole program."""
     pieces = {heading: [piece.strip() for piece in heading.split("…")] for heading in HEADINGS}
     assert not [heading for heading in HEADINGS if all(len(piece) <= 10 for piece in pieces[heading])]
-    texts = said()
+    texts = messages()
     assert not [heading for heading in HEADINGS if any(piece not in texts for piece in pieces[heading])]
 
 

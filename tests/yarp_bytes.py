@@ -1,4 +1,4 @@
-"""A port of YARP asked without our client, where the bytes of a reply matter or are no Bottle."""
+"""Requests to a YARP port without our client, for replies whose bytes matter or are not a Bottle."""
 
 from __future__ import annotations
 
