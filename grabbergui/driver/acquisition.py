@@ -1,4 +1,4 @@
-"""What an open camera does by itself: it streams, delivers its events, and polls values that change.
+"""Background activity of an open camera: its stream, its events, and the polling of values.
 
 `Acquisition` prepares, starts, pauses and ends the stream. `EventDelivery` and `Poller` have a thread each.
 """
@@ -29,7 +29,7 @@ TRANSPORT_LOCK = "TLParamsLocked"
 MODE, TRIGGER = "AcquisitionMode", "TriggerMode"
 "Features that can keep a camera from sending frames continuously."
 MOST_BYTES_PER_PIXEL = 8
-"More than any pixel format takes."
+"Upper limit of all pixel formats."
 _SET_BY_TRANSPORT = ("GevSCPSPacketSize", "GevSCPD", "GevSCDA", "GevSCPHostPort")
 "Features whose registers a transport writes by itself when it opens a stream."
 NOT_SETTINGS = frozenset({TRANSPORT_LOCK, *_SET_BY_TRANSPORT})
@@ -50,7 +50,7 @@ class Acquisition:
     def __init__(self, device: Device, fanout: FrameFanout, *, deliver_incomplete: bool) -> None:
         self.running = False
         self.wanted = False
-        "Whether it runs, or would but for a pause or the loss of the camera."
+        "Whether the stream should run; also true while it is paused or the camera is lost."
         self._device = device
         self._fanout = fanout
         self._deliver_incomplete = deliver_incomplete
@@ -60,12 +60,12 @@ class Acquisition:
         self._chunks: ChunkReader | None = None
         "Reads the chunk data of the current stream; None while ChunkModeActive is off."
         self._chunk_reader: ChunkReader | None = None
-        "Kept from stream to stream, as it parses the whole description."
+        "Reused by later streams, because making it parses the whole description."
         self._stream_locks: dict[str, bool] = {}
-        "Features that were asked for while the stream runs, and whether only the stream locks them."
+        "Cache for `pauses_for` during a stream: whether only the stream locks a feature."
 
     def attach(self, nodes: CameraNodeMap, xml: bytes, *, in_control: bool) -> None:
-        """Use the node map of the camera, which was opened or opened again."""
+        """Use the node map of a camera that was opened or reopened."""
         self._nodes, self._xml, self._in_control = nodes, xml, in_control
         self._chunk_reader = None
 
@@ -76,7 +76,7 @@ class Acquisition:
         self._fanout.clear()
         self._chunks = self._reader_of_chunks(nodes)
         self._device.open_stream(request, self._deliver)
-        _forget_what_transport_set(nodes)
+        _invalidate_transport_features(nodes)
         try:
             if self._in_control:
                 self.lock_transport(locked=True)
@@ -105,7 +105,7 @@ class Acquisition:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Stop the stream for the block, and start it again afterwards."""
+        """Stop the stream for the block and restart it afterwards."""
         self._halt()
         try:
             yield
@@ -191,13 +191,13 @@ def payload_size(nodes: CameraNodeMap) -> int:
         return width * height * MOST_BYTES_PER_PIXEL
 
 
-def _forget_what_transport_set(nodes: CameraNodeMap) -> None:
-    """Drop cached values that opening the stream changed without GenApi; they are read when needed."""
+def _invalidate_transport_features(nodes: CameraNodeMap) -> None:
+    """Invalidate cached values that the transport changed without GenApi when it opened the stream."""
     nodes.invalidate(frozenset(name for name in _SET_BY_TRANSPORT if nodes.has(name)))
 
 
 def _offers(feature: Feature, name: str) -> bool:
-    """Whether an enumeration has an entry that can be chosen at the moment."""
+    """Whether an enumeration has this entry and it is available."""
     return any(entry.name == name and entry.available for entry in feature.entries)
 
 
@@ -215,11 +215,11 @@ MOST_WAITING = 256
 
 
 class EventDelivery:
-    """Gives events to a function, in order, on a thread of its own that the first event starts."""
+    """Passes events to a function in order, on its own thread, which the first event starts."""
 
     def __init__(self, deliver: Callable[[int, bytes], None], name: str) -> None:
         self.dropped = 0
-        "The number of events that were dropped because they came too fast."
+        "Number of events dropped because the function was too slow."
         self._deliver = deliver
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._changed = threading.Condition()
@@ -227,7 +227,7 @@ class EventDelivery:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def put(self, event_id: int, message: bytes) -> None:
-        """Hand an event over. Any thread; never waits."""
+        """Queue an event. Any thread; never waits."""
         with self._changed:
             if self._closed:
                 return
@@ -242,7 +242,7 @@ class EventDelivery:
             self._changed.notify()
 
     def close(self) -> None:
-        """Forget what waits and end the thread; nothing is delivered any more on return."""
+        """Discard queued events and end the thread. Nothing is delivered after return."""
         with self._changed:
             self._closed = True
             self._waiting.clear()
@@ -269,7 +269,7 @@ POLL_PERIOD = 0.1
 
 
 class Poller:
-    """Calls a function every POLL_PERIOD on a thread of its own until stopped."""
+    """Calls a function every POLL_PERIOD on its own thread until stopped."""
 
     def __init__(self, function: Callable[[], None]) -> None:
         self._function = function
@@ -278,7 +278,7 @@ class Poller:
         self._thread.start()
 
     def stop(self) -> None:
-        """End it; returns once it has ended."""
+        """End the thread and wait for it."""
         self._stopped.set()
         if self._thread is not threading.current_thread():
             self._thread.join()

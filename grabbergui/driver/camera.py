@@ -1,4 +1,4 @@
-"""Any device plus GenApi's node map: a frame grabber."""
+"""Combines any `Device` with GenApi's node map into a frame grabber, and reconnects it after a loss."""
 
 from __future__ import annotations
 
@@ -39,32 +39,32 @@ _EVENT_SWITCH = "EventNotification"
 
 
 class Camera(FrameGrabber):
-    """A local camera on whatever transport. Thread-safe; feature calls are serialised.
+    """A local camera on any transport. Thread-safe; feature calls are serialised.
 
-    A camera that is lost is opened again as soon as it answers. All settings made since it was opened are
-    made again and compared, and the stream goes on.
+    A lost camera is opened again as soon as it answers. All settings made since it was first opened are
+    restored and compared, and the stream resumes.
     """
 
     def __init__(self, device: Device, *, deliver_incomplete: bool = False) -> None:
         super().__init__(device.info)
         self.device = device
-        "The transport, for what only it knows (its address, its stream's port)."
+        "The transport, for properties that only it has (address, stream port)."
         self._acquisition = Acquisition(device, self._fanout, deliver_incomplete=deliver_incomplete)
         self._nodes: CameraNodeMap | None = None
         self._access = Access.MONITOR
         self._poller: Poller | None = None
         self._events: EventDelivery | None = None
-        self._hears_events = False
+        self._events_open = False
         self._writer: SettingWriter | None = None
         self._closed = threading.Event()
         self._closed.set()
         self._reconnecting: threading.Thread | None = None
         self._losses = threading.Lock()
-        "Never held while anything waits: losses are reported by threads that closing the device joins."
-        self._lost_meanwhile = ""
-        "Why it was lost while it was opened or came back; empty if it was not."
-        self._away = ""
-        "Why it is lost, until it is back; empty while it is not."
+        "Never held during device calls: closing the device joins the threads that report losses."
+        self._lost_while_opening = ""
+        "Reason for a loss during opening or reconnecting; empty if there was none."
+        self._loss = ""
+        "Reason for the current loss; empty while connected."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -76,24 +76,24 @@ class Camera(FrameGrabber):
             self.device.on_lost = self._on_lost
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
-            self._hears_events, self._lost_meanwhile, self._away = False, "", ""
+            self._events_open, self._lost_while_opening, self._loss = False, "", ""
             self.device.take_over = access is Access.TAKE_OVER
-            self._writer = None  # what was set before it was closed is not set again
+            self._writer = None  # settings from before `close` are not restored
             try:
                 self._connect(Access.CONTROL if self.device.take_over else access)
                 with self._losses:
-                    if self._lost_meanwhile:
+                    if self._lost_while_opening:
                         raise DeviceLostError(f"{self.info.title} was lost while it was opened")
                     self._closed.clear()
             except BaseException:
                 if self._nodes is not None:
                     self._nodes.close()
-                self._nodes, self._away = None, ""
+                self._nodes, self._loss = None, ""
                 self.device.close()
                 self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
-            # Once taken away again, control is not fought for.
+            # If control is taken away later, reconnecting must not take it back.
             self.device.take_over = False
             self._poller = Poller(self._poll)
         self.connection_changed.emit(ConnectionState.OPEN, "")
@@ -103,7 +103,7 @@ class Camera(FrameGrabber):
             self._access = self.device.open(access)
             xml = self.device.description()
             self._nodes = CameraNodeMap(self.device, xml, self._on_features_changed)
-        except OSError as error:  # of the machine: it has no more descriptors, its disk is full
+        except OSError as error:  # this computer has no more file descriptors, or its disk is full
             raise ResourceExhaustedError.of(error) or TransportError(
                 f"{self.info.title} cannot be opened: {error.strerror or error}"
             ) from error
@@ -118,7 +118,7 @@ class Camera(FrameGrabber):
         with self._lock:
             if self._nodes is None:
                 return
-            self._closed.set()  # again: it may just have been opened
+            self._closed.set()  # again: another thread may just have opened it
             try:
                 self.stop()
             except GrabberError as error:
@@ -132,7 +132,7 @@ class Camera(FrameGrabber):
             with self._losses:
                 reconnecting, self._reconnecting = self._reconnecting, None
             events, self._events = self._events, None
-            self._away = ""
+            self._loss = ""
         if events is not None:
             events.close()
         if poller is not None:
@@ -150,7 +150,7 @@ class Camera(FrameGrabber):
     @property
     @override
     def lost(self) -> str:
-        return self._away
+        return self._loss
 
     # -- features --------------------------------------------------------------------------------
     @override
@@ -184,7 +184,7 @@ class Camera(FrameGrabber):
 
     @override
     def read_setting(self, key: SettingKey) -> Feature:
-        """Selectors that are moved for it and put back are no change, so none is reported."""
+        """Report no change of selectors, which are only switched for the moment."""
         if not key.selected:
             return self.feature(key.name)
         with self._explaining_loss(), self._lock, self._opened().unreported():
@@ -205,7 +205,7 @@ class Camera(FrameGrabber):
     @contextmanager
     @override
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """Readers wait as well: they must not see selectors that are moved for a moment."""
+        """Block readers too: they must not see selectors that are switched for the moment."""
         with self._lock, self._opened().exclusive(), super().exclusive(selectors):
             yield
 
@@ -224,7 +224,7 @@ class Camera(FrameGrabber):
             taking = None if restart else nodes.taking(name, value)
             feature, value = taking or _validated(nodes.feature(name), value)
             if name.startswith(_EVENT_SWITCH):
-                self._hear_events()
+                self._open_events()
             assert self._writer is not None
             if not restart:
                 return self._writer.write(feature, value)
@@ -236,7 +236,7 @@ class Camera(FrameGrabber):
 
     @override
     def pauses_for(self, name: str) -> bool:
-        """Also a feature that the description locks only while it streams."""
+        """Include features that the description locks only during streaming."""
         return self._acquisition.pauses_for(name)
 
     @override
@@ -269,7 +269,7 @@ class Camera(FrameGrabber):
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """A camera that is lost meanwhile streams when it is back."""
+        """A camera that is lost during the start streams once it is reconnected."""
         self._start({acquisition.TRIGGER} if keep_trigger else ())
 
     def _start(self, kept: Container[str]) -> None:
@@ -280,8 +280,8 @@ class Camera(FrameGrabber):
             try:
                 if self._access is Access.CONTROL:
                     acquisition.run_free(self, kept)
-                    if self._event_left_on():
-                        self._hear_events()
+                    if self._event_already_on():
+                        self._open_events()
                 self._acquisition.start()
             except DeviceLostError:
                 self._acquisition.wanted = True  # once it is back
@@ -306,14 +306,14 @@ class Camera(FrameGrabber):
         if len(self.features_changed):
             self.features_changed.emit(names)
 
-    def _event_left_on(self) -> bool:
-        """Whether a user set, or who had the camera before, left the selected event switched on."""
+    def _event_already_on(self) -> bool:
+        """Whether a user set or a previous application left the selected event switched on."""
         nodes = self._opened()
         return nodes.has(_EVENT_SWITCH) and nodes.feature(_EVENT_SWITCH).value not in ("Off", None)
 
-    def _hear_events(self) -> None:
+    def _open_events(self) -> None:
         self.device.open_events()
-        self._hears_events = True
+        self._events_open = True
 
     def _on_event(self, event_id: int, message: bytes) -> None:
         nodes = self._nodes
@@ -329,7 +329,7 @@ class Camera(FrameGrabber):
             self.event_received.emit(event)
 
     def _poll(self) -> None:
-        """Let values that move by themselves be noticed, while anybody listens."""
+        """Report values that change by themselves, if `features_changed` has listeners."""
         nodes = self._nodes
         if nodes is None or self._reconnecting is not None:
             return
@@ -350,19 +350,19 @@ class Camera(FrameGrabber):
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         log.warning("%s: %s", self.info.uri, reason)
-        self._away = reason
+        self._loss = reason
         self._acquisition.running = False
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
             if self._closed.is_set() or self._reconnecting is not None:
-                self._lost_meanwhile = reason
+                self._lost_while_opening = reason
                 return
             name = f"reconnect {self.info.uri}"
             self._reconnecting = threading.Thread(target=self._reconnect, name=name, daemon=True)
             self._reconnecting.start()  # within the lock: closing joins it
 
     def _reconnect(self) -> None:
-        """Try until it is back or closed. Another camera in its place is refused, and reported once."""
+        """Retry until the camera answers or is closed. Refuse another one in its place; report it once."""
         reported, known = "", self._known_settings()
         while not self._closed.wait(RECONNECT_PERIOD):
             with self._lock:
@@ -373,55 +373,55 @@ class Camera(FrameGrabber):
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     if isinstance(error, OtherCameraError) and str(error) != reported:
-                        reported = self._away = str(error)
+                        reported = self._loss = str(error)
                         log.warning("%s: %s", self.info.uri, reported)
                         self.connection_changed.emit(ConnectionState.LOST, reported)
                     continue
                 with self._losses:
-                    if self._lost_meanwhile:
+                    if self._lost_while_opening:
                         continue
                 names = frozenset(description.name for description in self.feature_tree().descriptions())
-            # Closing waits for this thread, so what is reported here is reported before "closed".
+            # `close` joins this thread, so these reports precede CLOSED.
             self.unlike_before, self.changed_meanwhile = tuple(problems), tuple(changed)
-            self._away = ""
-            # As visible as the loss: a server's log has no other sign of its end.
+            self._loss = ""
+            # A warning like the loss itself: a server's log has no other sign of the return.
             how = return_text(problems, changed)
             log.warning("%s: back, %s", self.info.uri, how)
             self.connection_changed.emit(ConnectionState.OPEN, how)
             self.features_changed.emit(names)
             with self._losses:
-                if not self._lost_meanwhile:
+                if not self._lost_while_opening:
                     self._reconnecting = None
                     return
             known = self._known_settings()
-            # Its loss was perhaps reported before "open".
-            self._away = self._lost_meanwhile
-            self.connection_changed.emit(ConnectionState.LOST, self._lost_meanwhile)
+            # This loss may have been reported before OPEN, so report it again.
+            self._loss = self._lost_while_opening
+            self.connection_changed.emit(ConnectionState.LOST, self._lost_while_opening)
 
     def _known_settings(self) -> dict[SettingKey, FeatureValue]:
-        """Return what was known of settings that nobody wrote here, before the camera was lost."""
+        """Return the last known values of settings that this program did not write."""
         with self._lock:
             return self._writer.known_settings() if self._nodes is not None and self._writer else {}
 
     def _restore(self, known: Mapping[SettingKey, FeatureValue]) -> tuple[list[str], list[str]]:
-        """Open the device again and set it as it was.
+        """Reopen the device and restore its settings.
 
-        Returns what could not be set, and which of the `known` settings others changed, a sentence each.
+        Return what could not be set, and which of the `known` settings others changed, one sentence each.
         """
         streaming = self._acquisition.wanted
         self.device.close_stream()
         self.device.close()
-        # What was reported until here is about what is closed.
-        self._lost_meanwhile, self._acquisition.running = "", False
+        # Losses reported so far belong to the closed connection.
+        self._lost_while_opening, self._acquisition.running = "", False
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)
-        if self._hears_events:
+        if self._events_open:
             self.device.open_events()
         in_control = self._access is Access.CONTROL
         problems, changed = self._set_as_before(streaming, known) if in_control else ([], [])
         if streaming:
-            # Triggers are as they were; so is a mode that was chosen, perhaps while it streamed.
+            # Keep the restored triggers, and the mode if the user chose one.
             remembered = {key.name for key in self._writes().memory.settings}
             self._start({acquisition.TRIGGER, *remembered & {acquisition.MODE}})
         return problems, changed
@@ -430,16 +430,16 @@ class Camera(FrameGrabber):
         self, was_streaming: bool, known: Mapping[SettingKey, FeatureValue]
     ) -> tuple[list[str], list[str]]:
         if was_streaming:
-            # One that kept its power may still stream, and locks the layout of its frames.
+            # A camera that kept its power may still stream and lock the layout of its frames.
             with suppress(FeatureError):
                 self._opened().execute("AcquisitionStop")
             self._acquisition.lock_transport(locked=False)
-        # Restoring the settings must not change the memory of them.
+        # Restoring must not change the remembered settings.
         writer = self._writes()
         remembered, writer.memory = writer.memory, SettingsMemory()
         try:
             problems = remembered.restore(self)
-            # Starting the stream sets the mode.
+            # The mode changes when the stream starts.
             others = {k: v for k, v in known.items() if not (was_streaming and k.name == acquisition.MODE)}
             return problems, writer.changed_since(others)
         finally:
@@ -447,13 +447,13 @@ class Camera(FrameGrabber):
 
     @contextmanager
     def _explaining_loss(self) -> Iterator[None]:
-        """Say why the camera is lost, where it is closed between attempts to open it again."""
+        """Add the reason of the loss to errors while the device is closed between reconnect attempts."""
         try:
             yield
         except DeviceLostError as error:
-            if not self._away or self._away in str(error):
+            if not self._loss or self._loss in str(error):
                 raise
-            raise DeviceLostError(f"{self.info.title} is lost: {self._away}") from error
+            raise DeviceLostError(f"{self.info.title} is lost: {self._loss}") from error
 
     def _writes(self) -> SettingWriter:
         self._opened()
@@ -468,9 +468,9 @@ class Camera(FrameGrabber):
 
 
 def _validated(feature: Feature, value: FeatureValue) -> tuple[Feature, FeatureValue]:
-    """Refuse a wrong value before anything is switched or stopped for its sake; raises FeatureError.
+    """Check a value before a companion is switched or the stream paused for it. Raises FeatureError.
 
-    A lock may be opened with the write. A feature without a value is judged once it is.
+    A lock is ignored, as the write may open it. A feature without a value is checked after that.
     """
     if feature.value is None:
         return feature, value

@@ -3,9 +3,9 @@
 GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
 combines any of them with a node map into a `FrameGrabber`.
 
-A description is behind GigE Vision's first URL, then the second: `Local:name.zip;address;length` in the
-device's memory (numbers in hexadecimal), `File:` on this host. Data from a device is not trusted: sizes are
-limited before anything is read, and only files below a folder that the user named are.
+A URL names the description: `Local:name.zip;address;length` in the device's memory (numbers in hexadecimal),
+or `File:` on this host. Data from a device is not trusted: sizes are checked before anything is read, and
+files are read only below a folder that the user chose.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 
 
 class DataLayout(Enum):
-    """How chunks lie behind an image in the payload, and events in the messages that carry them."""
+    """Layout of the chunks behind an image in the payload, and of event messages."""
 
     GIGE_VISION = "GigE Vision"
     USB3_VISION = "USB3 Vision"
@@ -43,7 +43,7 @@ class DataLayout(Enum):
 
 @dataclass(frozen=True)
 class StreamRequest:
-    """The requirements on a stream, set before the camera starts to send."""
+    """Parameters of a stream, fixed before the camera starts to send."""
 
     payload_size: int
     "Bytes of the largest payload (feature PayloadSize), chunks included."
@@ -61,27 +61,27 @@ class Device(ABC):
     info: DeviceInfo
 
     on_lost: Callable[[str], None] | None = None
-    """Called once, from any thread, when the device vanished or our control was taken; says why."""
+    """Called once, from any thread, with the reason, when the device is gone or has lost us as controller."""
 
     on_event: Callable[[int, bytes], None] | None = None
-    """Called on any thread with (event id, the message that carried it) for each event; returns at once."""
+    """Called on any thread with each event's id and the message that carried it; must not wait."""
 
     chunk_layout: DataLayout | None = None
-    """Of the payloads it delivers; None where it has no chunks, or reads them itself."""
+    """Chunk layout of the payloads; None if the transport has no chunks or reads them itself."""
 
     event_layout: DataLayout | None = None
-    """Of the messages that `on_event` gets: one event each, its header included; None where it has none."""
+    """Layout of the messages for `on_event`, which hold one event with its header; None without events."""
 
     take_over = False
-    """Whether `open` may take control from a program that offers it; most transports know no such offer."""
+    """Whether `open` may take control from a program that offers it; only some transports can."""
 
     @abstractmethod
     def open(self, access: Access) -> Access:
-        """Connect and return what was granted; CONTROL or MONITOR is asked for, see `take_over`.
+        """Connect with CONTROL or MONITOR access and return what was granted; see `take_over`.
 
-        A device object stands for one camera: opened again, it is the same unit (`core.identity`), or
-        OtherCameraError names the one that answers. Raises SourceNotFoundError, AccessDeniedError (control
-        asked for, held by another), TransportError.
+        A device object represents one camera: when it is reopened and another unit answers
+        (`core.identity`), OtherCameraError names that one. Raises SourceNotFoundError, AccessDeniedError
+        (another application has control), TransportError.
         """
 
     @abstractmethod
@@ -90,7 +90,7 @@ class Device(ABC):
 
     @abstractmethod
     def read(self, address: int, length: int) -> bytes:
-        """Exactly `length` bytes. Raises DeviceStatusError, AckTimeoutError, DeviceLostError."""
+        """Return exactly `length` bytes. Raises DeviceStatusError, AckTimeoutError, DeviceLostError."""
 
     @abstractmethod
     def write(self, address: int, data: bytes) -> None:
@@ -98,40 +98,43 @@ class Device(ABC):
 
     @abstractmethod
     def description(self) -> bytes:
-        """The GenICam XML, unzipped, as the device stores it (junk before `<?xml` included)."""
+        """Return the GenICam XML, unzipped, as the device stores it (junk before `<?xml` included)."""
 
     def open_events(self) -> None:  # noqa: B027 - most transports need nothing
-        """Get ready to hear events, before one is switched on. May be called again; raises as `write`."""
+        """Prepare to receive events, before the first is enabled. May be called again; raises as `write`."""
 
     @abstractmethod
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """Get ready to receive; `deliver` is called on the receiving thread and returns at once.
+        """Prepare to receive; `deliver` is called on the receiving thread and must not wait.
 
         Called before AcquisitionStart. Resets the counters.
         """
 
     @abstractmethod
     def close_stream(self) -> None:
-        """Stop receiving; called after AcquisitionStop. `deliver` is not called any more on return."""
+        """Stop receiving; called after AcquisitionStop. `deliver` is not called after return."""
 
     @abstractmethod
     def stream_statistics(self) -> StreamStatistics:
-        """A snapshot of the counters of the current or the last stream. Any thread; never waits."""
+        """Return a snapshot of the current or last stream's counters. Any thread; never waits."""
 
 
-# -- streams of transports that have one object for each -----------------------------------------
+# -- transports with one object per stream -------------------------------------------------------
 class Stream(Protocol):
     """Receives from its construction until it is closed."""
 
     def close(self) -> None:
-        """Stop; nothing is delivered any more on return."""
+        """Stop. Nothing is delivered after return."""
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread."""
+        """Return a snapshot of the counters. Any thread."""
 
 
 class StreamSlot:
-    """One thread fills and empties it; any may ask for the statistics, which never waits."""
+    """Holds the current stream and the statistics of the last one.
+
+    One thread puts and closes streams; any thread may read the statistics, without waiting.
+    """
 
     def __init__(self) -> None:
         self._stream: Stream | None = None
@@ -143,7 +146,7 @@ class StreamSlot:
         return self._stream is not None
 
     def put(self, stream: Stream) -> None:
-        """Keep a stream that just began."""
+        """Make `stream` the current one."""
         self._stream = stream
 
     def close(self) -> None:
@@ -154,21 +157,21 @@ class StreamSlot:
             self._last = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
 
     def statistics(self) -> StreamStatistics:
-        """Of the stream that runs, or of the last one."""
+        """Return the statistics of the current or the last stream."""
         stream = self._stream
         return stream.statistics() if stream is not None else replace(self._last)
 
 
 def with_texts(info: DeviceInfo, texts: Mapping[str, str]) -> DeviceInfo:
-    """Return `info` with the fields that a camera's registers hold; those they leave empty stay."""
+    """Return `info` with the texts of a camera's registers, except those that are empty."""
     return replace(info, **{name: text for name, text in texts.items() if text})
 
 
 # -- the description that a camera names ---------------------------------------------------------
 MAX_STORED_BYTES = 16 << 20
-"Of a description in a device's memory, or in a file."
+"Size limit of a description in a device's memory or in a file."
 FOLDER_VARIABLE = "GRABBERGUI_DESCRIPTIONS"
-"The environment variable that names the folder whose files `File:` may mean."
+"Environment variable: the folder below which `File:` descriptions may be read."
 
 _LOCAL = re.compile(
     r"local:/*(?P<name>[^;]*);\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
@@ -209,7 +212,7 @@ def parse_url(url: str) -> LocalFile | Path:
 def fetch_description(urls: list[str], read: Callable[[int, int], bytes]) -> bytes:
     """Return the XML behind the first URL that works; `read(address, length)` reads the device's memory.
 
-    Raises TransportError naming what was wrong with each URL.
+    Raises TransportError with the problem of each URL.
     """
     problems = []
     for url in urls:
@@ -243,7 +246,7 @@ def _read_file(path: Path) -> bytes:
     path = path.resolve()
     if not path.is_relative_to(Path(folder).resolve()):
         raise RemoteProtocolError(f"{path} is not below {folder}, the folder that {FOLDER_VARIABLE} names")
-    # Not to wait for the other end of a FIFO.
+    # O_NONBLOCK: opening a FIFO must not wait for its other end.
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     with os.fdopen(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -255,16 +258,16 @@ def _read_file(path: Path) -> bytes:
 
 
 MAX_XML_BYTES = 64 << 20
-"Of a description as text, unzipped: more is a mistake or an attack; the largest known are below 4 MiB."
+"Size limit of an unzipped description; the largest known are below 4 MiB."
 _ZIP_SIGNATURE = b"PK\3\4"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"GenICam's. Of the others zipfile does not bound what comes out of one piece."
+"The methods that GenICam allows. For others zipfile does not bound what one read may unpack."
 
 
 def unpack(stored: bytes) -> bytes:
-    """The XML of what a device stores: unzipped where it is a ZIP archive, without trailing zeros.
+    """Return the XML of a stored description, unzipped if it is a ZIP archive, without trailing zeros.
 
-    Raises RemoteProtocolError for a damaged archive, one without XML, or one that grows beyond all reason.
+    Raises RemoteProtocolError for a damaged archive, one without XML, or one beyond MAX_XML_BYTES.
     """
     if not stored.startswith(_ZIP_SIGNATURE):
         return stored.rstrip(b"\0")
@@ -281,7 +284,7 @@ def unpack(stored: bytes) -> bytes:
             with archive.open(names[0]) as member:
                 # The sizes in the archive may be false, so count the bytes that come out.
                 xml = member.read(MAX_XML_BYTES + 1)
-    # By RuntimeError zipfile refuses encryption and unknown versions, by ValueError impossible offsets.
+    # zipfile raises RuntimeError for encryption and unknown versions, ValueError for impossible offsets.
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
     if len(xml) > MAX_XML_BYTES:
