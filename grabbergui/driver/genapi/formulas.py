@@ -37,10 +37,10 @@ _RANK = {operator: rank for rank, operators in enumerate(_LEVELS) for operator i
 
 
 def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
-    """The same formula where its divisors are literal numbers, else one of the same value that cannot trap.
+    """Return a formula of the same value that cannot trap; unchanged if all divisors are literal numbers.
 
-    A formula with a division that does not follow the grammar becomes one that GenApi refuses, so that only
-    its own feature is lost. `variables`: the names that the node declares.
+    A formula with a division that does not follow the grammar becomes one that GenApi refuses, which
+    disables only its own feature. `variables`: the names that the node declares.
     """
     if "/" not in formula and "%" not in formula:
         return formula
@@ -56,9 +56,9 @@ def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
 
 
 class _Parser:
-    """Recursive descent that returns text with every operation in parentheses.
+    """Recursive-descent parser that returns the text with every operation in parentheses.
 
-    So GenApi computes what was parsed here, whatever it thinks of precedence. Raises ValueError.
+    So GenApi computes exactly what was parsed here, whatever its precedence rules. Raises ValueError.
     """
 
     def __init__(self, formula: str) -> None:
@@ -67,7 +67,7 @@ class _Parser:
         self._depth = 0
 
         self.guarded = False
-        "Whether a divisor had to be."
+        "Whether a divisor had to be guarded."
 
     def formula(self) -> str:
         text = self._choice()
@@ -93,7 +93,7 @@ class _Parser:
         return self._continued(operand, rank)
 
     def _continued(self, left: str, rank: int) -> str:
-        """`left` and all operations of this rank that follow it."""
+        """Parse all operations of this rank that follow `left`."""
         while _RANK.get(self._peek()) == rank:
             operator = self._take()
             right = self._binary(rank + 1) if rank + 1 < len(_LEVELS) else self._operand()
@@ -123,7 +123,7 @@ class _Parser:
         return value
 
     def _operation(self, left: str, operator: str, right: str) -> str:
-        """One operation. A divisor that may be −1 is replaced by 1, and the sign follows as a product.
+        """Return one operation; divide by 1 instead of −1 and multiply the quotient by −1.
 
         GenApi evaluates both branches of `?:`, so a condition around the division itself would not help.
         """
@@ -147,7 +147,7 @@ class _Parser:
 
 
 def _tokens(formula: str) -> list[str]:
-    """The formula's tokens and an empty one behind them."""
+    """Return the formula's tokens, followed by an empty one."""
     tokens: list[str] = []
     position, end = 0, len(formula.rstrip())
     while position < end:

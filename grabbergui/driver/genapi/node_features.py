@@ -1,7 +1,6 @@
-"""Nodes to features and back.
+"""Converts GenApi nodes to features and back.
 
-One odd node must not spoil the others: whatever GenApi raises while a node is read ends in the feature's
-`problem`.
+An error in one node must not affect the others: it becomes the feature's `problem`.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ _ACCESS = {
 _READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
 
 READ_ERRORS = (genapi.GenericException, RuntimeError, ValueError, OverflowError)
-"""What C++ throws, what our port raised, and what Python raises for text that is no UTF-8 or a huge number.
+"""Exceptions of C++, of our port, and of Python for invalid UTF-8 or a huge number.
 
-Each makes one node unusable, not the others.
+Each makes only its own node unusable.
 """
 
 _REPRESENTATIONS = {
@@ -61,26 +60,29 @@ _REPRESENTATIONS = {
 
 _INT64_MAX = 2**63 - 1
 _LARGEST_FLOAT = 3.4028234663852886e38
-"""Of 32 bits. Limits this far out mean that the description gives none: GenApi then says ±1.8e308."""
+"""The largest 32-bit float. Limits beyond it mean none: without limits GenApi reports ±1.8e308."""
 
 _WHERE_THROWN = re.compile(r"\s*: \w+Exception thrown\b.*", re.DOTALL)
 _ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method error\.)\s*")
-"""The parts of GenApi's messages before and after the reason."""
+"""Parts of GenApi's messages after and before the reason."""
 
 
 def _representation(value: Any, *, of_quantity: bool) -> Representation:
-    """PureNumber is also what GenApi says where the description says nothing: a quantity gets its slider."""
+    """Return a node's representation.
+
+    GenApi also reports PureNumber if the description has none; quantities are LINEAR then, to get a slider.
+    """
     known = _REPRESENTATIONS.get(value.representation, Representation.LINEAR)
     return Representation.LINEAR if of_quantity and known is Representation.PURE_NUMBER else known
 
 
 def is_category(value: Any) -> bool:
-    """Whether a node is a branch of the feature tree."""
+    """Whether a node is a category of the feature tree."""
     return bool(value.node.principal_interface_type == genapi.EInterfaceType.intfICategory)
 
 
 def describe(node: Any, category: str) -> FeatureDescription | None:
-    """Return the properties of a node that never change; None for raw registers and ports."""
+    """Return the constant properties of a node; None for raw registers and ports."""
     kind = _KINDS.get(node.principal_interface_type)
     if kind is None:
         return None
@@ -98,17 +100,17 @@ def describe(node: Any, category: str) -> FeatureDescription | None:
 
 
 def visibility_of(node: Any) -> Visibility:
-    """A node's visibility."""
+    """Return a node's visibility."""
     return Visibility(min(max(int(node.visibility), 0), 3))
 
 
 def access_of(value: Any) -> AccessMode:
-    """Return a node's access mode at the moment. May read registers."""
+    """Return a node's current access mode. May read registers."""
     return _ACCESS.get(value.get_access_mode(), AccessMode.NOT_AVAILABLE)
 
 
 class NodeFeature:
-    """A node as a feature. Properties that the description fixes are read once. One thread at a time."""
+    """A node as a feature. Constant properties are read once. One thread at a time."""
 
     def __init__(self, value: Any, description: FeatureDescription, auto: str | None) -> None:
         self._value = value
@@ -123,7 +125,7 @@ class NodeFeature:
         "The last snapshot, which may be out of date."
 
     def snapshot(self) -> Feature:
-        """The node as it is now; may read registers unless they are cached. Never raises GenApi's errors."""
+        """Return the node's current state; may read registers. Never raises GenApi's errors."""
         self.last = self._snapshot()
         return self.last
 
@@ -139,13 +141,13 @@ class NodeFeature:
                 known.update(self._read_limits(self._value))
                 known.update(self._fixed_parts())
             if access.readable and self._read is not None:
-                known["value"] = self._standing(self._read, access)
+                known["value"] = self._current_value(self._read, access)
             return Feature(**known)
         except READ_ERRORS as error:
             return Feature(**{**known, "access": AccessMode.NOT_AVAILABLE, "problem": reason_of(error)})
 
     def value(self) -> FeatureValue | None:
-        """The node's value if it can be read; None otherwise. Never raises GenApi's errors."""
+        """Return the node's value; None if it cannot be read. Never raises GenApi's errors."""
         try:
             if self._read is None or self._value.get_access_mode() not in _READABLE:
                 return None
@@ -153,11 +155,11 @@ class NodeFeature:
         except READ_ERRORS:
             return None
 
-    def _standing(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:
-        """Return the value if it is readable; None if it is meaningless and another can be written.
+    def _current_value(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:
+        """Return the value; None if it is invalid but can be overwritten.
 
-        The same holds for a number without an entry, or text that is no UTF-8. Errors of our port are no
-        GenericException.
+        Invalid values are, for example, a number without an enumeration entry and text that is not UTF-8.
+        Errors of our port pass through: they are not a GenericException.
         """
         try:
             return read(self._value)
@@ -194,7 +196,7 @@ class NodeFeature:
 
 
 def reason_of(error: BaseException) -> str:
-    """Return GenApi's message without the position in its sources."""
+    """Return GenApi's message without its position in GenApi's sources."""
     text = _WHERE_THROWN.sub("", _ALARM.sub("", str(error), count=1))
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
@@ -206,14 +208,14 @@ READERS: dict[FeatureKind, Callable[[Any], FeatureValue]] = {
     FeatureKind.ENUMERATION: lambda value: str(value.to_string()),
     FeatureKind.STRING: lambda value: str(value.value),
 }
-"""The value of a readable node, by its kind; a command has none. They raise GenApi's exceptions.
+"""Functions that read a node's value, by kind; a command has none. They raise GenApi's exceptions.
 
-A call of a number's node is its `value` by the shortest way.
+Calling a number's node is the fastest way to its `value`.
 """
 
 
 def _limits(low: int | float, high: int | float) -> dict[str, Any]:
-    """Return the limits that say something: neither if they exclude everything, none that is no number."""
+    """Return the limits that restrict the value; none if they contradict each other or are not numbers."""
     limits: dict[str, Any] = {}
     if low <= high:
         if abs(low) < _LARGEST_FLOAT:
@@ -243,7 +245,7 @@ def _string(value: Any) -> dict[str, Any]:
 
 def _entry(value: Any) -> EnumEntry:
     node = value.node
-    # GenApi falls back to the node's name, EnumEntry_PixelFormat_Mono8, which is for no eye.
+    # Without a display name GenApi returns the node's name, such as EnumEntry_PixelFormat_Mono8.
     display = "" if node.display_name == node.name else node.display_name
     return EnumEntry(value.symbolic, display, node.tooltip)
 

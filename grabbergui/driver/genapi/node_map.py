@@ -1,4 +1,4 @@
-"""A camera's node map behind one lock."""
+"""A camera's node map, protected by one lock."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ from grabbergui.driver.genapi.vetting import clean_xml, port_name
 log = logging.getLogger(__name__)
 
 COMMAND_TIMEOUT = 5.0
-"""Seconds a command may take."""
+"""Seconds until a command must be done."""
 
 _GENAPI_ERRORS = (genapi.GenericException, RuntimeError, OverflowError, TypeError, ValueError)
-"""What C++ throws, what our port raised, and what SWIG says of a value that it cannot convert."""
+"""Exceptions of C++, of our port, and of SWIG for a value that it cannot convert."""
 
 
 class CameraNodeMap:
     """The features of one open device. Any thread; calls are serialised.
 
-    GenApi locks its map in C++ while it calls our port, and the binding does not release the GIL there:
-    two threads inside would wait for each other for ever. So each use holds `_lock`, which is Python's.
+    GenApi locks its map in C++ while it calls our port, and the binding keeps the GIL: two threads inside
+    would deadlock. So each use holds `_lock`, a Python lock.
 
     `on_change` is called with the names of features whose value, range or access may have changed, outside
     the lock, on the thread whose call caused it.
@@ -74,12 +74,12 @@ class CameraNodeMap:
         self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
         self._nodes: dict[str, NodeFeature] = {}
-        "Those that somebody asked for."
+        "Features used so far."
         self._dependents: dict[str, frozenset[str]] = {}
         self._events: EventReader | None = None
         try:
             with self._lock:
-                # First, because an event's nodes count as implemented only once something can deliver it.
+                # First, because GenApi treats an event's nodes as implemented only with an adapter.
                 if device.event_layout:
                     self._events = EventReader(self._map, device.event_layout)
                 self._root = self._build_tree(root)
@@ -98,12 +98,12 @@ class CameraNodeMap:
         return name in self._descriptions
 
     def has_node(self, name: str) -> bool:
-        """Whether the description has a node of this name, listed among the features or not."""
+        """Whether the description has a node of this name, a feature or not."""
         with self._lock:
             return bool(self._map.has_node(name))
 
     def feature(self, name: str) -> Feature:
-        """A snapshot; `name` must be one that `has` knows, or a node outside the tree."""
+        """Return a snapshot of a feature (see `has`), or of a node outside the feature tree."""
         with self._lock:
             feature = self._node(name).snapshot()
             self._raise_loss()
@@ -124,7 +124,7 @@ class CameraNodeMap:
         return None
 
     def value(self, name: str) -> FeatureValue | None:
-        """Return the value alone, for a fraction of what `feature` costs; None where it cannot be read."""
+        """Return the value alone, much faster than `feature`; None if it cannot be read."""
         with self._lock:
             value = self._node(name).value()
             self._raise_loss()
@@ -145,7 +145,7 @@ class CameraNodeMap:
     def dependents(self, name: str) -> frozenset[str]:
         """Return the features that a write of `name` may change, by the description's invalidation rules.
 
-        It follows the feature's registers to every node that depends on one of them. Asks no camera.
+        These are all nodes that depend on the feature or on one of its registers. Needs no camera access.
         """
         if name not in self._dependents:
             with self._lock:
@@ -160,9 +160,9 @@ class CameraNodeMap:
         return self._dependents[name]
 
     def is_locked_by(self, name: str, lock: str) -> bool:
-        """Whether a feature could be written if only the integer or boolean node `lock` were 0.
+        """Whether a feature would be writable if the integer or boolean node `lock` were 0.
 
-        The description is asked, with the lock open for that long.
+        Sets the node to 0 for a moment and asks GenApi for the feature's access.
         """
         if name not in self.dependents(lock):
             return False
@@ -184,7 +184,7 @@ class CameraNodeMap:
                 self._port.take_failure()
 
     def values(self, names: Sequence[str]) -> dict[str, FeatureValue]:
-        """Return the values of those features that can be read at the moment."""
+        """Return the values of the features that are currently readable."""
         if not names:
             return {}
         with self._lock:
@@ -193,7 +193,7 @@ class CameraNodeMap:
         return found
 
     def cached_values(self) -> dict[str, FeatureValue]:
-        """Return the values that GenApi knows without asking the camera, which may be lost."""
+        """Return the values in GenApi's cache, without access to the camera, which may be lost."""
         found: dict[str, FeatureValue] = {}
         with self._lock:
             for name in self._descriptions:
@@ -201,18 +201,18 @@ class CameraNodeMap:
                     value = self._node(name).value()
                     if value is not None:
                         found[name] = value
-            self._port.take_failure()  # access may depend on what only the camera knows
+            self._port.take_failure()  # a feature's access mode may need a register after all
         return found
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
-        """Keep all other threads out for the block; what changed is reported behind it."""
+        """Block all other threads for the block; report changes after it."""
         with self._lock:
             yield
 
     @contextmanager
     def unreported(self) -> Iterator[None]:
-        """Report nothing of a block that leaves every feature as it was; other threads wait."""
+        """Suppress reports from a block that restores every feature it changes; other threads wait."""
         with self._lock:
             changed = set(self._lock.changed)
             try:
@@ -231,7 +231,7 @@ class CameraNodeMap:
                 feature = self.feature(name)
                 raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
             command.execute()
-        # The lock is free between the checks, so that a slow command does not hold up the others.
+        # Release the lock between the checks, so that a slow command does not block other threads.
         deadline = time.monotonic() + COMMAND_TIMEOUT
         while not self._is_done(name):
             if time.monotonic() > deadline:
@@ -244,7 +244,7 @@ class CameraNodeMap:
             return int(self._register(name).length)
 
     def read_register(self, name: str, length: int) -> bytes:
-        """Return the first `length` bytes of a register, past GenApi's cache."""
+        """Return the first `length` bytes of a register, bypassing GenApi's cache."""
         with self._lock, self._answering(name):
             return bytes(self._register(name).get(length, False, True)) if length else b""
 
@@ -254,7 +254,7 @@ class CameraNodeMap:
             self._register(name).set(content)
 
     def invalidate(self, names: frozenset[str]) -> None:
-        """Forget cached values, so that the next snapshot asks the camera."""
+        """Drop cached values, so that the next snapshot reads them from the camera."""
         with self._lock:
             for name in names:
                 node = self._map.get_node(name).node
@@ -265,12 +265,12 @@ class CameraNodeMap:
             self._lock.changed.update(names)
 
     def poll(self, elapsed_ms: int) -> None:
-        """Let GenApi forget the values whose PollingTime has passed. Reads nothing."""
+        """Let GenApi drop cached values whose PollingTime has passed. Reads no registers."""
         with self._lock:
             self._map.poll(elapsed_ms)
 
     def take_event(self, event_id: int, message: bytes) -> DeviceEvent | None:
-        """Let the event's nodes hold what a message says; None where this transport has no events.
+        """Update the event's nodes from a message and return the event; None without event support.
 
         Raises RemoteProtocolError for a message that GenApi cannot read.
         """
@@ -278,12 +278,12 @@ class CameraNodeMap:
             if self._events is None:
                 return None
             self._events.deliver(message)
-            # The event's own nodes; what else it made stale is read on demand.
+            # Read the event's own nodes only; others that it invalidated are read on demand.
             changed = sorted(name for name in self._lock.changed if name.startswith("Event"))
             return self._events.event(event_id, {name: self.feature(name) for name in changed})
 
     def close(self) -> None:
-        """Drop the callbacks; the map must not be used any more."""
+        """Deregister the callbacks. The map must not be used afterwards."""
         with self._lock:
             events, self._events = self._events, None
             if events is not None:
@@ -296,7 +296,7 @@ class CameraNodeMap:
 
     # -- inside ----------------------------------------------------------------------------------
     def _node(self, name: str) -> NodeFeature:
-        """Raises FeatureAccessError for a node that is no feature."""
+        """Return a node as a feature. Raises FeatureAccessError if it has no value."""
         node = self._nodes.get(name)
         if node is None:
             value = self._map.get_node(name)
@@ -336,7 +336,7 @@ class CameraNodeMap:
             raise self._answer(error, name) from error
 
     def _answer(self, error: Exception, name: str, value: FeatureValue | None = None) -> GrabberError:
-        """Return the cause of an exception of GenApi: the device's own error, or the refused request."""
+        """Return our error for an exception of GenApi: the device's own error, or a refused request."""
         what = name if value is None else f"{name}={value}"
         if isinstance(error, (OverflowError, TypeError, ValueError)):
             return FeatureValueError(f"{what}: {error}", name)
@@ -362,13 +362,13 @@ class CameraNodeMap:
                 failure = self._port.take_failure()
                 if isinstance(failure, GrabberError) and not isinstance(failure, TransportError):
                     raise FeatureError(f"{name}: the camera answered: {failure}", name) from error
-                # DeviceReset and its like take the device away before it can say that it is done.
+                # After commands like DeviceReset the device cannot report that it is done.
                 return True
 
     def _build_tree(self, category: Any) -> Category:
         root = self._category(category, frozenset())
-        # Some cameras have categories that nothing leads to, with the gain in them.
-        lost = [
+        # Some cameras have categories without a parent, which contain the gain, for example.
+        orphans = [
             self._category(value, frozenset())
             for value in self._map.nodes
             if node_features.is_category(value)
@@ -376,14 +376,14 @@ class CameraNodeMap:
             and not value.node.parents
         ]
         self._port.take_failure()
-        branches = (*root.members, *(branch for branch in lost if branch.members))
+        branches = (*root.members, *(branch for branch in orphans if branch.members))
         unlisted = tuple(self._unlisted())
         if unlisted:
             branches += (Category("Unlisted", "Not in a category", members=unlisted),)
         return replace(root, members=branches)
 
     def _unlisted(self) -> Iterator[FeatureDescription]:
-        """Give features that operators look for and no category lists: a frame rate, for instance."""
+        """Yield features that operators need and no category lists, such as a frame rate."""
         for role in Role:
             name = role.find(lambda name: bool(self._map.has_node(name)))
             if name is None or role.find(self.has) is not None:
@@ -418,8 +418,7 @@ class CameraNodeMap:
         try:
             return node_features.access_of(value) is not AccessMode.NOT_IMPLEMENTED
         except (genapi.GenericException, RuntimeError):
-            # A register that fails does not show whether the feature is there; its row in the panel shows the
-            # error.
+            # A failed access does not say that the feature is missing. Its row in the panel shows the error.
             return True
 
     def _listen(self) -> None:

@@ -1,19 +1,19 @@
-"""A large description parsed by a process of its own, and the result handed over through GenApi's cache.
+"""Parses a large description in a separate process, which returns the result through GenApi's cache.
 
-GenApi can keep what it parsed in a folder that an environment variable names (GENICAM_CACHE_V…, GenICam
-Package documentation). While that variable is set, each load takes a named semaphore of the machine, whose
-name is a hash of the XML: a process that is killed meanwhile leaves it taken for ever, and every later load
-of this description waits for it, in this program and in others. Therefore
+GenApi can store parsed descriptions in a folder that an environment variable names (GENICAM_CACHE_V…, GenICam
+Package documentation). While that variable is set, each load takes a named semaphore, whose name is a hash of
+the XML. A process that is killed during the load leaves the semaphore taken forever, and every later load of
+this description waits for it, in this program and in others. Therefore
 
 - the variable is hidden except while a large description is loaded;
-- each description that is parsed gets a comment of its own. So it has a semaphore of its own, which nobody
-  else will ever wait for, and the process that parses may be killed at any moment.
+- each description gets a unique comment before it is parsed. So its semaphore is unique, no other process
+  ever waits for it, and the parsing process may be killed at any time.
 
 Vetting and parsing a description of 3,500 nodes takes a quarter of a second, each time a camera is opened.
-Both depend on its text alone, so their results are stored in `XDG_CACHE_HOME/grabbergui/descriptions`, a
-folder for each description, named after the SHA-256 of its text and of the versions that vetted and parsed
-it. A folder that others can write to is not used, nor an entry that is not as it was written. One program at
-a time loads from an entry: a semaphore that is found then was left by a process that is gone, and is removed.
+Both depend on its text alone, so their results are stored in `XDG_CACHE_HOME/grabbergui/descriptions`, one
+folder per description, named after the SHA-256 of its text and of the versions that vetted and parsed it. A
+folder that others can write to is ignored, and so is an entry with a wrong digest. Only one program at a time
+loads from an entry, so a semaphore found then was left by a process that has ended, and is removed.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ from grabbergui.driver.genapi.vetting import vetted
 log = logging.getLogger(__name__)
 
 if sys.platform != "linux":
-    raise ImportError("only Linux has the semaphores that this module is about")
+    raise ImportError("the parse cache needs Linux, where GenApi's semaphores are files")
 
 PATIENCE = 30.0
-"Seconds that the other process gets before this one parses for itself."
+"Seconds to wait for the other process before this one parses the description itself."
 MOST_CPU = 10
-"Seconds of computing; the largest known description takes 0.2."
+"CPU seconds to parse one description; the largest known takes 0.2."
 ABANDONED = 60.0
-"Seconds after which the folder of a process that is gone is removed."
+"Age in seconds from which the folder of a process that has ended is removed."
 
 _PREFIX = "grabbergui-description-"
 _SEMAPHORES = Path("/dev/shm")
@@ -70,16 +70,16 @@ _CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGIL
 
 
 class _Variable:
-    """The variable in which the GenApi that is installed looks for its cache; it names the version.
+    """The environment variable for the cache of the installed GenApi; its name contains the version.
 
-    The environment must not change while other threads run. So it is set once, to a fixed folder and with a
-    wrong first letter; switching it on and off changes that one byte.
+    The environment must not change while other threads run. So the variable is set once, to a fixed folder
+    and with a wrong first letter; switching it on and off changes only that byte.
     """
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.gettempdir()) / f"{_PREFIX}{secrets.token_hex(8)}"
         self.name = _variable_name()
-        # A vendor's cache would bring the semaphores back that all programs share.
+        # A vendor's cache would use the semaphores that all programs share.
         os.environ.pop(self.name, None)
         self._entry = ctypes.create_string_buffer(f"{self.name}={self.folder}".encode())
         self._entry[0] = b"_"
@@ -107,11 +107,11 @@ _cache = _Variable()
 
 @contextmanager
 def parsed(xml: str) -> Iterator[str]:
-    """Vet a description and parse it in another process; give its text, quick to load inside the block.
+    """Vet a description and parse it in another process; yield the text, which then loads quickly.
 
-    If it was loaded before, neither is done again. If that process cannot do it, loading takes its full time.
-    Raises RemoteProtocolError for a description that `vetting` refuses, or that makes GenApi crash or compute
-    for more than `MOST_CPU` seconds. One caller at a time.
+    Skips both steps for a cached description. If the other process fails, loading takes its full time. Raises
+    RemoteProtocolError for a description that `vetting` refuses, that crashes GenApi, or that takes more than
+    `MOST_CPU` seconds. One caller at a time.
     """
     remove_abandoned()
     with _own_folder() as ready, known_description(xml) if ready else nullcontext() as known:
@@ -124,11 +124,11 @@ def parsed(xml: str) -> Iterator[str]:
                 forget(xml)
                 raise
             return
-        with _Parser() if ready else nullcontext() as parser:  # which starts while this process vets
+        with _Parser() if ready else nullcontext() as parser:  # starts up while this process vets
             text = f"{vetted(xml)}<!--{secrets.token_hex(16)}-->"
             filled = parser is not None and parser.parse(text)
         if not filled:
-            shutil.rmtree(_cache.folder, ignore_errors=True)  # GenApi takes half a result for a broken one
+            shutil.rmtree(_cache.folder, ignore_errors=True)  # GenApi fails on a partial result
             yield text
             return
         with _cache.visible():
@@ -138,7 +138,7 @@ def parsed(xml: str) -> Iterator[str]:
 
 
 def _handed_over(known: Known) -> Path | None:
-    """Write a result to where GenApi looks for it; None where the disk is full."""
+    """Write a cached result to where GenApi looks for it; return None if the disk is full."""
     result = _cache.folder / known.result_name
     try:
         result.write_bytes(known.result)
@@ -150,7 +150,7 @@ def _handed_over(known: Known) -> Path | None:
 
 
 def remove_abandoned() -> None:
-    """Remove what processes left behind that were killed while they loaded a description."""
+    """Remove the folders of processes that were killed while they loaded a description."""
     for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
         with suppress(OSError):
             if time.time() - folder.stat().st_mtime > ABANDONED:
@@ -164,7 +164,7 @@ def remove_abandoned() -> None:
 
 @contextmanager
 def _own_folder() -> Iterator[bool]:
-    """Make the cache's folder, locked while this process lives; whether that worked."""
+    """Make the cache's folder, locked while this process lives; yield whether that worked."""
     handle = -1
     try:
         if not _cache.name or not os.access(_SEMAPHORES, os.W_OK):
@@ -184,17 +184,17 @@ def _own_folder() -> Iterator[bool]:
 
 
 class _Parser:
-    """The other process, which ends with the block. It imports GenApi before its first request."""
+    """The parsing process, which ends with the block. It imports GenApi before its first request."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         packages = str(Path(genicam.__file__).parents[1])
         try:
             self._process = subprocess.Popen(
-                # Without the site's start, which takes longer than all else it does.
+                # -S: importing `site` takes longer than everything else.
                 [sys.executable, "-I", "-S", "-c", _PARSE, packages],
                 stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,  # its end says that the process has ended; `wait` looks every 50 ms
+                stdout=subprocess.PIPE,  # its end shows that the process has ended; `wait` polls every 50 ms
                 stderr=subprocess.DEVNULL,
                 env={**os.environ, _cache.name: str(_cache.folder)},
             )
@@ -210,7 +210,7 @@ class _Parser:
             self._process.communicate()
 
     def parse(self, text: str) -> bool:
-        """Whether the result is there. Raises RemoteProtocolError."""
+        """Return whether the result was written. Raises RemoteProtocolError."""
         if self._process is None:
             return False
         try:
@@ -239,7 +239,7 @@ def _remove(folder: Path) -> None:
 
 
 def _semaphore_of(result: Path) -> Path:
-    """The semaphore that guarded a file of the cache (GenApi 3.5: CGlobalLock::HashSemName)."""
+    """Return the semaphore of a file in the cache (GenApi 3.5: CGlobalLock::HashSemName)."""
     content = int.from_bytes(bytes.fromhex(result.stem[2:10]), "little")
     name = f"GenICam_XML_{content}"
     digest = 5381
@@ -249,9 +249,9 @@ def _semaphore_of(result: Path) -> Path:
 
 
 FORMAT = 1
-"To be raised with every change of what vetting refuses or rewrites."
+"Increase it with every change to what vetting refuses or rewrites."
 MOST_ENTRIES = 24
-"A few megabytes each; beyond that the one that was used longest ago is removed."
+"A few megabytes each; then the least recently used entry is removed."
 LOCK_PATIENCE = 2.0
 "Seconds to wait for another program that loads the same description."
 
@@ -263,7 +263,7 @@ class Known:
     """The cached results for one description."""
 
     text: str
-    "The description as GenApi parsed it, vetted and with a comment of its own."
+    "The description as GenApi parsed it: vetted, with its unique comment."
     result_name: str
     "The name that GenApi gave to the file of its result."
     result: bytes
@@ -271,10 +271,10 @@ class Known:
 
 @contextmanager
 def known_description(xml: str) -> Iterator[Known | None]:
-    """Return the cached results for a description; None if there are none that can be trusted.
+    """Yield the cached results for a description; None if there are none that can be trusted.
 
-    For the length of the block no other program has it, so that GenApi's semaphore of this text can only be
-    taken by a process that is gone.
+    No other program uses the entry during the block, so GenApi's semaphore of this text can only be taken by
+    a process that has ended.
     """
     entry = _entries() / _key(xml)
     with ExitStack() as stack:
@@ -304,7 +304,7 @@ def keep(xml: str, made: Known) -> None:
             (new / _RESULT).write_bytes(made.result)
             (new / _DIGEST).write_text(f"{_digest(made)} {made.result_name}")
             (new / _LOCK).touch()
-            if entry.exists():  # spoilt, or made by another program meanwhile
+            if entry.exists():  # damaged, or just made by another program
                 shutil.rmtree(entry)
             new.rename(entry)
         finally:
@@ -315,7 +315,7 @@ def keep(xml: str, made: Known) -> None:
 
 
 def forget(xml: str) -> None:
-    """Remove the cached results for a description: GenApi could not load it."""
+    """Remove the cached results for a description that GenApi could not load."""
     shutil.rmtree(_entries() / _key(xml), ignore_errors=True)
 
 
@@ -358,7 +358,7 @@ def _read(entry: Path) -> Known:
     digest, _, name = (entry / _DIGEST).read_text().partition(" ")
     found = Known((entry / _TEXT).read_bytes().decode(), name, (entry / _RESULT).read_bytes())
     if digest != _digest(found) or Path(name).name != name:
-        raise ValueError(f"{entry} is spoilt")
+        raise ValueError(f"{entry} is damaged")
     return found
 
 

@@ -1,17 +1,15 @@
-"""GenApi's node maps: loading them without harm to other threads and programs; their calls into Python.
+"""Loads GenApi's node maps, and receives their calls: registers, changed nodes, chunk data, events.
 
-GenApi's binding holds the GIL while it parses: 100 ms for a camera of 3,500 nodes, in which the window does
-not answer. Four fifths of that are the XML itself, so a process of its own parses a large description, and
-this process reads the result (`parse_cache`), also of descriptions that it loaded before.
+GenApi's binding holds the GIL while it parses: 100 ms for a camera of 3,500 nodes, during which the window is
+frozen. Four fifths of that time go into the XML, so a separate process parses a large description and this
+process reads the result (`parse_cache`), which is also kept for the next time.
 
-GenApi calls us for registers (`RegisterPort`) and when nodes change (`register_callback`), with one lock
-around it (`MapLock`).
+GenApi calls us for registers (`RegisterPort`) and when nodes change (`register_callback`), inside one lock
+(`MapLock`).
 
-`genicam` 1.6 takes one reference too many to the value that it passes to a callback: some 150 bytes for each
-change of each node, which make hundreds of megabytes of a day of streaming with an automatic mode on. Whether
-the installed one does so is tried once, on a node map of its own.
-
-GenApi's own adapters read events, and the chunk data behind an image.
+`genicam` 1.6 leaks one reference to the value that it passes to a callback: some 150 bytes for each change of
+each node, or hundreds of megabytes in a day of streaming with an automatic mode on. `binding_leaks` tests
+once whether the installed version does.
 """
 
 from __future__ import annotations
@@ -46,17 +44,17 @@ log = logging.getLogger(__name__)
 
 # -- loading -------------------------------------------------------------------------------------
 LARGE_XML = 300_000
-"Characters of a description beyond which the detour is worth a process (0.15 s)."
+"Characters of a description from which a separate process (0.15 s) pays off."
 
 _loading = threading.Lock()
-"Also for small ones: while the cache is switched on, GenApi uses it for every description."
+"Needed for small descriptions too: while the cache is on, GenApi uses it for all of them."
 
 
 def load(xml: str) -> genapi.NodeMap:
-    """A node map of this description, without a port. Any thread; one after another.
+    """Return the node map of a description, without a port. Any thread; calls are serialised.
 
-    Raises RemoteProtocolError for a description that `vetting` or GenApi's own process cannot stand, and what
-    GenApi raises for one that it cannot use.
+    Raises RemoteProtocolError for a description that `vetting` refuses or that crashes the parsing process,
+    and GenApi's exceptions for one that it cannot use.
     """
     nodes = genapi.NodeMap()
     with _loading:
@@ -70,7 +68,7 @@ def load(xml: str) -> genapi.NodeMap:
 
 # -- registers -----------------------------------------------------------------------------------
 LONGEST_REGISTER = 16 << 20
-"""Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
+"""Bytes: many times the largest look-up table; a read of this size takes seconds."""
 
 
 class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library has no types
@@ -84,13 +82,13 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         super().__init__()
         self._device = device
         self.failure: GrabberError | None = None
-        "The last error, until taken by `take_failure`."
+        "The last error, until `take_failure` clears it."
 
     def read(self, address: int, length: int) -> bytes:
         """Called by GenApi."""
         try:
             if length > LONGEST_REGISTER:
-                raise _unbearable(address, length)
+                raise _too_long(address, length)
             return self._device.read(address, length)
         except Exception as error:
             raise self._kept(error) from error
@@ -99,7 +97,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         """Called by GenApi."""
         try:
             if len(value) > LONGEST_REGISTER:
-                raise _unbearable(address, len(value))
+                raise _too_long(address, len(value))
             self._device.write(address, bytes(value))
         except Exception as error:
             raise self._kept(error) from error
@@ -124,12 +122,12 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         return RuntimeError(str(error))
 
     def take_failure(self) -> GrabberError | None:
-        """The error behind GenApi's last exception, forgotten by this call."""
+        """Return and clear the error behind GenApi's last exception."""
         failure, self.failure = self.failure, None
         return failure
 
 
-def _unbearable(address: int, length: int) -> RemoteProtocolError:
+def _too_long(address: int, length: int) -> RemoteProtocolError:
     return RemoteProtocolError(
         f"the description has a register of {length} bytes at 0x{address:X};"
         f" at most {LONGEST_REGISTER} make sense"
@@ -150,9 +148,9 @@ _release.argtypes, _release.restype = (ctypes.py_object,), None
 
 
 def register_callback(node: Any, note: Callable[[str], None]) -> int:
-    """Let `note` be called with the node's name when it may have changed; a handle to deregister it with.
+    """Call `note` with the node's name whenever it may have changed; return a handle to deregister.
 
-    It is called within the map's lock, on the thread that caused the change.
+    The call is made inside the map's lock, on the thread that caused the change.
     """
     name, leaks = node.name, binding_leaks()
 
@@ -166,7 +164,7 @@ def register_callback(node: Any, note: Callable[[str], None]) -> int:
 
 @functools.cache
 def binding_leaks() -> bool:
-    """Whether a value outlives the callback it was given to."""
+    """Whether the binding leaks the value that it passes to a callback."""
     given: list[weakref.ref[Any]] = []
     nodes = load(_PROBE)
     node = nodes.get_node("Probe").node
@@ -182,16 +180,16 @@ def _register(node: Any, callback: Callable[[Any], None]) -> int:
 
 
 class MapLock:
-    """A reentrant lock that collects the names of changed features, and reports them once it is free.
+    """A reentrant lock that collects the names of changed features and reports them after its release.
 
     The report is made outside the lock, on the thread that held it, also after an exception. Ctrl-C raises
-    KeyboardInterrupt behind the report, never within GenApi.
+    KeyboardInterrupt after the report, never inside GenApi.
     """
 
     def __init__(self, on_change: Callable[[frozenset[str]], None]) -> None:
         self.on_change = on_change
         self.changed: set[str] = set()
-        "Features that changed since the lock was taken. Only for whoever holds it."
+        "Features that changed since the lock was taken. Only for the thread that holds it."
         self._lock = threading.RLock()
         self._depth = 0
         self._interrupts = HeldInterrupts()
@@ -222,7 +220,7 @@ CHUNK_SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
 """Features that switch chunks on and off; other features of the category are values that chunks carry."""
 MOST_CHUNKS = 256
 LARGEST_CHUNK = 65536
-"""Bytes; a longer one is the image itself, which nobody reads as a feature."""
+"""Bytes; a longer one is the image itself, which is not a feature."""
 
 _CHUNK_TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
 """Id and length behind each chunk's data (GigE Vision 2.x, 25.8; USB3 Vision 1.x, 5.4.3)."""
@@ -236,7 +234,7 @@ class ChunkReader:
     """Reads the chunks of one stream's payloads. One thread."""
 
     def __init__(self, xml: bytes, features: Category, layout: DataLayout) -> None:
-        """`features`: the camera's tree, which names what chunks may carry."""
+        """`features`: the camera's feature tree, which names the possible chunks."""
         self._layout = layout
         self._map = load(clean_xml(xml))
         self._adapter = _CHUNK_ADAPTER[layout](self._map)
@@ -250,7 +248,7 @@ class ChunkReader:
         self._reported = False
 
     def read(self, payload: NDArray[np.uint8]) -> dict[str, FeatureValue]:
-        """The values behind an image; empty where there are none or they are malformed. Never raises."""
+        """Return the chunk values of a payload; empty without, or with malformed, chunks. Never raises."""
         chunks = without_images(payload, self._layout)
         if not chunks:
             return {}
@@ -273,12 +271,12 @@ class ChunkReader:
                 if node_features.access_of(node) in (AccessMode.READ_ONLY, AccessMode.READ_WRITE):
                     values.append((name, node_features.READERS[kind](node)))
             except node_features.READ_ERRORS:
-                continue  # it depends on the camera's registers, or is no text
+                continue  # it depends on the camera's registers, or is not UTF-8
         return values
 
 
 def without_images(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
-    """The chunks of a payload with images cut down to their tags; empty where the tags are malformed."""
+    """Return the chunks of a payload, of images only their tags; empty if the tags are malformed."""
     tag = _CHUNK_TAG[layout]
     pieces: list[bytes] = []
     end = len(payload)
@@ -312,14 +310,14 @@ class EventReader:
         self._names = _event_names(node_map)
 
     def deliver(self, message: bytes) -> None:
-        """Let the event's nodes hold what the message says. Raises RemoteProtocolError."""
+        """Update the event's nodes from a message. Raises RemoteProtocolError."""
         try:
             self._adapter.deliver_message(message)
         except (genapi.GenericException, RuntimeError) as error:
             raise RemoteProtocolError(f"event message: {node_features.reason_of(error)}") from error
 
     def event(self, event_id: int, changed: Mapping[str, Feature]) -> DeviceEvent:
-        """The event behind the nodes that a message changed."""
+        """Return the event whose message changed these nodes."""
         values = {name: feature.value for name, feature in changed.items() if feature.value is not None}
         return DeviceEvent(self._name_of(changed) or f"0x{event_id:04X}", event_id, values)
 

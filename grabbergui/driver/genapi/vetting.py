@@ -1,11 +1,11 @@
-"""Cleans a camera's description, and checks it before GenApi parses it, because it is untrusted text.
+"""Cleans and checks a camera's description, which is untrusted text, before GenApi parses it.
 
-Real dumps have junk before the first tag, padding behind the last, or no XML declaration at all.
+Real descriptions have junk before the first tag, padding after the last, or no XML declaration at all.
 
-GenApi computes in this process and holds the GIL meanwhile. So before it sees a description, this module
-bounds what loading it and reading a feature can cost, and rewrites what would end the program: divisions of
-64-bit integers (`formulas`) and increments that are not positive. The limits are several times what 131
-published descriptions need; docs/decisions/0002-vet-descriptions-before-genapi.md has the figures.
+GenApi runs in this process and holds the GIL. So this module first bounds the cost of loading the description
+and of reading a feature, and rewrites what would crash the program: divisions of 64-bit integers (`formulas`)
+and increments that are not positive. The limits are several times what 131 published
+descriptions need; docs/decisions/0002-vet-descriptions-before-genapi.md has the figures.
 """
 
 from __future__ import annotations
@@ -28,17 +28,16 @@ _SPACED = re.compile(
     r"<(Visibility|AccessMode|ImposedAccessMode|Cachable|Sign|Endianess|Representation|DisplayNotation|Slope"
     r"|IsLinear|IsSelfClearing|Streamable|IsDeprecated|CacheChunkData|SwapEndianess)>\s*(\w+)\s*</"
 )
-"Elements whose text is one of a few words."
+"Elements whose text is one of a few keywords."
 _SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</ToolTip>)")
 
 
 @functools.lru_cache(maxsize=4)
 def clean_xml(data: bytes) -> str:
-    """Return the XML text alone; the last few are kept, for cameras that are opened again.
+    """Return the XML text alone; cached for cameras that are reopened.
 
-    Raises RemoteProtocolError for anything but a GenICam description.
-
-    Document type declarations are refused: GenICam has none, and entities can read files or explode.
+    Raises RemoteProtocolError for anything but a GenICam description, and for document type declarations:
+    GenICam has none, and entities can read files or exhaust memory.
     """
     if len(data) > MAX_XML_BYTES:
         raise RemoteProtocolError(f"the camera's description has {len(data)} bytes, at most {MAX_XML_BYTES}")
@@ -54,7 +53,7 @@ def clean_xml(data: bytes) -> str:
 
 
 def _tidied(xml: str) -> str:
-    """Without two slips against the schema that vendors' own viewers tolerate, and GenApi does not."""
+    """Correct two common violations of the schema that vendors' viewers tolerate and GenApi does not."""
     return _SWAPPED.sub(r"\3\2\1", _SPACED.sub(r"<\1>\2</", xml))
 
 
@@ -75,17 +74,17 @@ MOST_REFERENCES = 200_000
 MOST_ENTRIES = 4_096
 "Of one enumeration; 331 are known."
 DEEPEST_XML = 32
-"Elements inside each other."
+"Levels of nested elements."
 LONGEST_CHAINS = {"pFeature": 16, "pSelected": 16, "": 128}
-"""References that follow each other, of one kind and of any; 5, 4 and 88 are known.
+"""Length of a chain of references, of one kind and of any; 5, 4 and 88 are known.
 
-GenApi's cost grows with their square; of features and selectors with their cube."""
+GenApi's cost grows with its square, for features and selectors with its cube."""
 MOST_BRANCHES = 1_000
-"""Branches of the feature tree, counted again wherever a category is listed; 70 are known.
+"""Branches of the feature tree, counted wherever a category is listed; 70 are known.
 
 GenApi's cost grows with their square."""
 MOST_EVALUATIONS = 100_000
-"Nodes computed to read one feature, where caching is off along the way; 1,800 are known."
+"Uncached nodes computed to read one feature; 1,800 are known."
 
 _DECLARATION = re.compile(r"^<\?xml.*?\?>", re.DOTALL)
 _REFERENCE = re.compile(r"p[A-Z]\w*$")
@@ -96,16 +95,16 @@ _FORMULAS = frozenset({"Formula", "FormulaTo", "FormulaFrom", "Expression"})
 _INTEGER_FORMULAS = frozenset({"IntSwissKnife", "IntConverter"})
 _FLOATS = frozenset({"Float", "Converter", "SwissKnife"})
 _NO_NODES = frozenset({"pVariable", "Constant", "Expression"})
-"Elements that have a Name and are parts of a formula."
+"Elements with a Name that are parts of a formula, not nodes."
 _BREAKS = str.maketrans({"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
-"In an attribute a parser reads each of them as a space."
+"An XML parser reads each of them in an attribute as a space."
 
 
 @functools.lru_cache(maxsize=4)
 def vetted(xml: str) -> str:
-    """The description as GenApi may have it, with the same features. Keeps the last few.
+    """Return the description in a form that is safe for GenApi, with the same features; cached.
 
-    Raises RemoteProtocolError for one that is not well-formed, or that is beyond the limits.
+    Raises RemoteProtocolError if it is not well-formed or beyond the limits.
     """
     # The text is decoded already; another encoding in its declaration would make GenApi read other text.
     xml = '<?xml version="1.0" encoding="utf-8"?>' + _DECLARATION.sub("", xml, count=1)
@@ -121,12 +120,12 @@ def vetted(xml: str) -> str:
 class _Node:
     kind: str
     references: list[tuple[str, str]] = field(default_factory=list)
-    "Element and the name it holds; `entry` for the parts of an enumeration or a structure."
+    "Element and the name in it; `entry` for the parts of an enumeration or a structure."
     names: list[str] = field(default_factory=list)
-    "That formulas may use."
+    "Names that formulas may use."
     uncached: bool = False
     increment: bool = False
-    "Whether it states its own."
+    "Whether it has an increment of its own."
     entries: int = 0
 
 
@@ -145,9 +144,9 @@ class _Reader:
         self.nodes: dict[str, _Node] = {}
         self._data = data
         self._edits: list[tuple[int, int, str]] = []
-        "Where an element begins and its closing tag does, and what goes between."
+        "Offsets of an element and of its closing tag, and the text that replaces what is between."
         self._formulas: list[tuple[_Element, int, str, _Node]] = []
-        "Kept until all names are known that they may use."
+        "Checked at the end, when all names that they may use are known."
         self._helpers: list[str] = []
         "Nodes to add."
         self._references = 0
@@ -167,7 +166,7 @@ class _Reader:
             raise RemoteProtocolError(f"the camera's description is no well-formed XML: {error}") from error
 
     def rewritten(self) -> bytes:
-        """The text with its edits."""
+        """Return the text with all replacements."""
         for element, end, formula, node in self._formulas:
             safe = without_traps(formula, node.names)
             if safe != formula:
@@ -217,7 +216,7 @@ class _Reader:
             self._end = self._parser.CurrentByteIndex
 
     def _note(self, name: str, element: _Element, text: str) -> None:
-        """One child of a node."""
+        """Record a child element of a node."""
         node, end = self.nodes[name], self._parser.CurrentByteIndex
         if "Name" in element.attributes:
             node.names.append(element.attributes["Name"])
@@ -241,7 +240,7 @@ class _Reader:
                 raise _beyond(f"its nodes have more than {MOST_REFERENCES} references")
 
     def _make_positive(self, name: str, element: _Element, end: int, text: str) -> None:
-        """GenApi divides by the increment of an integer, zero or not, when a float above it is written."""
+        """Replace an increment that may be 0: GenApi divides by it when a float above it is written."""
         if element.name == "Inc":
             if _integer(text) <= 0:
                 self._replace(element, end, "1")
@@ -254,7 +253,7 @@ class _Reader:
         )
 
     def _replace(self, element: _Element, end: int, text: str) -> None:
-        if end > element.begin:  # not <Inc/>, which GenApi refuses
+        if end > element.begin:  # an empty <Inc/> remains: GenApi refuses it
             attributes = "".join(_attribute(key, value) for key, value in element.attributes.items())
             self._edits.append((element.begin, end, f"<{element.name}{attributes}>{escape(text)}"))
 
@@ -292,10 +291,10 @@ def _require_bounded_tree(nodes: dict[str, _Node]) -> None:
 
 
 def _require_bounded_reading(nodes: dict[str, _Node]) -> None:
-    """A value that GenApi cannot cache is computed again for each node that needs it."""
+    """Bound the cost of a read: GenApi computes an uncached value again for each node that needs it."""
 
     def cost(node: _Node, below: list[int]) -> int:
-        # A cached value costs nothing here, so a node is uncached where its cost is not 0.
+        # A cached value costs nothing here, so a node with a cost is uncached.
         return int(node.uncached or any(below)) + sum(below)
 
     for name, count in _folded(nodes, lambda element: element not in _NOT_COMPUTED, cost).items():
@@ -304,7 +303,7 @@ def _require_bounded_reading(nodes: dict[str, _Node]) -> None:
 
 
 def _require_whole_increments(nodes: dict[str, _Node]) -> None:
-    """An integer takes its increment from the float below it, cut to a whole number: 0 of 0.5."""
+    """Refuse an increment that becomes 0: an integer truncates the increment of the float below it."""
     none, fraction, cut = 0, 1, 2
 
     def increment(node: _Node, below: list[int]) -> int:
@@ -322,10 +321,10 @@ def _folded(
     follows: Callable[[str], bool],
     combined: Callable[[_Node, list[int]], int],
 ) -> dict[str, int]:
-    """A number for each node that refers to others, from the numbers of those; without recursion.
+    """Compute a number for each node with references from the numbers of its targets, without recursion.
 
-    `follows`: whether an element counts as a reference. Where references form a ring, one of them is left
-    out: GenApi refuses rings itself.
+    `follows`: whether an element counts as a reference. One reference of a cycle is ignored: GenApi refuses
+    cycles itself.
     """
     targets = {
         name: [target for element, target in node.references if target in nodes and follows(element)]
