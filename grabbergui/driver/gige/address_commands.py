@@ -1,7 +1,7 @@
-"""Commands to cameras by address: FORCEIP and ACTION; and the persistent address of an open camera.
+"""FORCEIP and ACTION, which need no open camera, and the persistent address of an open one.
 
-How a camera gets its address at power-on (GigE Vision 2.x, 16.1): a persistent address, DHCP and a link-local
-address, each switched on or off; the first of them that works is taken.
+At power-on a camera tries its persistent address, DHCP and a link-local address, as far as each is enabled,
+and keeps the first that works (GigE Vision 2.x, 16.1).
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ log = logging.getLogger(__name__)
 NONE = "0.0.0.0"
 "No address, in an address register or in FORCEIP."
 TRIES = 3
-"How often FORCEIP is sent within its timeout, as a datagram may be lost."
+"How often FORCEIP is sent within its timeout, because a datagram may be lost."
 
 
 def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
-    """Give the camera of a MAC an address until it is switched off; return the address that acknowledged.
+    """Give the camera with a MAC address an IP address until power-off; return the address that answered.
 
     The command goes to every network by broadcast, so the camera's present address does not matter. Raises
     UsageError for addresses that a camera cannot have, SourceNotFoundError if no camera acknowledges within
@@ -68,10 +68,10 @@ def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
 
 
 def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) -> None:
-    """Send an action to cameras by address, and wait until each has acknowledged.
+    """Send an action to cameras by address and wait until all have acknowledged.
 
-    Raises AckTimeoutError naming those that did not, DeviceStatusError for one whose time had passed,
-    TransportError for one that no network leads to.
+    Raises AckTimeoutError naming those that did not, DeviceStatusError if a scheduled time has passed,
+    TransportError for an address without a route.
     """
     waiting = set(addresses)
     datagram = action.encode(1)
@@ -97,7 +97,7 @@ def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) 
 
 @contextlib.contextmanager
 def _broadcasters() -> Iterator[list[tuple[socket.socket, str]]]:
-    """Open a socket on each interface that can broadcast; give each with its broadcast address."""
+    """Yield a socket on each interface that can broadcast, with its broadcast address."""
     with contextlib.ExitStack() as stack:
         senders = []
         for interface in interfaces():
@@ -123,7 +123,7 @@ def _first_ack(senders: list[socket.socket], command: CommandCode, timeout: floa
 
 
 def _ack(sender: socket.socket, command: CommandCode) -> str | None:
-    """Return who acknowledged; None for any other datagram. Raises DeviceStatusError for a refusal."""
+    """Return the address that acknowledged; None for other datagrams. Raises DeviceStatusError if refused."""
     try:
         datagram, (source, _) = sender.recvfrom(2048)
         ack = Ack.decode(datagram)
@@ -137,7 +137,7 @@ def _ack(sender: socket.socket, command: CommandCode) -> str | None:
     return str(source)
 
 
-# -- the address that a camera keeps -------------------------------------------------------------
+# -- the persistent address ----------------------------------------------------------------------
 @dataclass(frozen=True)
 class IpConfiguration:
     """Content of a camera's address registers."""
@@ -167,7 +167,7 @@ _WAYS = {
 
 
 def read_configuration(device: Device) -> IpConfiguration:
-    """From the bootstrap registers of an open GigE Vision device. Raises as `Device.read`."""
+    """Read the bootstrap registers of an open GigE Vision device. Raises as `Device.read`."""
     return IpConfiguration(
         current_ip=_address(device, Register.CURRENT_IP),
         ways=_bits(device, Register.CURRENT_IP_CONFIGURATION),
@@ -179,10 +179,10 @@ def read_configuration(device: Device) -> IpConfiguration:
 
 
 def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpConfiguration:
-    """Write the address that the camera uses from its next power-on; return its reply.
+    """Write the address that the camera uses from its next power-on; return its registers afterwards.
 
-    Raises UsageError for addresses that make no sense together, TransportError for a camera that cannot or
-    does not keep them, and as `Device.write`.
+    Raises UsageError for addresses that do not fit together, TransportError if the camera cannot or does not
+    keep them, and as `Device.write`.
     """
     check_addresses(ip, mask, gateway)
     _require(device, IpConfigurationBit.PERSISTENT)
@@ -203,7 +203,7 @@ def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpC
 
 
 def forget_address(device: Device) -> IpConfiguration:
-    """Let the camera ask DHCP, or take a link-local address, from its next power-on; what it then reports.
+    """Let the camera use DHCP or a link-local address from its next power-on; return its registers.
 
     Raises as `keep_address`.
     """

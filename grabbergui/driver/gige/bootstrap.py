@@ -1,4 +1,4 @@
-"""The bootstrap registers: what every GigE Vision device has at fixed addresses.
+"""The bootstrap registers, which every GigE Vision device has at fixed addresses.
 
 Addresses are in bytes; a register is 32 bits, big-endian, unless a length is given. Masks apply to the
 value after decoding (bit 0 = 0x00000001).
@@ -184,4 +184,4 @@ class PacketSizeFlag(IntFlag):
 PACKET_SIZE_MASK = 0xFFFF
 PORT_MASK = 0xFFFF
 STREAM_CHANNELS_MASK = 0x1FF
-"Of `Register.STREAM_CHANNELS`: how many there are."
+"The number of channels in `Register.STREAM_CHANNELS`."

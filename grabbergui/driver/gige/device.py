@@ -61,21 +61,21 @@ class GigeOptions:
     resend: ResendPolicy = field(default_factory=ResendPolicy)
     packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
     multicast: str = ""
-    "Multicast group that the camera sends its stream to, for others to receive too; empty: to us alone."
+    "Multicast group of the stream, which others can join; empty for unicast to us."
     stream_channel: int = 0
     "Index of the stream channel to receive, or `ALL_CHANNELS`."
     batched: bool = True
-    "Many datagrams in one system call, if the system can."
+    "Receive many datagrams in one system call, if the system supports it."
     packet_ring: RingUse = RingUse.AUTO
-    "No system calls for receiving packets, if we may open packet sockets; see `stream.packet_ring`."
+    "Receive packets without system calls, if we may open packet sockets; see `stream.packet_ring`."
     search_timeout: float = 1.0
-    "Seconds in which a camera must answer a search for its name."
+    "Seconds within which a camera must answer a search for its name."
 
 
 class GigeDevice(Device):
     """One camera, named by IP address, serial number, MAC address or user name; empty: the first found.
 
-    The name only leads to a camera the first time: opened again, it is the same unit or an error.
+    The name selects a camera only the first time; reopening finds the same unit or fails.
     """
 
     chunk_layout = DataLayout.GIGE_VISION
@@ -86,9 +86,9 @@ class GigeDevice(Device):
         self.options = options or GigeOptions()
         self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if is_ip_address(name) else "")
         self.identity: Identity | None = None
-        "Identity that the camera reports, once open."
+        "The camera's identity, once opened."
         self.interface: Interface | None = None
-        "The host's network interface to the camera, once open."
+        "The host's network interface to the camera, once opened."
         self._link: ControlLink | None = None
         self._memory: DeviceMemory | None = None
         self._stream: Streams | None = None
@@ -98,9 +98,9 @@ class GigeDevice(Device):
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
-        """Connect and take control, or only read. Writes nothing but the control privilege."""
+        """Connect with control or read-only. Writes only the control privilege."""
         self.close()
-        # An address is taken literally, even if its camera's serial number was found elsewhere.
+        # An IP address is used literally, even if the camera was found at another address.
         found = None if is_ip_address(self.name) else self.search()
         link = self._link_to(found)
         memory = DeviceMemory(link)
@@ -155,14 +155,14 @@ class GigeDevice(Device):
             self._disconnect(link, memory)
 
     def _disconnect(self, link: ControlLink, memory: DeviceMemory) -> None:
-        # The heartbeat stops first: control that we release must not look lost.
+        # Stop the heartbeat first, or it would report the control that we release as lost.
         link.stop_heartbeat()
         if memory.writable:
             privilege.release(link, self.info.uri)
         link.close()
 
     def search(self) -> FoundDevice:
-        """Find the camera of this name; once it was opened, the same unit at whatever address it has now.
+        """Find the camera of this name; once opened, the same unit at whatever address it has now.
 
         Raises SourceNotFoundError; OtherCameraError if another camera answers, or more than one.
         """
@@ -185,14 +185,14 @@ class GigeDevice(Device):
         )
 
     def _link_to(self, found: FoundDevice | None) -> ControlLink:
-        """Raises TransportError where no network leads there."""
+        """Open the control link. Raises TransportError without a route."""
         try:
             return ControlLink(found.ip if found else self.name)
         except TransportError as error:
             raise TransportError(f"{error}{self._note_of(found)}") from error
 
     def _note_of(self, found: FoundDevice | None) -> str:
-        """Return what a search knows about a camera that cannot be reached, or nothing, after a colon."""
+        """Return a colon and the reason why a camera cannot be reached, from a search; empty if unknown."""
         if found is None and self.identity is None:
             with suppress(GrabberError):
                 found = discovery.find(self.name, self.options.search_timeout)
@@ -213,7 +213,7 @@ class GigeDevice(Device):
         except DeviceStatusError as error:
             if error.status != Status.ACCESS_DENIED:
                 raise
-            # Whoever has control exclusively keeps others from reading too.
+            # An application with exclusive control also prevents others from reading.
             raise AccessDeniedError(
                 f"another application has exclusive control of the camera at {ip}; close it there"
             ) from error
@@ -235,7 +235,7 @@ class GigeDevice(Device):
         self.info = replace(info, uri=uri, address=ip, note="")
 
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
-        """Return the identity from DISCOVERY; from registers if a router drops that."""
+        """Return the identity from DISCOVERY, or from registers if a router drops DISCOVERY."""
         found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
 
@@ -253,7 +253,7 @@ class GigeDevice(Device):
         self._opened().write(address, data)
 
     def description(self) -> bytes:
-        """Fetch the GenICam XML that the URL registers name. Raises TransportError."""
+        """Fetch the GenICam XML from the URL registers. Raises TransportError."""
         memory = self._opened()
         urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
         return fetch_description(urls, memory.read)
@@ -273,38 +273,38 @@ class GigeDevice(Device):
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """Open the chosen stream channels; `deliver` is called on a receiving thread, one at a time."""
+        """Open the chosen stream channels; `deliver` is called on their threads, one call at a time."""
         self._opened()
         assert self._stream is not None
         self._stream.open(request, deliver, self._tick_frequency)
 
     def close_stream(self) -> None:
-        """Close the stream channel; nothing is delivered any more on return."""
+        """Close the stream channels. Nothing is delivered after return."""
         stream = self._stream
         if stream is not None:
             stream.close()
             self._last_statistics = stream.statistics()
 
     def stream_statistics(self) -> StreamStatistics:
-        """Return a snapshot of the counters of this or the last stream. Any thread."""
+        """Return a snapshot of the current or last stream's counters. Any thread."""
         stream = self._stream
         return stream.statistics() if stream is not None else replace(self._last_statistics)
 
     @property
     def local_address(self) -> str:
-        """The host's IP address on the way to the camera; empty while closed."""
+        """The host's IP address towards the camera; empty while closed."""
         link = self._link
         return link.local_address if link is not None else ""
 
     @property
     def stream_port(self) -> int:
-        """The UDP port that frames arrive at, which a firewall must let through; 0 before a stream."""
+        """The host's UDP port for frames, which a firewall must accept; 0 before a stream."""
         stream = self._stream
         return stream.port if stream is not None else 0
 
     @property
     def packet_size(self) -> int:
-        """Bytes of a stream packet, headers included, as the camera holds it; 0 before the first stream."""
+        """Bytes of a stream packet, headers included, as set in the camera; 0 before the first stream."""
         stream = self._stream
         return stream.packet_size if stream is not None else 0
 
@@ -325,7 +325,7 @@ MOST_CHANNELS = 512
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """Return the camera that a URI names, not yet opened or searched for. Raises UsageError."""
+    """Return the camera of a URI, without opening or searching for it. Raises UsageError."""
     chosen = read_options(GigeUriOptions, uri)
     options = GigeOptions(
         packet_size=PacketSizePolicy.parse(chosen.packet_size),
@@ -359,7 +359,7 @@ def _checked_group(uri: SourceUri, group: str) -> str:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera that answers within `timeout` seconds, each under a URI of its own."""
+    """Return every camera that answers within `timeout` seconds, each with a unique URI."""
     infos = [device.info() for device in discovery.discover(timeout)]
     uris = [info.uri for info in infos]
     return [

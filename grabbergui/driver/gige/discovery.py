@@ -1,7 +1,4 @@
-"""Finding cameras: the host's IPv4 interfaces, and DISCOVERY on each, or to given addresses.
-
-psutil reports the interfaces on every system. DISCOVERY goes out by broadcast, and by unicast to addresses.
-"""
+"""Finds cameras by DISCOVERY: by broadcast on the host's IPv4 interfaces, by unicast to given addresses."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ log = logging.getLogger(__name__)
 
 # -- the host's interfaces -----------------------------------------------------------------------
 DEFAULT_MTU = 1500
-"Of an interface whose MTU the system does not report."
+"MTU of an interface if the system does not report one."
 
 
 @dataclass(frozen=True)
@@ -43,12 +40,12 @@ class Interface:
 
     @property
     def network(self) -> ipaddress.IPv4Network:
-        """The subnet this address is in."""
+        """The subnet of this address."""
         return ipaddress.IPv4Network((self.ip, self.netmask), strict=False)
 
     @property
     def broadcast(self) -> str:
-        """Directed broadcast, from the mask: what systems report is wrong on link-local links."""
+        """Directed broadcast address from the mask: systems report a wrong one on link-local links."""
         return str(self.network.broadcast_address)
 
     def reaches(self, ip: str) -> bool:
@@ -57,17 +54,17 @@ class Interface:
 
 
 ONLY = "GRABBERGUI_INTERFACES"
-"""Environment variable: names of the only interfaces to use, separated by commas; all without it."""
+"""Environment variable: comma-separated names of the interfaces to use; all if it is not set."""
 
 
 def interfaces() -> list[Interface]:
-    """Return every IPv4 address of every interface that is up, or of those that the user allows (`ONLY`)."""
+    """Return every IPv4 address of the interfaces that are up and that the user allows (`ONLY`)."""
     allowed = {name.strip() for name in os.environ.get(ONLY, "").split(",")} - {""}
     return [interface for interface in _all_interfaces() if not allowed or interface.name in allowed]
 
 
 def interface_of(ip: str) -> Interface:
-    """Return the interface that has a local address, or one with usual values if none is reported."""
+    """Return the interface with a local address, or one with default values if none is reported."""
     for interface in interfaces():
         if interface.ip == ip or (interface.loopback and interface.reaches(ip)):
             return interface
@@ -78,7 +75,7 @@ def _all_interfaces() -> list[Interface]:
     found = []
     links = psutil.net_if_stats()
     for name, addresses in psutil.net_if_addrs().items():
-        link = links.get(name.partition(":")[0])  # an alias (`eth0:1`) is on the link of the first name
+        link = links.get(name.partition(":")[0])  # an alias (`eth0:1`) shares the link of `eth0`
         if link is None:
             continue  # it was removed between the two calls
         flags = link.flags.split(",") if link.flags else []  # Windows reports none
@@ -97,7 +94,7 @@ LIMITED_BROADCAST = "255.255.255.255"
 NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""
 MAX_DEVICES = 1024
-"Further answers are ignored: a flood must not exhaust memory."
+"Answers beyond it are ignored: a flood must not exhaust memory."
 
 
 @dataclass(frozen=True)
@@ -106,13 +103,13 @@ class FoundDevice:
 
     identity: Identity
     ip: str
-    "Where to talk to it: its own address, or the one it answered from where it reports none."
+    "The address it reports, or its answer's source address if it reports none."
     interface: Interface
     "The host's interface that received its answer."
 
     @property
     def key(self) -> tuple[str, ...]:
-        """Identity of the device, on whichever interface its answer arrived."""
+        """Key of the device, the same on each interface that received its answer."""
         mac = self.identity.mac
         return (mac, self.ip) if mac != NO_MAC else (self.identity.serial, self.ip)
 
@@ -132,7 +129,7 @@ class FoundDevice:
         )
 
     def info(self) -> DeviceInfo:
-        """Return the device as an entry of the source list."""
+        """Return the entry for the list of sources."""
         identity = self.identity
         mac = identity.mac if identity.mac != NO_MAC else ""
         note = ""
@@ -162,13 +159,13 @@ def discover(
 ) -> list[FoundDevice]:
     """Return every device that answers within `timeout` seconds, each once, sorted by address.
 
-    `addresses` are also asked by unicast (devices behind a router, or at another loopback address).
+    `addresses` also get a unicast DISCOVERY (devices behind a router, or at another loopback address).
     """
     return Search(addresses, broadcast=broadcast).run(timeout)
 
 
 def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
-    """Return the device of a name (see `FoundDevice.answers_to`; empty: the first that answers).
+    """Return the device with a name (see `FoundDevice.answers_to`; empty: the first that answers).
 
     Raises OtherCameraError if several devices answer to the name.
     """
@@ -185,9 +182,9 @@ def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
 
 
 def find_again(wanted: DeviceInfo, name: str, timeout: float = 1.0) -> FoundDevice | None:
-    """Return the very device that `wanted` describes, wherever it is now.
+    """Return the same unit as `wanted`, at whatever address it has now.
 
-    Raises OtherCameraError if instead another device answers to `name`.
+    Raises OtherCameraError if another device answers to `name` instead.
     """
 
     def is_wanted(device: FoundDevice) -> bool:
@@ -209,7 +206,7 @@ def ask(ip: str, timeout: float) -> FoundDevice | None:
 
 
 class Search:
-    """One search. Used once."""
+    """A search, used once."""
 
     def __init__(self, addresses: Iterable[str] = (), *, broadcast: bool = True) -> None:
         self._addresses = list(addresses)
@@ -221,8 +218,8 @@ class Search:
     ) -> list[FoundDevice]:
         """Send DISCOVERY, repeat it half-way in case a datagram was lost, and collect the answers.
 
-        The second round includes interfaces that have come up since: a cable may just have been plugged in.
-        The search ends `linger` seconds after the first device for which `until` holds.
+        The second round includes interfaces that came up after the first, e.g. by plugging in a cable. The
+        search ends `linger` seconds after the first device for which `until` holds.
         """
         begun = time.monotonic()
         deadline, again = begun + timeout, begun + timeout / 2
@@ -243,7 +240,7 @@ class Search:
         return sorted(self._found.values(), key=lambda device: socket.inet_aton(device.ip))
 
     def _open(self, selector: selectors.BaseSelector) -> list[tuple[socket.socket, Interface]]:
-        """Return a socket on every interface, opening those that are missing."""
+        """Open sockets on interfaces that have none yet; return all sockets."""
         opened = [(key.fileobj, key.data) for key in selector.get_map().values()]
         known = {interface.ip for _, interface in opened}
         for interface in interfaces() if self._broadcast else [Interface("", "0.0.0.0")]:
@@ -253,7 +250,7 @@ class Search:
             try:
                 asker.setblocking(False)
                 asker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-                # Bound to the interface's address, a limited broadcast leaves through it.
+                # Bound to its address, a limited broadcast leaves through this interface.
                 asker.bind((interface.ip, 0))
             except OSError as error:
                 log.debug("cannot search on %s: %s", interface.name, error)

@@ -1,7 +1,7 @@
 """GVCP, the control protocol of GigE Vision: commands, acknowledges, registers and memory.
 
-Both directions, so that a host and a simulated device share it. All integers are big-endian. Nothing here
-touches a socket; `gvcp_messages` has DISCOVERY, FORCEIP, events and actions.
+Encodes and decodes both directions, for the host and the simulated camera. Integers are big-endian. No I/O.
+`gvcp_messages` has DISCOVERY, FORCEIP, events and actions.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_PAYLOAD = 540
 MAX_MEMORY = 536
 "Bytes that one READMEM or WRITEMEM may carry."
 MEMORY_CHUNK = 512
-"Bytes that we request at once. Other hosts do the same, so every device knows it."
+"Bytes of one request of ours. Other hosts use the same size, so every device supports it."
 MAX_READS = 135
 "Registers in one READREG."
 MAX_WRITES = 67
@@ -171,7 +171,7 @@ def encode_command(
 
 
 def split_command(datagram: bytes) -> tuple[CommandHeader, bytes]:
-    """Header and payload of a command. Raises RemoteProtocolError."""
+    """Return header and payload of a command. Raises RemoteProtocolError."""
     return CommandHeader.decode(datagram), bytes(datagram[CommandHeader.FORMAT.size :])
 
 
@@ -209,7 +209,7 @@ class ReadReg:
 
     @staticmethod
     def encode_ack(values: tuple[int, ...]) -> bytes:
-        """Payload of the acknowledge: values in the order of the addresses."""
+        """Return the acknowledge's payload: values in the order of the addresses."""
         return struct.pack(f">{len(values)}I", *values)
 
     def decode_ack(self, payload: bytes) -> tuple[int, ...]:
@@ -246,9 +246,9 @@ class WriteReg:
 
 
 def encode_write_ack(index: int) -> bytes:
-    """Payload of WRITEREG_ACK (registers written) and WRITEMEM_ACK (bytes written).
+    """Return the payload of WRITEREG_ACK (registers written) or WRITEMEM_ACK (bytes written).
 
-    Devices disagree on the number, so hosts look at the status only.
+    Devices disagree on the number, so hosts check only the status.
     """
     return struct.pack(">HH", 0, index)
 
@@ -278,7 +278,7 @@ class ReadMem:
 
     @staticmethod
     def encode_ack(address: int, data: bytes) -> bytes:
-        """Payload of the acknowledge."""
+        """Return the acknowledge's payload."""
         return struct.pack(">I", address) + data
 
     def decode_ack(self, payload: bytes) -> bytes:
@@ -318,13 +318,13 @@ class WriteMem:
 
 @dataclass(frozen=True)
 class PacketResend:
-    """PACKETRESEND_CMD: send these packets of a block again. It is never acknowledged."""
+    """PACKETRESEND_CMD: requests packets of a block again. It is never acknowledged."""
 
     CODE: ClassVar[CommandCode] = CommandCode.PACKETRESEND
     STANDARD: ClassVar[struct.Struct] = struct.Struct(">HHII")
     EXTENDED: ClassVar[struct.Struct] = struct.Struct(">HHIIQ")
     TO_THE_END: ClassVar[int] = 0xFFFFFF
-    "As `last` with standard ids: up to the trailer."
+    "Value of `last` with standard ids for all packets up to the trailer."
 
     block_id: int
     first: int
@@ -369,7 +369,7 @@ def encode_pending_ack(milliseconds: int, ack_id: int) -> bytes:
 
 
 def decode_pending_ack(payload: bytes) -> float:
-    """Seconds until the final acknowledge. Raises RemoteProtocolError."""
+    """Return the seconds until the final acknowledge. Raises RemoteProtocolError."""
     if len(payload) != 4:
         raise RemoteProtocolError(f"PENDING_ACK of {len(payload)} bytes, need 4")
     return float(struct.unpack(">HH", payload)[1]) / 1000

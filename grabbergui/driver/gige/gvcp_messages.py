@@ -23,7 +23,7 @@ from grabbergui.driver.gige.gvcp import (
 
 NO_MAC = "00:00:00:00:00:00"
 NO_CHANNEL = 0xFFFF
-"Stream channel of an event that belongs to none."
+"Channel number of an event that belongs to no stream channel."
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Event:
     "Device ticks."
     channel: int = NO_CHANNEL
     data: bytes = b""
-    "Of EVENTDATA."
+    "Data of EVENTDATA."
     extended: bool = False
 
     def entry(self) -> bytes:
-        """Return the event as in the payload, which GenApi's event ports address."""
+        """Return the event's bytes in the payload, which GenApi's event ports address."""
         if self.extended:
             size = self.EXTENDED.size + len(self.data)
             head = self.EXTENDED.pack(size, self.event_id, self.channel, 0, self.block_id, self.timestamp)
@@ -87,7 +87,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Action:
-    """ACTION_CMD: acted on by every device whose keys fit."""
+    """ACTION_CMD: executed by every device whose keys match."""
 
     PLAIN: ClassVar[struct.Struct] = struct.Struct(">III")
     SCHEDULED: ClassVar[struct.Struct] = struct.Struct(">IIIQ")
@@ -96,7 +96,7 @@ class Action:
     group_key: int
     group_mask: int
     time: int | None = None
-    "In the device's ticks; None means at once."
+    "In device ticks; None: immediately."
 
     def encode(self, req_id: int, *, ack_required: bool = True) -> bytes:
         """Return the datagram, for broadcast or one device."""
@@ -116,7 +116,7 @@ class Action:
         return cls(*layout.unpack(payload))
 
 
-# -- about the device itself ---------------------------------------------------------------------
+# -- discovery and identity ----------------------------------------------------------------------
 DISCOVERY_REQ_ID = 0xFFFF
 
 
@@ -201,9 +201,9 @@ class Identity:
 
 
 def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
-    """Return what the registers of an open camera say of it, as fields of `DeviceInfo`.
+    """Return the identity registers of an open camera as fields of `DeviceInfo`.
 
-    `read` takes an address and a length in bytes. Raises what it raises, RemoteProtocolError.
+    `read` takes an address and a length in bytes; its errors pass through. Raises RemoteProtocolError.
     """
     identity = Identity.decode(read(0, IDENTITY_BYTES))
     return {
@@ -224,7 +224,7 @@ def text_of(raw: bytes) -> str:
 
 @dataclass(frozen=True)
 class ForceIp:
-    """FORCEIP_CMD: give the device with this MAC an address until it is switched off."""
+    """FORCEIP_CMD: gives the device with this MAC address an IP address until power-off."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">2x6s12x4s12x4s12x4s")
 
@@ -240,7 +240,7 @@ class ForceIp:
         try:
             payload = self.FORMAT.pack(
                 parse_mac(self.mac),
-                # Not inet_aton, which reads "192.168.1" as 192.168.0.1 and ignores words behind an address.
+                # Not inet_aton: it reads "192.168.1" as 192.168.0.1 and ignores text after an address.
                 *(IPv4Address(address).packed for address in (self.ip, self.subnet_mask, self.gateway)),
             )
         except ValueError as error:

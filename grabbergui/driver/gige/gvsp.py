@@ -1,7 +1,7 @@
 """GVSP, the stream protocol of GigE Vision: packet headers, leaders and trailers.
 
-A block (one frame) is a leader, payload packets and a trailer, numbered by packet_id from 0. All integers
-are big-endian. Nothing here touches a socket; `stream.assembler` puts packets together.
+A block (one frame) is a leader, payload packets and a trailer, numbered by packet_id from 0. Integers are
+big-endian. No I/O; `stream.assembler` assembles packets.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ _SIZE_AT: dict[int, int] = {
     PayloadKind.H264: 4,
     PayloadKind.GENDC: 12,
 }
-"Where in the leader the 64-bit size of the data is, of kinds that have it."
+"Offset in the leader of the data's 64-bit size, for kinds that have it."
 POSITIONED = frozenset((PayloadKind.H264, PayloadKind.MULTI_ZONE, PayloadKind.MULTI_PART, PayloadKind.GENDC))
-"Kinds whose payload packets carry a header of their own, most of them with the data's position."
+"Kinds whose payload packets have an additional header, most with the data's position."
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class PacketHeader:
     extended: bool = False
     flags: int = 0
     parts: int = 0
-    "Of the leader of a multi-part block."
+    "Number of parts, in the leader of a multi-part block."
 
     @property
     def size(self) -> int:
@@ -143,7 +143,7 @@ class PacketHeader:
 
 @dataclass(frozen=True)
 class Leader:
-    """Description of a block. Sizes are of the image, or of a multi-part block's first image."""
+    """First packet of a block. Sizes are those of the image, or of a multi-part block's first image."""
 
     IMAGE: ClassVar[struct.Struct] = struct.Struct(">BBHQIIIIIHH")
     IMAGE_FIELDS: ClassVar[struct.Struct] = struct.Struct(">IIIIIHH")
@@ -174,7 +174,7 @@ class Leader:
 
     @property
     def kind_name(self) -> str:
-        """Content of the block as display text."""
+        """The content of the block as display text."""
         return _KIND_NAMES.get(self.kind, "an unknown kind of data")
 
     @property
@@ -190,7 +190,7 @@ class Leader:
 
     @property
     def is_known(self) -> bool:
-        """Whether a frame can be made of the block."""
+        """Whether the block can become a frame."""
         return self.is_image or self.kind == PayloadKind.CHUNK or self.kind in _SIZE_AT or bool(self.parts)
 
     @property
@@ -200,7 +200,7 @@ class Leader:
 
     @cached_property
     def image_bytes(self) -> int:
-        """Bytes of the image with its padding; chunks and further parts not counted."""
+        """Bytes of the image with its padding, without chunks and further parts."""
         if self.padding_x:
             pixels = (self.line_bytes + self.padding_x) * self.height
         else:
@@ -223,7 +223,7 @@ class Leader:
             return sum(part.length for part in self.parts)
         if self.has_chunks:
             return None
-        # A line-scan camera announces no height: the trailer has it.
+        # The leader of a line-scan camera has no height; the trailer does.
         return self.image_bytes or None if self.is_image else self.size or None
 
     def encode(self) -> bytes:
@@ -260,7 +260,7 @@ class Leader:
     def decode(cls, body: bytes | memoryview) -> Leader:
         """Read what follows the header. Raises RemoteProtocolError.
 
-        Of kinds that are unknown only type and timestamp are read.
+        For unknown kinds only type and timestamp are read.
         """
         if len(body) < 4:
             raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes")
@@ -321,7 +321,7 @@ class Part:
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">H6sI2xBBIHHIIIIHH4x")
     IMAGE_TYPES: ClassVar[tuple[int, ...]] = (PartType.IMAGE_2D, PartType.IMAGE_3D)
-    "The whole of its pixels is in one part."
+    "Types whose pixels are all in one part."
 
     data_type: int
     length: int
@@ -335,7 +335,7 @@ class Part:
 
     @property
     def is_image(self) -> bool:
-        """Whether it is an image of its own."""
+        """Whether it is a whole image."""
         return self.data_type in self.IMAGE_TYPES
 
     def encode(self) -> bytes:
@@ -372,7 +372,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Trailer:
-    """The end of a block."""
+    """Last packet of a block."""
 
     COMMON: ClassVar[struct.Struct] = struct.Struct(">HH")
 
@@ -380,7 +380,7 @@ class Trailer:
     height: int = 0
     "Lines that were sent; 0 if the device does not report it."
     payload_bytes: int | None = None
-    "Bytes of the whole payload, of blocks with chunks."
+    "Bytes of the whole payload, for blocks with chunks."
 
     def encode(self) -> bytes:
         """Return the bytes after the header."""
@@ -443,14 +443,14 @@ class GendcPosition:
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">IQBBH")
     DESCRIPTOR: ClassVar[int] = 0xC0
-    "In the data flags: the descriptor is in this packet."
+    "Data flag: the descriptor is in this packet."
     FIRST, LAST = 0x80, 0x40
-    "In the flow flags: the first and last packet of the flow."
+    "Flow flags: the first and the last packet of the flow."
 
     size: int
     "Bytes of data."
     offset: int
-    "Bytes from the start of the flow, which is the whole container where there is only one."
+    "Bytes from the start of the flow; a single flow is the whole container."
     data_flags: int = 0
     flow_flags: int = 0
     flow: int = 0
@@ -473,6 +473,6 @@ class GendcPosition:
 
 
 def payload_stride(packet_size: int, *, extended: bool = False) -> int:
-    """Return the image bytes in a full packet, for the `packet_size` that SCPS holds."""
+    """Return the image bytes in a full packet with the `packet_size` in SCPS."""
     header = PacketHeader.EXTENDED.size if extended else PacketHeader.STANDARD.size
     return packet_size - IP_UDP_BYTES - header

@@ -1,4 +1,4 @@
-"""The message channel: events that the device sends by itself, on a socket of its own."""
+"""The message channel: a socket on which the device sends its events."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from grabbergui.driver.gige.gvcp_messages import Event
 log = logging.getLogger(__name__)
 
 IDLE_WAIT = 0.2
-"Seconds that the thread waits for a message before it checks whether it should end."
+"Seconds after which the thread checks whether it should end."
 REMEMBERED = 64
-"Request ids by which a repeated message is known."
+"Number of request ids kept to recognise repeated messages."
 
 
 class MessageInbox:
@@ -34,7 +34,7 @@ class MessageInbox:
 
     def __init__(self) -> None:
         self.ignored = 0
-        "Malformed datagrams."
+        "Malformed or foreign datagrams."
         self.repeated = 0
         "Messages received again because their acknowledge was lost."
         self._received: deque[int] = deque(maxlen=REMEMBERED)
@@ -54,7 +54,7 @@ class MessageInbox:
             return b"", ()
         wanted = header.flags & FLAG_ACK_REQUIRED
         ack = Ack(Status.SUCCESS, header.command + 1, header.req_id).encode() if wanted else b""
-        # A camera repeats only messages that it wants acknowledged.
+        # A camera repeats only messages that require an acknowledge.
         if wanted and header.req_id in self._received:
             self.repeated += 1
             return ack, ()
@@ -63,7 +63,7 @@ class MessageInbox:
 
 
 class MessageChannel:
-    """Receives the events of one device; `on_event` is called on its thread, and returns at once."""
+    """Receives the events of one device; calls `on_event`, which must not wait, on its own thread."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class MessageChannel:
 
     @property
     def port(self) -> int:
-        """The host's UDP port that messages arrive at."""
+        """The host's UDP port for messages."""
         return int(self._socket.getsockname()[1])
 
     def close(self) -> None:
@@ -106,7 +106,7 @@ class MessageChannel:
         self.abandon()
 
     def abandon(self) -> None:
-        """End the thread without a command to the device, which is lost."""
+        """End the thread without a command to the device, for a device that is lost."""
         self._closing = True
         if self._thread is not threading.current_thread():
             self._thread.join()
@@ -119,7 +119,7 @@ class MessageChannel:
         if memory.read_register(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
             source_port = memory.read_register(Register.MCSP) & PORT_MASK
             if source_port:
-                # A datagram to the port that messages are sent from opens a stateful firewall for them.
+                # A datagram to the device's source port opens a stateful firewall for its messages.
                 self._socket.sendto(b"", (self._device_ip, source_port))
 
     def _run(self) -> None:
@@ -144,5 +144,5 @@ class MessageChannel:
             except OSError as error:
                 log.debug("acknowledging an event: %s", error)
         for event in events:
-            # GenApi's adapter takes whole messages: make one for each event.
+            # GenApi's adapter needs whole messages: make one for each event.
             self._on_event(event.event_id, event.encode(1, ack_required=False))

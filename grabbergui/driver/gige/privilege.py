@@ -1,7 +1,7 @@
-"""The control privilege of a GigE Vision camera: taking it, offering it, releasing it, and who holds it.
+"""The control privilege of a GigE Vision camera: taking, offering and releasing it, and its holder.
 
-A camera obeys one application at a time: the one that wrote its privilege to CCP, until that application
-releases it or is silent for the heartbeat timeout (GigE Vision 2.2, "Control Channel Privilege").
+One application at a time controls a camera: the one that wrote the privilege to CCP, until it releases
+control or is silent for the heartbeat timeout (GigE Vision 2.2, "Control Channel Privilege").
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from grabbergui.driver.gige.gvcp import Status, WriteReg
 log = logging.getLogger(__name__)
 
 SWITCHOVER_KEY = 0x4742
-"""Control is handed over to programs that request it with this key: our own, when their user wants it. Others
-are refused, so that no program loses control by accident."""
+"""The camera hands control over to programs that request it with this key: ours, if their user wants it. It
+refuses others, so no program loses control by accident."""
 BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
-"For commands that a camera may leave unanswered: taking control from another program, releasing it."
+"Timing of commands that a camera may leave unanswered: taking control from another program, releasing it."
 HELD = Control.CONTROL | Control.EXCLUSIVE
 LONGEST_WAIT = 5.0
-"Seconds to wait at most until a camera notices that its controller has ended. Their usual timeout is 3 s."
+"Longest wait in seconds for a camera to release an ended controller. The usual heartbeat timeout is 3 s."
 LOOK_AGAIN = 0.05
-"Seconds between two looks whether control is free."
+"Seconds between two checks whether control is free."
 
 
 # -- taking --------------------------------------------------------------------------------------
 def take(link: ControlLink, camera: str, capability: Capability, *, take_over: bool = False) -> None:
     """Take control of a camera, with `take_over` also from an application that offers it.
 
-    A program of this machine that was killed has not released the camera: its heartbeat timeout is waited
-    for. `camera` is what messages call it. Raises AccessDeniedError, which says who has control; else as
+    If the controller was a program on this machine that was killed, wait for its heartbeat timeout. `camera`
+    is the camera's name in messages. Raises AccessDeniedError, which names the controller; else as
     `ControlLink.execute`.
     """
     if _granted(link, camera, capability, take_over=take_over):
@@ -68,14 +68,14 @@ def _granted(link: ControlLink, camera: str, capability: Capability, *, take_ove
     if held and take_over and capability & Capability.SWITCHOVER:
         privilege |= SWITCHOVER_KEY << 16
     try:
-        # Some devices do not answer a refused write, so do not insist if another program has control.
+        # Some devices do not answer a refused write, so retry only briefly if another program has control.
         link.execute(WriteReg(((Register.CCP, privilege),)), BRIEF if held else None)
     except DeviceStatusError as error:
         if error.status == Status.ACCESS_DENIED:
             return False
         raise
     except AckTimeoutError:
-        # Perhaps only the answer was lost, so release; a device ignores this from others than the holder.
+        # Release, in case only the answer was lost; a device ignores this from all but the holder.
         release(link, camera)
         link.read_register(Register.CCP)
         return False
@@ -83,7 +83,7 @@ def _granted(link: ControlLink, camera: str, capability: Capability, *, take_ove
 
 
 def _released_in_time(link: ControlLink) -> bool:
-    """Wait until the camera has noticed that its controller is gone; return whether it has."""
+    """Wait until the camera has released its ended controller; return whether it did in time."""
     timeout = link.read_register(Register.HEARTBEAT_TIMEOUT_MS) / 1000
     end = time.monotonic() + min(1.2 * timeout, LONGEST_WAIT)
     while link.read_register(Register.CCP) & HELD:
@@ -93,9 +93,9 @@ def _released_in_time(link: ControlLink) -> bool:
     return True
 
 
-# -- what comes after ----------------------------------------------------------------------------
+# -- offering and releasing ----------------------------------------------------------------------
 def offer(link: ControlLink, camera: str, capability: Capability) -> None:
-    """Offer control to other programs of ours, where the camera can hand it over."""
+    """Offer control to other instances of this program, if the camera can hand it over."""
     if not capability & Capability.SWITCHOVER:
         return
     try:
@@ -106,7 +106,7 @@ def offer(link: ControlLink, camera: str, capability: Capability) -> None:
 
 
 def release(link: ControlLink, camera: str) -> None:
-    """Release control; otherwise the camera refuses everybody until the heartbeat timeout."""
+    """Release control; otherwise the camera refuses all others until the heartbeat timeout."""
     free = WriteReg(((Register.CCP, 0),))
     if link.lost is not None:
         link.send_last(free)
@@ -118,7 +118,7 @@ def release(link: ControlLink, camera: str) -> None:
 
 
 def holder_of(link: ControlLink, capability: Capability) -> Holder | None:
-    """Read who is in control right after we took it: behind a router this is not our own address."""
+    """Read the holder right after we took control: behind a router it is not our own address."""
     needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
     if capability & needed != needed:
         return None
@@ -130,13 +130,13 @@ def holder_of(link: ControlLink, capability: Capability) -> Holder | None:
     return holder[0], holder[1]
 
 
-# -- who holds it --------------------------------------------------------------------------------
+# -- the holder ----------------------------------------------------------------------------------
 class _Controller(NamedTuple):
     """The application that controls a camera, as far as this machine knows."""
 
     address: str
     ended: bool = False
-    "It ran on this machine, and its socket is closed."
+    "Whether it ran on this machine and its socket is closed."
     process: int | None = None
     name: str = ""
 
@@ -145,7 +145,7 @@ class _Controller(NamedTuple):
 
 
 def _controller(link: ControlLink) -> _Controller | None:
-    """Return who has control; None where the camera does not say."""
+    """Return the application in control; None if the camera does not report it."""
     try:
         number = link.read_register(Register.PRIMARY_APPLICATION_IP)
         port = link.read_register(Register.PRIMARY_APPLICATION_PORT) & PORT_MASK
