@@ -1,9 +1,9 @@
 """Assembles blocks from bulk transfers: chooses the requests and interprets their completion. No I/O.
 
-The assembler makes requests ahead of the data, by the plan. When a device ends a block early (fewer valid
-bytes than planned) or loses a transfer, the requests in flight no longer match the data. The assembler then
-gives them up and makes one request at a time, chosen by the data received before, until several blocks in a
-row have followed the plan.
+The assembler makes requests ahead of the data, following the transfer plan. When a device ends a block early
+(fewer valid bytes than planned) or loses a transfer, the requests in flight no longer match the data. The
+assembler then discards them and makes one request at a time, chosen by the data received before, until
+several blocks in a row have followed the plan.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class BlockAssembler:
     ignored: int = 0
     "Number of transfers that belonged to no block."
     broken: int = 0
-    "Number of blocks that were begun and given up."
+    "Number of blocks that were begun and discarded."
     _followed: int = 0
     _ahead: list[Request] = field(default_factory=list)
     _block: Block | None = None
@@ -122,7 +122,7 @@ class BlockAssembler:
         self._followed = 0
 
     def complete(self, request: Request, length: int) -> Block | None:
-        """Take a request's first `length` bytes; return the block that they complete, if any.
+        """Process the first `length` bytes of a request; return the block that they complete, if any.
 
         Sets `in_step` to False if the request expected other data: the caller then cancels the requests in
         flight and calls `give_up`.
@@ -136,7 +136,7 @@ class BlockAssembler:
             self.ignored += 1
             self._lose_step()
             return None
-        # Pixels may begin as a trailer does; one that comes early has its block's id, too.
+        # Pixels may look like a trailer; an early trailer has the id of its block, too.
         if is_trailer(head) and (request.kind is not Kind.PAYLOAD or _closes(head, block)):
             return self._end(request, head, block)
         if request.kind is not Kind.PAYLOAD:
@@ -171,7 +171,7 @@ class BlockAssembler:
         assert block.leader is not None
         trailer = Trailer.decode(head, block.leader.payload_type)
         if trailer.block_id != block.leader.block_id:
-            # A leader that contradicts its trailer: one of them belongs to another block.
+            # Leader and trailer contradict each other: one of them belongs to another block.
             self.ignored += 1
             self._drop_block()
             self._lose_step()
@@ -201,7 +201,7 @@ class BlockAssembler:
 
     def _request_one(self) -> Request:
         if self._block is None:
-            # Whatever comes must fit: perhaps a payload transfer of a block whose start was missed.
+            # Any transfer must fit: it may be the payload of a block whose leader was lost.
             block = self._new_block()
             return Request(Kind.LEADER, block, self._scratch[: self._longest()])
         if self._piece < len(self._sizes):

@@ -1,7 +1,7 @@
 """Self-description of a USB3 Vision camera: USB descriptors and bootstrap registers, little-endian.
 
-ABRM begins at address 0 and contains the addresses of the other maps (SBRM, SIRM, EIRM) and of the manifest
-of descriptions. Addresses of SBRM, SIRM and EIRM registers are offsets within their map.
+The ABRM begins at address 0 and leads to the other maps (SBRM, SIRM, EIRM) and to the manifest of
+descriptions. Addresses of SBRM, SIRM and EIRM registers are offsets within their map.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ CLASS_SPECIFIC_INTERFACE = 0x24
 DEVICE_INFO_SUBTYPE = 0x01
 
 SPEED_NAMES = {1: "low speed", 2: "full speed", 3: "High-Speed", 4: "SuperSpeed", 5: "SuperSpeed+"}
-"By libusb's speed code."
+"Names by libusb's speed code."
 
 
 @dataclass(frozen=True)
 class DeviceInfoDescriptor:
-    """The class-specific descriptor behind the control interface's own; 20 bytes, little-endian.
+    """The class-specific descriptor after that of the control interface; 20 bytes, little-endian.
 
-    The fields that end in `_index` are string descriptors' indices; 0: there is none.
+    Fields that end in `_index` are indices of string descriptors; 0: none.
     """
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<BBBII9B")
@@ -76,7 +76,7 @@ class DeviceInfoDescriptor:
 
     @classmethod
     def decode(cls, data: bytes) -> DeviceInfoDescriptor:
-        """Read one; longer ones are read as far as they are known. Raises RemoteProtocolError."""
+        """Read a descriptor; ignore further bytes of a longer one. Raises RemoteProtocolError."""
         if len(data) < cls.FORMAT.size:
             raise RemoteProtocolError(f"device-info descriptor of {len(data)} bytes, need {cls.FORMAT.size}")
         _, kind, subtype, *fields = cls.FORMAT.unpack_from(data)
@@ -86,7 +86,7 @@ class DeviceInfoDescriptor:
 
     @classmethod
     def find(cls, extra: bytes) -> DeviceInfoDescriptor | None:
-        """Return the first one among the descriptors that follow an interface's, if any is whole."""
+        """Return the first whole one among the descriptors after an interface's; None if there is none."""
         head = bytes((CLASS_SPECIFIC_INTERFACE, DEVICE_INFO_SUBTYPE))
         whole = (
             descriptor
@@ -109,10 +109,10 @@ def split(descriptors: bytes) -> Iterator[bytes]:
 
 
 STRING_SIZE = 64
-"Bytes of every string register; NUL-terminated unless full."
+"Bytes of a string register; NUL-terminated unless full."
 
 LARGEST_ALIGNMENT_EXPONENT = 20
-"Of SIRM info; real cameras have 0 to 10."
+"Limit of the exponent in SIRM info; real cameras have 0 to 10."
 
 
 class Abrm:
@@ -136,7 +136,7 @@ class Abrm:
     "u64, nanoseconds; valid after a latch."
     TIMESTAMP_LATCH = 0x1F8
     TIMESTAMP_INCREMENT = 0x1FC
-    "u64, nanoseconds by which it advances at a time: how exact it is, not a factor."
+    "u64, nanoseconds of one step: the clock's resolution, not a factor."
     ACCESS_PRIVILEGE = 0x204
     PROTOCOL_ENDIANNESS = 0x208
     IMPLEMENTATION_ENDIANNESS = 0x20C
@@ -219,9 +219,9 @@ _TEXTS = {
 
 
 def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
-    """Return what the registers of an open camera say of it, as fields of `DeviceInfo`.
+    """Return the identity registers of an open camera as fields of `DeviceInfo`.
 
-    `read` takes an address and a length in bytes. Raises what it raises.
+    `read` takes an address and a length in bytes; its errors pass through.
     """
     return {name: string(read(address, STRING_SIZE)) for name, address in _TEXTS.items()}
 
@@ -235,7 +235,7 @@ class StreamRequirements:
     alignment: int
     "Every payload transfer size must be a multiple of this; a power of two."
     enabled: bool
-    "True while the stream is on, perhaps left on by a host that died."
+    "True while the stream is on; a host that crashed may have left it on."
     payload_size: int
     leader_size: int
     trailer_size: int
@@ -274,7 +274,7 @@ class ManifestEntry:
     ZIP: ClassVar[int] = 1
 
     version: tuple[int, int, int]
-    "Of the file: major, minor, subminor."
+    "Version of the file: major, minor, subminor."
     file_type: int
     "0: the device's description; 1: a buffer's."
     file_format: int
@@ -284,7 +284,7 @@ class ManifestEntry:
     address: int
     size: int
     sha1: bytes = bytes(20)
-    "Of the file as stored; zeros where not given."
+    "SHA-1 of the stored file; zeros if not given."
 
     def encode(self) -> bytes:
         """Return the entry's 64 bytes."""
@@ -294,7 +294,7 @@ class ManifestEntry:
 
     @classmethod
     def decode(cls, data: bytes) -> ManifestEntry:
-        """Read one entry. Raises RemoteProtocolError where fewer than 64 bytes are there."""
+        """Read one entry. Raises RemoteProtocolError for fewer than 64 bytes."""
         if len(data) < cls.FORMAT.size:
             raise RemoteProtocolError(f"manifest entry of {len(data)} bytes, need {cls.FORMAT.size}")
         subminor, minor, major, kind, address, size, sha1 = cls.FORMAT.unpack_from(data)
@@ -321,9 +321,9 @@ MOST_ENTRIES = 64
 
 
 def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:
-    """Return the XML of a device whose memory `read(address, length)` gives.
+    """Return the XML of a device; `read(address, length)` reads its memory.
 
-    Raises RemoteProtocolError for a manifest or file that makes no sense, and what `read` raises.
+    Raises RemoteProtocolError for an invalid manifest or file; errors of `read` pass through.
     """
     count = int.from_bytes(read(manifest_address, 8), "little")
     if not 0 < count <= MOST_ENTRIES:
@@ -336,5 +336,5 @@ def read_description(read: Callable[[int, int], bytes], manifest_address: int) -
         raise RemoteProtocolError(f"the manifest announces a description of {entry.size} bytes")
     stored = read(entry.address, entry.size)
     if any(entry.sha1) and hashlib.sha1(stored, usedforsecurity=False).digest() != entry.sha1:
-        log.warning("the description's SHA-1 is not the one in the manifest; it is used all the same")
+        log.warning("the description's SHA-1 differs from the one in the manifest; it is used nevertheless")
     return unpack(stored)

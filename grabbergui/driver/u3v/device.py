@@ -50,12 +50,12 @@ from grabbergui.driver.u3v.usb import RegisterAccess, UsbHandle
 log = logging.getLogger(__name__)
 
 LARGEST_TRANSFER = 1 << 20
-"Bytes of a payload transfer. Some controllers lose data beyond 64 KiB: the URI's transfer_size lowers it."
+"Bytes of a payload transfer. Some controllers lose data beyond 64 KiB; transfer_size in the URI lowers it."
 TRANSFERS_IN_FLIGHT = 64
 
 
 class U3vDevice(Device):
-    """One camera, opened by exclusive claim of its interfaces: USB3 Vision has no second reader."""
+    """One camera. Its interfaces are claimed exclusively: USB3 Vision has no monitor access."""
 
     chunk_layout = DataLayout.USB3_VISION
     event_layout = DataLayout.USB3_VISION
@@ -68,12 +68,12 @@ class U3vDevice(Device):
         largest_transfer: int = LARGEST_TRANSFER,
         transfers_in_flight: int = TRANSFERS_IN_FLIGHT,
     ) -> None:
-        """`name` is a serial number, GUID or place on the bus; empty means the first camera found.
+        """`name` is a serial number, GUID or bus address; empty means the first camera found.
 
-        The name is only the way to the camera met first: opened again, it is the same unit or an error.
+        The name selects a camera only the first time; reopening finds the same unit or fails.
         """
         self.info = DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision")
-        self._met = False
+        self._identified = False
         "True once `info` comes from the camera itself."
         self._name = name
         self._backend = backend
@@ -100,16 +100,16 @@ class U3vDevice(Device):
     # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
-        """Open the camera. The USB claim is exclusive, so MONITOR also keeps others out."""
+        """Open the camera. The USB claim is exclusive, so MONITOR also excludes others."""
         if self._handle is not None:
             return self._access
-        camera = find_camera(self._name, self._backend, self.info if self._met else None)
+        camera = find_camera(self._name, self._backend, self.info if self._identified else None)
         self._lost = ""
         handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
         try:
             handle.claim(camera.control.number)
             registers = RegisterAccess(handle, camera.control)
-            # A former host that died may have left either end halted.
+            # A host that crashed may have left either endpoint halted.
             registers.clear_halts()
             self._camera, self._handle, self._registers = camera, handle, registers
             self._read_bootstrap(registers)
@@ -117,16 +117,16 @@ class U3vDevice(Device):
             info = replace(camera.info, uri=uri)
             with contextlib.suppress(DeviceStatusError):
                 info = with_texts(info, bootstrap.identity_texts(registers.read))
-            if self._met:
+            if self._identified:
                 require_same(self.info, info)
-            self.info, self._met = info, True
-            # Last: a thread that would have to be ended where anything after it fails.
+            self.info, self._identified = info, True
+            # Last, so that no later failure has to stop the thread.
             self._start_watching(camera, handle, registers)
         except BaseException:
             self._camera = self._handle = self._registers = None
             handle.close()
             raise
-        # libusb must not be shut down at the interpreter's exit while our threads are in it.
+        # libusb must not shut down at the interpreter's exit while our threads use it.
         self._at_exit = partial(_close_at_exit, weakref.ref(self))
         atexit.register(self._at_exit)
         self._access = access
@@ -211,23 +211,23 @@ class U3vDevice(Device):
     # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
-        with self._noticing_loss() as registers:
+        with self._detecting_loss() as registers:
             return registers.read(address, length)
 
     @override
     def write(self, address: int, data: bytes) -> None:
         if self._access is not Access.CONTROL:
             raise AccessDeniedError(f"{self.info.title} was opened for reading only")
-        with self._noticing_loss() as registers:
+        with self._detecting_loss() as registers:
             registers.write(address, data)
 
     @override
     def description(self) -> bytes:
-        with self._noticing_loss() as registers:
+        with self._detecting_loss() as registers:
             return read_description(registers.read, self._manifest_address)
 
     @contextlib.contextmanager
-    def _noticing_loss(self) -> Iterator[RegisterAccess]:
+    def _detecting_loss(self) -> Iterator[RegisterAccess]:
         registers, handle = self._opened(), self._handle
         try:
             yield registers
@@ -235,7 +235,7 @@ class U3vDevice(Device):
             self._on_gone(str(error))
             raise
         except TransportError as error:
-            # A transfer that the unplugging interrupted fails like one that a disturbance did.
+            # Unplugging during a transfer causes the same error as a disturbance on the bus.
             if handle is None or handle.is_present():
                 raise
             reason = f"{self.info.title} was unplugged"
@@ -253,7 +253,7 @@ class U3vDevice(Device):
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         self.close_stream()
-        with self._noticing_loss() as registers:
+        with self._detecting_loss() as registers:
             try:
                 self._open_stream(registers, request, deliver)
             except BaseException:
@@ -268,7 +268,7 @@ class U3vDevice(Device):
             raise TransportError(f"{self.info.title} has no stream interface")
         sirm = self._sirm_address
         needs = self._requirements(registers)
-        if needs.enabled:  # left on by a host that died; sizes can be written only while it is off
+        if needs.enabled:  # a host that crashed left it on; sizes are writable only while it is off
             registers.write_u32(sirm + Sirm.CONTROL, 0)
             needs = self._requirements(registers)
         if not needs.payload_size:
@@ -292,7 +292,7 @@ class U3vDevice(Device):
         registers.write_u32(sirm + Sirm.CONTROL, Sirm.STREAM_ENABLE)
 
     def _requirements(self, registers: RegisterAccess) -> StreamRequirements:
-        # Register by register: some devices refuse to read across them.
+        # Register by register: some devices refuse reads across register boundaries.
         sirm = self._sirm_address
         sizes = (
             (Sirm.INFO, 4),
@@ -335,7 +335,7 @@ def _close_at_exit(reference: weakref.ref[U3vDevice]) -> None:
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """Return the camera that a URI names, not yet opened. Raises UsageError."""
+    """Return the camera of a URI, without opening it. Raises UsageError."""
     options = read_options(U3vOptions, uri)
     device = U3vDevice(
         uri.name, largest_transfer=options.transfer_size, transfers_in_flight=options.transfers
@@ -345,7 +345,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera on the USB buses; none if there is no libusb. Asks each for its names."""
+    """Return every camera on the USB buses, with the names read from it; none without libusb."""
     try:
         return [camera.info for camera in find_cameras()]
     except SourceUnavailableError:

@@ -1,4 +1,4 @@
-"""Finding USB3 Vision cameras, and which libusb is used to find them."""
+"""Finds USB3 Vision cameras, and chooses the libusb to find them with."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _UDEV_CONTROL = Path("/run/udev/control")
 
 _lock = threading.Lock()
 _kept: list[Any] = []
-"""Backends in use, the newest last. None is ever dropped: devices found through one may still be open."""
+"""Backends in use, newest last; never dropped, because devices of an older one may still be open."""
 _looked_at: set[tuple[int, int]] = set()
-"Bus and address of the devices for which the newest was made."
+"Bus and address of the devices for which the newest backend was made."
 
 
 def default_backend() -> Any | None:
-    """Return pyusb's backend for the system's libusb or that of `libusb-package`; None without both."""
+    """Return pyusb's backend for the system's libusb or that of `libusb-package`; None without either."""
     with _lock:
         if not _kept:
             backend = usb.backend.libusb1.get_backend()
@@ -55,9 +55,9 @@ def default_backend() -> Any | None:
 
 
 def _look_again() -> None:
-    """Create a new context if libusb cannot notice that devices were plugged in or out.
+    """Create a new context after devices were plugged in or out, if libusb cannot detect that itself.
 
-    libusb learns of them through udev, which containers and small systems lack.
+    libusb relies on udev for it, which containers and small systems lack.
     """
     global _looked_at
     if not sys.platform.startswith("linux") or _UDEV_CONTROL.exists():
@@ -69,7 +69,7 @@ def _look_again() -> None:
     newest = _kept[-1]
     descriptors = map(newest.get_device_descriptor, newest.enumerate_devices())
     known = {(descriptor.bus, descriptor.address) for descriptor in descriptors}
-    # Once for each change: what a new context does not see either, it may not see.
+    # Once for each change: libusb may not be allowed to see a device that a new context misses, too.
     if present not in (known, _looked_at):
         _looked_at = present
         _kept.append(type(newest)(newest.lib))
@@ -77,7 +77,7 @@ def _look_again() -> None:
 
 ENGLISH = 0x0409
 STRING_TIMEOUT_MS = 300
-"For each string, so that one dead device does not hold up the search."
+"For each string, so that one dead device does not delay the search."
 
 _DIRECTION_IN = 0x80
 _BULK = 0x02
@@ -85,7 +85,7 @@ _BULK = 0x02
 
 @dataclass(frozen=True)
 class UsbCamera:
-    """A camera that was seen on a bus."""
+    """A camera found on a bus."""
 
     info: DeviceInfo
     guid: str
@@ -99,7 +99,7 @@ class UsbCamera:
     stream: BulkInterface | None
 
     def answers_to(self, name: str) -> bool:
-        """Return whether a URI's name means this camera, by serial number, GUID, user name or bus address."""
+        """Return whether `name` is its serial number, GUID, user name or bus address."""
         names = (self.info.serial, self.guid, self.info.user_name, self.info.address)
         return name.lower() in (known.lower() for known in names if known)
 
@@ -107,8 +107,8 @@ class UsbCamera:
 def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
     """Return all cameras on `backend` (libusb by default), in the order of the buses.
 
-    A device that cannot be opened is listed with a note about the reason. Raises SourceUnavailableError if
-    libusb is missing.
+    The list includes devices that cannot be opened, with a note about the reason. Raises
+    SourceUnavailableError if libusb is missing.
     """
     backend = backend if backend is not None else default_backend()
     if backend is None:
@@ -120,7 +120,7 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
         return []
     found = []
     for device_id in device_ids:
-        # Another device's broken descriptors must not hide this one's; nor one that libusb cannot open here.
+        # Skip devices with broken descriptors, or that libusb cannot open here: others must be found.
         with contextlib.suppress(GrabberError, IndexError, ValueError), translated("a USB device"):
             camera = _examine(backend, device_id)
             if camera is not None:
@@ -129,14 +129,14 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
 
 
 def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None = None) -> UsbCamera:
-    """Return the camera that a URI names, or the first if it names none; if one is `wanted`, that unit.
+    """Return the camera with this name, or the first if `name` is empty; only the `wanted` unit if given.
 
     Raises SourceNotFoundError; OtherCameraError if another camera answers to the name, or several do.
     """
     cameras = find_cameras(backend)
     answering = [camera for camera in cameras if not name or camera.answers_to(name)]
     if answering and wanted is not None:
-        # Pulled out of one port and put into another, it has another place on the bus.
+        # Its address may differ: it may be plugged into another port now.
         matching = [camera for camera in answering if not differs(camera.info, wanted)]
         if not matching and name:
             require_same(wanted, answering[0].info)
@@ -206,7 +206,7 @@ def _extra(interface: Any) -> bytes:
 
 
 def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[DeviceInfo, str]:
-    """Return names and GUID, from the device's strings or, without access to it, from the system."""
+    """Return names and GUID from the device's strings or, without access to them, from the system."""
     place = f"{device.bus}-{'.'.join(map(str, device.port_numbers or (device.address,)))}"
     d = described or DeviceInfoDescriptor(0, 0, 0)
     note = ""
@@ -250,12 +250,12 @@ def _strings(device: Any, indices: dict[str, int]) -> Iterator[tuple[str, str]]:
             except (UnicodeDecodeError, IndexError):
                 continue
             except usb.core.USBError as error:
-                if error.errno != errno.EPIPE:  # a stall: it has no such string
+                if error.errno != errno.EPIPE:  # a stall means that there is no such string
                     raise
 
 
 def _system_strings(place: str) -> Iterator[tuple[str, str]]:
-    """Yield names and serial number that Linux read when the device was plugged in."""
+    """Yield the names and serial number that Linux read when the device was plugged in."""
     folder = Path("/sys/bus/usb/devices") / place
     for name, file in (("vendor", "manufacturer"), ("model", "product"), ("serial", "serial")):
         with contextlib.suppress(OSError):

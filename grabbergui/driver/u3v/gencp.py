@@ -1,7 +1,7 @@
 """GenCP over USB3 Vision: commands, acknowledges and events, and the channel for one command at a time.
 
-One packet is one bulk transfer: a header of 12 bytes, then data. Everything is little-endian. The channel
-takes care of ids, retries and pending acknowledges; it has no I/O and no clock.
+One packet is one bulk transfer: a header of 12 bytes, then data, little-endian. The channel handles ids,
+retries and pending acknowledges, without I/O or a clock.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ EVENT_PREFIX = 0x45563355
 "First four bytes of an event: `U3VE`."
 
 FLAG_ACKNOWLEDGE = 0x4000
-"Set in a command that wants an acknowledge."
+"Set in a command that requires an acknowledge."
 
 HEADER_SIZE = 12
 WRITE_OVERHEAD = HEADER_SIZE + 8
 "Bytes of a WRITEMEM command before the data."
 SMALLEST_ACKNOWLEDGE = HEADER_SIZE + 4
-"A host always leaves room for a PENDING acknowledge."
+"Bytes of a PENDING acknowledge, for which a host always leaves room."
 
 
 class CommandId(IntEnum):
@@ -79,14 +79,14 @@ def status_text(status: int) -> str:
 
 @dataclass(frozen=True)
 class Packet:
-    """A command or an acknowledge; they differ in what the third field means."""
+    """A command or an acknowledge; they differ in the meaning of `flags`."""
 
     HEADER: ClassVar[struct.Struct] = struct.Struct("<IHHHH")
 
     flags: int
-    "Of a command: flags. Of an acknowledge: the status."
+    "Flags of a command, status of an acknowledge."
     command: int
-    "A `CommandId`; others are passed on."
+    "A `CommandId`, or an unknown number."
     request_id: int
     "0..65535, chosen by the host and repeated by the device."
     data: bytes = b""
@@ -97,7 +97,7 @@ class Packet:
         return self.flags
 
     def encode(self) -> bytes:
-        """Return the whole transfer. Raises LocalProtocolError for what does not fit the header."""
+        """Return the whole transfer. Raises LocalProtocolError for values that do not fit the header."""
         try:
             header = self.HEADER.pack(PREFIX, self.flags, self.command, len(self.data), self.request_id)
         except struct.error as error:
@@ -106,7 +106,7 @@ class Packet:
 
     @classmethod
     def decode(cls, transfer: bytes) -> Packet:
-        """Read one transfer. Raises RemoteProtocolError where its length or prefix is wrong."""
+        """Read one transfer. Raises RemoteProtocolError for a wrong length or prefix."""
         if len(transfer) < cls.HEADER.size:
             raise RemoteProtocolError(
                 f"GenCP packet of {len(transfer)} bytes, a header has {cls.HEADER.size}"
@@ -185,7 +185,7 @@ class Event:
     data: bytes = b""
 
     def encode(self, request_id: int, *, multi_event: bool = False) -> bytes:
-        """Return a packet with this one event, also what GenApi's EventAdapterU3V takes."""
+        """Return a packet with this one event, in the form that GenApi's EventAdapterU3V needs."""
         size = self.RECORD.size + len(self.data)
         record = self.RECORD.pack(size if multi_event else 0, self.event_id, self.timestamp) + self.data
         return Packet.HEADER.pack(EVENT_PREFIX, 0, CommandId.EVENT, len(record), request_id) + record
@@ -194,7 +194,7 @@ class Event:
 def decode_events(transfer: bytes) -> list[Event]:
     """Return the events of one transfer: one, or several where multi-event is enabled.
 
-    Raises RemoteProtocolError where lengths contradict each other; nothing of the packet is used then.
+    Raises RemoteProtocolError, for the whole packet, if lengths contradict each other.
     """
     if len(transfer) < HEADER_SIZE:
         raise RemoteProtocolError(f"event packet of {len(transfer)} bytes, a header has {HEADER_SIZE}")
@@ -214,7 +214,7 @@ def decode_events(transfer: bytes) -> list[Event]:
         size, event_id, timestamp = Event.RECORD.unpack_from(transfer, position)
         size = size or left  # zero in single-event mode: the rest
         if not Event.RECORD.size <= size <= left:
-            raise RemoteProtocolError(f"event record says it has {size} bytes; {left} are left")
+            raise RemoteProtocolError(f"event record announces {size} bytes; {left} are left")
         data = bytes(transfer[position + Event.RECORD.size : position + size])
         events.append(Event(event_id, timestamp, data))
         position += size
@@ -222,7 +222,7 @@ def decode_events(transfer: bytes) -> list[Event]:
 
 
 TRIES = 3
-"Number of times a command is sent before it is given up."
+"Number of times a command is sent before it fails."
 SHORTEST_RESPONSE_TIME = 0.2
 "Seconds; some devices announce less time than they need."
 LONGEST_RESPONSE_TIME = 5.0
@@ -245,15 +245,15 @@ class _Outstanding:
 class ControlChannel:
     """Turns commands into transfers and transfers into acknowledges.
 
-    `begin` gives the transfer to send; then `receive` takes what comes until it returns an acknowledge, and
-    `expire` gives the transfer to send again when `deadline` has passed. Times are seconds of any one clock.
+    `begin` returns the transfer to send. Pass received transfers to `receive` until it returns the
+    acknowledge; after `deadline`, `expire` returns the transfer to resend. Times are seconds of one clock.
     """
 
     def __init__(self, first_request_id: int = 1) -> None:
         self.response_time = 0.5
         "Seconds until a command is sent again."
         self.ignored = 0
-        "Transfers that were malformed or no answer to the outstanding command."
+        "Number of transfers that were malformed or did not answer the outstanding command."
         self._next_id = first_request_id
         self._outstanding: _Outstanding | None = None
 
@@ -263,7 +263,7 @@ class ControlChannel:
         return self._current().deadline
 
     def set_maximum_response_time(self, milliseconds: int) -> None:
-        """Take the device's own figure (ABRM), within reason."""
+        """Use the device's own value (ABRM), within limits."""
         self.response_time = min(max(milliseconds / 1000, SHORTEST_RESPONSE_TIME), LONGEST_RESPONSE_TIME)
 
     def begin(self, command: CommandId, data: bytes, now: float) -> bytes:
@@ -276,9 +276,9 @@ class ControlChannel:
         return self._encode(self._outstanding)
 
     def receive(self, transfer: bytes, now: float) -> Packet | None:
-        """Return the acknowledge, or None where this transfer was not it: go on receiving.
+        """Return the acknowledge; None if this transfer is not the final one, so keep receiving.
 
-        Raises DeviceStatusError for an error status; the command is over then, too.
+        Raises DeviceStatusError for an error status, which also ends the command.
         """
         waiting = self._current()
         try:
@@ -292,7 +292,7 @@ class ControlChannel:
             if packet.command != waiting.command + 1:
                 raise RemoteProtocolError(f"answer 0x{packet.command:04X} to 0x{waiting.command:04X}")
         except RemoteProtocolError:
-            # An answer to a former host may still be in the pipe.
+            # An answer to a previous host may still be in the pipe.
             self.ignored += 1
             return None
         if packet.status == Status.BUSY and waiting.tries < TRIES:
@@ -308,9 +308,9 @@ class ControlChannel:
         return packet
 
     def expire(self, now: float) -> bytes:
-        """Return the same command with a new id, to be sent when `deadline` has passed.
+        """Return the same command with a new id, to send when `deadline` has passed.
 
-        Raises AckTimeoutError when it was sent often enough. A late answer to the former id is ignored.
+        Raises AckTimeoutError after the last try. A late answer to the previous id is ignored.
         """
         waiting = self._current()
         if waiting.tries >= TRIES:
@@ -321,11 +321,11 @@ class ControlChannel:
             )
         waiting.tries += 1
         waiting.request_id = self._take_id()
-        waiting.deadline = now + self.response_time  # `now` is late where this program was held up
+        waiting.deadline = now + self.response_time  # not from the old deadline: this program may be late
         return self._encode(waiting)
 
     def abandon(self) -> None:
-        """Forget the outstanding command, if any: the transfer itself failed."""
+        """Forget the outstanding command, if any, because its transfer failed."""
         self._outstanding = None
 
     def _current(self) -> _Outstanding:

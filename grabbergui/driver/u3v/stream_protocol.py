@@ -1,4 +1,4 @@
-"""Leader, trailer, and how a payload is cut into bulk transfers. Little-endian."""
+"""Leader, trailer, and the division of a payload into bulk transfers. Little-endian."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXTENDED_CHUNK_TRAILER_SIZE = 36
 USUAL_LEADER_SPACE = 1024
 "Leader or trailer size for a device that reports 0."
 LARGEST_PAYLOAD = 1 << 29
-"Bytes; more is a broken register rather than an image."
+"Bytes; more is a faulty register, not an image."
 
 
 class PayloadType(IntEnum):
@@ -48,11 +48,11 @@ class Leader:
 
     block_id: int
     payload_type: int
-    "A `PayloadType`; others are passed on."
+    "A `PayloadType`, or an unknown number."
     timestamp: int
     "Nanoseconds of the device's clock."
     pixel_format: int = 0
-    "PFNC code; this and what follows only where `has_geometry`."
+    "PFNC code; this and the following fields only if `has_geometry`."
     size_x: int = 0
     size_y: int = 0
     "The largest height; the trailer has the actual one."
@@ -63,7 +63,7 @@ class Leader:
 
     @property
     def has_geometry(self) -> bool:
-        """Whether the fields of an image are there."""
+        """Whether the leader has the fields of an image."""
         return self.payload_type in _WITH_GEOMETRY
 
     @property
@@ -107,11 +107,11 @@ class Trailer:
 
     block_id: int
     status: int
-    "0, or a `gencp.Status` such as DATA_DISCARDED."
+    "0, or a `gencp.Status` like DATA_DISCARDED."
     valid_payload_size: int
-    "Bytes of the payload that mean something."
+    "Bytes of the payload that are valid."
     size_y: int | None = None
-    "The actual height; None where the trailer has no room for it."
+    "The actual height; None if the trailer is too short for it."
     chunk_layout_id: int = 0
 
     def encode(self, payload_type: int, size: int = 0) -> bytes:
@@ -141,12 +141,12 @@ class Trailer:
 
 
 def is_leader(data: bytes) -> bool:
-    """Return whether a transfer begins as a leader does."""
+    """Return whether a transfer begins like a leader."""
     return len(data) >= SMALLEST_LEADER and data[:4] == LEADER_PREFIX.to_bytes(4, "little")
 
 
 def is_trailer(data: bytes) -> bool:
-    """Return whether a transfer begins as a trailer does."""
+    """Return whether a transfer begins like a trailer."""
     return len(data) >= SMALLEST_TRAILER and data[:4] == TRAILER_PREFIX.to_bytes(4, "little")
 
 
@@ -163,12 +163,12 @@ class TransferPlan:
     ADDRESS: ClassVar[int] = Sirm.MAXIMUM_LEADER_SIZE
 
     leader_size: int
-    "Bytes that the leader may have."
+    "Largest size of the leader in bytes."
     transfer_size: int
     "Bytes of each full payload transfer."
     transfer_count: int
     final_1: int
-    "Bytes of the transfer after the full ones; 0: there is none."
+    "Bytes of the transfer after the full ones; 0: none."
     final_2: int
     trailer_size: int
 
@@ -180,7 +180,7 @@ class TransferPlan:
 
     @property
     def payload_space(self) -> int:
-        """Bytes that all payload transfers have room for."""
+        """Bytes of all payload transfers together."""
         return self.transfer_size * self.transfer_count + self.final_1 + self.final_2
 
     def encode(self) -> bytes:
@@ -196,7 +196,7 @@ class TransferPlan:
 
     @classmethod
     def decode(cls, data: bytes) -> TransferPlan:
-        """Read the six registers. Raises RemoteProtocolError where they are cut short."""
+        """Read the six registers. Raises RemoteProtocolError if they are incomplete."""
         if len(data) < cls.FORMAT.size:
             raise RemoteProtocolError(f"stream registers of {len(data)} bytes, need {cls.FORMAT.size}")
         return cls(*cls.FORMAT.unpack_from(data))
@@ -208,7 +208,7 @@ class TransferPlan:
         """Return the plan for a device's requirements, in transfers of at most `largest_transfer` bytes.
 
         Full transfers are multiples of the alignment and of USB's packet; the rest is one transfer, rounded
-        up to the alignment. Raises RemoteProtocolError for a payload beyond reason.
+        up to the alignment. Raises RemoteProtocolError for an impossible payload size.
         """
         payload = needs.payload_size
         if not 0 < payload <= LARGEST_PAYLOAD:
@@ -217,7 +217,7 @@ class TransferPlan:
             )
         unit = max(needs.alignment, packet_size)
         size = max(largest_transfer // unit * unit, unit)
-        # One full transfer at least, where the payload fills it: cameras are used to that.
+        # At least one full transfer if the payload fills it, because cameras expect that.
         size = max(min(size, payload // unit * unit), unit)
         count, rest = divmod(payload, size)
         return cls(

@@ -1,7 +1,7 @@
-"""The two threads of an opened camera: one receives its stream, one watches what else it does.
+"""The two threads of an open camera.
 
-`StreamReceiver` keeps requests in flight and gives frames away. `Watcher` receives events, notices unplugging
-and lets the camera's clock be read. By that `DeviceClock` dates the frames.
+`StreamReceiver` keeps requests in flight and delivers frames. `Watcher` receives events, detects unplugging
+and has the camera's clock read, by which `DeviceClock` dates the frames.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ log = logging.getLogger(__name__)
 
 # -- the camera's clock --------------------------------------------------------------------------
 BRACKETS = 3
-"Readings of which the quickest counts."
+"Number of readings, of which the fastest counts."
 
 
 class DeviceClock:
-    """Maps device time to host time (`time.monotonic_ns`), by one reading of both at the same moment.
+    """Maps device time to host time (`time.monotonic_ns`), from a simultaneous reading of both clocks.
 
-    Any thread may map; a new reading corrects the drift between the two crystals.
+    Any thread may map; each new reading corrects the clocks' drift.
     """
 
     def __init__(self) -> None:
         self._offset: int | None = None
 
     def synchronise(self, latch: Callable[[], None], read_ns: Callable[[], int]) -> None:
-        """Let the device note its time (`latch`), then fetch it; the quickest of a few readings counts.
+        """Latch the device's time, then read it; use the fastest of a few readings.
 
         Errors of either call pass through.
         """
@@ -59,33 +59,33 @@ class DeviceClock:
             self._offset = best[1]
 
     def forget(self) -> None:
-        """Drop the reading: another device, or its clock was reset."""
+        """Drop the reading, because the device or its clock's origin changes."""
         self._offset = None
 
     def host_time(self, device_ns: int, arrival_ns: int) -> int:
-        """Return the host time of a device time stamp; the arrival if that is unknown or would be later."""
+        """Return the host time of a device timestamp; the arrival time if unknown or implausible."""
         if self._offset is None or not device_ns:
             return arrival_ns
         mapped = device_ns + self._offset
-        # More than a minute off is another clock's time, not a long way.
+        # A difference of more than a minute is a different clock, not a delay.
         return mapped if 0 <= arrival_ns - mapped < 60_000_000_000 else arrival_ns
 
 
 # -- watching ------------------------------------------------------------------------------------
 LARGEST_EVENT = 65536
-"Bytes of an event packet, whatever the camera announces."
+"Largest event packet in bytes, whatever the camera announces."
 EVENT_WAIT = 0.2
 "Seconds after which the watching thread checks whether it should end."
 PRESENCE_PERIOD = 1.0
-"Seconds between checks whether a camera without event interface is still plugged in."
+"Seconds between checks whether a camera without an event interface is still plugged in."
 ERRORS_IN_A_ROW = 5
-"Failed transfers of either thread after which the camera is given up, though it is still plugged in."
+"Failed transfers of one thread after which a camera counts as lost, although it is still plugged in."
 CLOCK_PERIOD = 10.0
-"Seconds between readings of the camera's clock: crystals drift by up to a millisecond in that time."
+"Seconds between readings of the camera's clock, which may drift by up to a millisecond in that time."
 
 
 class Watcher:
-    """One thread. Calls `on_event` and `on_lost` from it."""
+    """The watching thread. Calls `on_event` and `on_lost`."""
 
     def __init__(
         self,
@@ -97,14 +97,14 @@ class Watcher:
         synchronise_clock: Callable[[], None],
     ) -> None:
         self.ignored = 0
-        "Malformed event packets."
+        "Number of malformed event packets."
         self._handle = handle
         self._event = event
         self._on_event = on_event
         self._on_lost = on_lost
         self._synchronise_clock = synchronise_clock
         self._errors = 0
-        "Failed event transfers since one that did not."
+        "Failed event transfers since the last successful one."
         self._stopping = threading.Event()
         packet_size = event.packet_size if event else 1024
         room = round_up(min(max(longest_event, packet_size), LARGEST_EVENT), packet_size)
@@ -112,11 +112,11 @@ class Watcher:
         self._thread = threading.Thread(target=self._run, name="u3v-watch", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; returns once it has ended. Nothing is called any more then."""
+        """End the thread and wait for it. No function is called after return."""
         self._stopping.set()
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
             self._thread.join()
@@ -147,7 +147,7 @@ class Watcher:
         except DeviceLostError:
             raise
         except TransportError as error:
-            self._endure(error)
+            self._tolerate(error)
             return
         self._errors = 0
         try:
@@ -159,17 +159,17 @@ class Watcher:
         for record in records:
             self._on_event(record.event_id, self._adapted(record))
 
-    def _endure(self, error: TransportError) -> None:
-        """Go on after a disturbance on the bus, or an event longer than announced; not after too many."""
+    def _tolerate(self, error: TransportError) -> None:
+        """Tolerate a bus error or an event that is too long; re-raise the error after too many of them."""
         log.info("event: %s", error)
         self._errors += 1
         if self._errors > ERRORS_IN_A_ROW or not self._handle.is_present():
             raise error
-        self._stopping.wait(EVENT_WAIT)  # a failure comes at once, where a time-out would have waited
+        self._stopping.wait(EVENT_WAIT)  # unlike a timeout, a failure returns immediately
 
     @staticmethod
     def _adapted(record: Event) -> bytes:
-        # GenApi's adapter takes a whole packet and reads its first record only.
+        # GenApi's adapter needs a whole packet and reads only its first record.
         return record.encode(0)
 
 
@@ -181,7 +181,7 @@ STREAM_WAIT = 0.1
 
 
 class StreamReceiver:
-    """Receives blocks on a thread of its own and delivers them as frames."""
+    """Receives blocks on its own thread and delivers them as frames."""
 
     def __init__(
         self,
@@ -211,12 +211,12 @@ class StreamReceiver:
         self._thread = threading.Thread(target=self._run, name="u3v-stream", daemon=True)
 
     def start(self) -> None:
-        """Begin; on return the first requests are in flight."""
+        """Start the thread and wait until the first requests are in flight."""
         self._thread.start()
         self._ready.wait(2.0)
 
     def stop(self) -> None:
-        """End the thread and collect its requests. Nothing is delivered any more on return."""
+        """End the thread and cancel its requests. Nothing is delivered after return."""
         self._stopping.set()
         self._queue.wake()
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
@@ -247,7 +247,7 @@ class StreamReceiver:
             self._queue.cancel()
 
     def _fill(self) -> None:
-        """Ask for as much as may be in flight; for one transfer while out of step."""
+        """Submit as many requests as may be in flight; only one while out of step."""
         queue, assembler = self._queue, self._assembler
         while queue.held == 0 or (
             assembler.in_step and queue.held < queue.depth and queue.held_bytes < BYTES_IN_FLIGHT
@@ -269,7 +269,7 @@ class StreamReceiver:
         was_in_step = self._assembler.in_step
         block = self._assembler.complete(completion.request, completion.length)
         if was_in_step and not self._assembler.in_step:
-            log.debug("the stream lost step; %d requests are given up", self._queue.held)
+            log.debug("the stream is out of step; %d requests are discarded", self._queue.held)
             if self._queue.held:
                 self._queue.cancel()
                 self._assembler.give_up()
@@ -277,7 +277,7 @@ class StreamReceiver:
             self._finish(block)
 
     def _recover(self, outcome: Outcome) -> None:
-        """Start again after a stall or an error on the bus."""
+        """Restart after a stall or a bus error."""
         self._errors += 1
         self._statistics.packets_missing += 1
         self._queue.cancel()
@@ -318,8 +318,8 @@ class StreamReceiver:
         valid = min(trailer.valid_payload_size, len(block.buffer))
         width, height = leader.size_x, leader.size_y
         if leader.has_geometry and trailer.size_y is not None:
-            height = trailer.size_y  # line-scan cameras and those with a variable height know it at the end
-        block.buffer[block.received : valid] = 0  # so that no earlier frame shows through
+            height = trailer.size_y  # the actual one, of a line-scan camera or a variable height
+        block.buffer[block.received : valid] = 0  # no pixels of an earlier frame
         captured_ns = self._clock.host_time(leader.timestamp, time.monotonic_ns())
         frame = Frame(
             payload=block.buffer[:valid],
@@ -339,7 +339,7 @@ class StreamReceiver:
         return frame if leader.has_geometry else self._contents(leader, frame.payload).frame(frame)
 
     def _contents(self, leader: Leader, payload: NDArray[np.uint8]) -> Contents:
-        """Read a payload that is not one image. An unknown kind is handed on as raw data."""
+        """Read a payload that is not a single image. An unknown kind becomes raw data."""
         if leader.payload_type == U3vPayloadType.GENDC_CONTAINER:
             return self._reader.container(payload)
         if leader.payload_type == U3vPayloadType.CHUNK:

@@ -1,7 +1,7 @@
 """Requests on the stream endpoint, completed in order.
 
-`SynchronousQueue` works through any pyusb backend, one transfer at a time; `LibusbQueue` keeps several in
-flight by python-libusb1, straight into the frame's buffer. `open_queue` chooses.
+`SynchronousQueue` uses any pyusb backend, one transfer at a time; `LibusbQueue` keeps several transfers in
+flight by python-libusb1, directly into the frame's buffer. `open_queue` chooses.
 """
 
 from __future__ import annotations
@@ -60,19 +60,19 @@ class Completion:
 
 
 class TransferQueue(ABC):
-    """Bulk requests in. One thread, except for `wake`."""
+    """A queue of bulk requests on the stream's IN endpoint. One thread, except for `wake`."""
 
     depth: int
     "Largest number of requests in the queue."
 
     def __init__(self) -> None:
         self.held = 0
-        "Requests submitted and not completed."
+        "Number of requests submitted and not completed."
         self.held_bytes = 0
 
     @abstractmethod
     def submit(self, request: Request) -> bool:
-        """Queue a request behind the others; return False if the system has no room and the caller must wait.
+        """Queue a request; return False if the system has no room and the caller must wait.
 
         Raises DeviceLostError, TransportError.
         """
@@ -83,11 +83,11 @@ class TransferQueue(ABC):
 
     @abstractmethod
     def cancel(self) -> None:
-        """Give up every request; on return none touches its memory any more. Never raises."""
+        """Cancel all requests; after return none accesses its memory. Never raises."""
 
     @abstractmethod
     def reset_endpoint(self) -> None:
-        """Halt the endpoint and clear the halt, so that nothing stale is left in it."""
+        """Halt the endpoint and clear the halt, to discard stale data."""
 
     @abstractmethod
     def wake(self) -> None:
@@ -117,7 +117,7 @@ class SynchronousQueue(TransferQueue):
         self._requests: deque[Request] = deque()
 
     def submit(self, request: Request) -> bool:
-        """Keep it until `wait`."""
+        """Keep the request until `wait`."""
         self._requests.append(request)
         self._count(request, 1)
         return True
@@ -165,14 +165,14 @@ class SynchronousQueue(TransferQueue):
 
 # -- several transfers at a time -----------------------------------------------------------------
 CANCEL_TIME = 2.0
-"Seconds that cancelled transfers may take to come back."
+"Seconds until all cancelled transfers must have returned."
 
 MOST_PREPARED = 1024
-"""Transfers kept for memory that may be used again: of all a stream's buffers, with leaders and trailers."""
+"""Idle transfers kept for reuse with the same memory: enough for a stream's buffers, leaders and trailers."""
 
 
 class LibusbQueue(TransferQueue):
-    """Asynchronous transfers on a handle of its own, which holds the stream interface."""
+    """Asynchronous transfers on its own device handle, which claims the stream interface."""
 
     def __init__(self, library: str, camera: UsbCamera, stream: BulkInterface, depth: int) -> None:
         """Open the camera a second time, with the libusb that pyusb uses, and claim its stream interface.
@@ -186,7 +186,7 @@ class LibusbQueue(TransferQueue):
         self._prepared: dict[tuple[int, int], Any] = {}
         "Idle transfers by the address and length of their memory."
         self._in_flight: deque[tuple[Any, Request]] = deque()
-        self._over: set[Any] = set()
+        self._finished: set[Any] = set()
         usb1.loadLibrary(ctypes.CDLL(library))
         self._context: Any = usb1.USBContext().open()
         try:
@@ -225,9 +225,9 @@ class LibusbQueue(TransferQueue):
         if not self._in_flight:
             return None
         transfer, request = self._in_flight[0]
-        if transfer not in self._over:
+        if transfer not in self._finished:
             self._handle_events(timeout)
-            if transfer not in self._over:
+            if transfer not in self._finished:
                 return None
         status, length = self._collect()
         if status == usb1.TRANSFER_NO_DEVICE:
@@ -239,20 +239,20 @@ class LibusbQueue(TransferQueue):
         )
 
     def cancel(self) -> None:
-        """Cancel all and wait for each to come back."""
-        # The youngest first: else the kernel would go on with the next while the oldest is cancelled.
+        """Cancel all transfers and wait for them."""
+        # Newest first: otherwise the kernel would start the next one while the oldest is cancelled.
         for transfer, _ in reversed(self._in_flight):
             with contextlib.suppress(usb1.USBError):
                 transfer.cancel()
         deadline = time.monotonic() + CANCEL_TIME
         while self._in_flight and time.monotonic() < deadline:
-            if self._in_flight[0][0] in self._over:
+            if self._in_flight[0][0] in self._finished:
                 self._collect()
             else:
                 with contextlib.suppress(TransportError):
                     self._handle_events(0.1)
         if self._in_flight:
-            log.error("%s: %d USB transfers did not come back", self._name, len(self._in_flight))
+            log.error("%s: %d cancelled USB transfers did not return", self._name, len(self._in_flight))
 
     def reset_endpoint(self) -> None:
         """Halt and clear."""
@@ -285,20 +285,20 @@ class LibusbQueue(TransferQueue):
         self._context = None
 
     def _transfer(self, request: Request) -> Any:
-        """Return a transfer into the request's memory. It is prepared if a frame's buffer is used again.
+        """Return a transfer into the request's memory, an idle one if that memory was used before.
 
-        python-libusb1 takes half of a transfer's time to set it up.
+        Setting up a transfer takes half of the time that python-libusb1 spends on it.
         """
         transfer = self._prepared.pop(_place(request.view), None)
         if transfer is None:
             transfer = self._handle.getTransfer()
-            transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._over.add)
+            transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._finished.add)
         return transfer
 
     def _keep(self, transfer: Any, request: Request) -> None:
-        """Keep an idle transfer for the next request into the same memory; of too many, drop the oldest."""
+        """Keep an idle transfer for the next request into its memory; drop the oldest of too many."""
         place = _place(request.view)
-        if place in self._prepared:  # two requests had the same memory, where frames without a buffer go
+        if place in self._prepared:  # two requests used the scratch buffer of dropped frames
             transfer.close()
             return
         self._prepared[place] = transfer
@@ -320,9 +320,9 @@ class LibusbQueue(TransferQueue):
             raise self._ours(error) from error
 
     def _collect(self) -> tuple[int, int]:
-        """Take the oldest, which is over; gives its libusb status and length."""
+        """Remove the oldest transfer, which has finished; return its libusb status and length."""
         transfer, request = self._in_flight.popleft()
-        self._over.discard(transfer)
+        self._finished.discard(transfer)
         self._count(request, -1)
         result = transfer.getStatus(), transfer.getActualLength()
         self._keep(transfer, request)
@@ -339,22 +339,22 @@ class LibusbQueue(TransferQueue):
 
 
 def _place(view: NDArray[np.uint8]) -> tuple[int, int]:
-    """Return address and length of an array's memory."""
+    """Return the address and length of an array's memory."""
     return view.__array_interface__["data"][0], len(view)
 
 
 def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
-    """Return the array's memory, without a hold on it; the request in flight has that.
+    """Return the array's memory without a reference to the array; the request in flight holds that.
 
     python-libusb1 leaves a reference cycle at each transfer. With the array in it, a frame's buffer would
-    come back to its pool only when Python next looks for such cycles.
+    return to its pool only with the next cyclic garbage collection.
     """
     return (ctypes.c_char * len(view)).from_address(view.ctypes.data)
 
 
 # -- the choice ----------------------------------------------------------------------------------
 def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueue:
-    """Return the best queue there is: asynchronous over libusb, synchronous where that cannot be had.
+    """Return the best available queue: asynchronous over libusb, otherwise synchronous.
 
     Raises AccessDeniedError, DeviceLostError, TransportError.
     """

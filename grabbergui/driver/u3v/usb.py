@@ -1,7 +1,7 @@
-"""An opened USB device: transfers through pyusb's backends (libusb, or a simulated bus), and registers.
+"""An open USB device: transfers through pyusb's backends (libusb, or a simulated bus), and registers.
 
-Calls are synchronous. Any thread may call; a handle is closed when no other thread uses it any more. Errors
-of pyusb become ours here. Register access speaks GenCP over the control interface's two endpoints.
+Calls are synchronous, from any thread; close a handle only when no other thread uses it. pyusb's errors
+become ours here. Registers are accessed by GenCP over the two endpoints of the control interface.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ class EndpointHaltedError(TransportError):
 
 
 class UsbTimeoutError(TransportError):
-    """A transfer did not take place in time."""
+    """A transfer timed out."""
 
 
 def permission_denied(name: str) -> AccessDeniedError:
-    """Return the error for a device that the system does not let us open, with advice."""
+    """Return the error for a device that we have no permission to open, with advice."""
     return AccessDeniedError(
         f"no permission to open {name}: run `{sudo_command('setup', 'udev')}`, then plug the camera in again"
     )
@@ -87,7 +87,7 @@ def translated(name: str) -> Iterator[None]:
             raise EndpointHaltedError(f"{name} halted a USB endpoint") from error
         raise TransportError(f"{name}: USB error: {error.strerror or error}") from error
     except NotImplementedError as error:
-        # pyusb's backends raise it for what the system's driver cannot do: LIBUSB_ERROR_NOT_SUPPORTED.
+        # LIBUSB_ERROR_NOT_SUPPORTED: the system's driver cannot do it.
         raise TransportError(
             f"{name}: the driver that the system uses for it lacks this call; on Windows libusb needs WinUSB"
         ) from error
@@ -95,18 +95,18 @@ def translated(name: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class BulkInterface:
-    """One of a camera's interfaces and its endpoints, found by direction: numbers differ between makers."""
+    """An interface with its endpoints, which are found by direction: numbers differ between makers."""
 
     number: int
     endpoint_in: int
     endpoint_out: int
-    "0 if there is none."
+    "0: none."
     packet_size: int
     "Bytes of the largest packet: 1024 at SuperSpeed, 512 at High-Speed."
 
 
 class _Window:
-    """Memory of others in the shape that pyusb's backends want: they ask an `array` where it lies."""
+    """A numpy view with the interface of `array.array` that pyusb's backends use."""
 
     itemsize = 1
 
@@ -126,15 +126,15 @@ class UsbHandle:
     def __init__(self, backend: Any, device_id: Any, name: str) -> None:
         """Open it. Raises AccessDeniedError, DeviceLostError, TransportError."""
         self.name = name
-        "For messages."
+        "The device's name in messages."
         self._backend = backend
         self._claimed: dict[int, bool] = {}
-        "Interface to whether a kernel driver is to be given it back."
+        "Claimed interfaces, and whether a kernel driver gets them back."
         with translated(name):
             self._handle = backend.open_device(device_id)
 
     def claim(self, interface: int) -> None:
-        """Take an interface for us, from a kernel driver too. Raises AccessDeniedError where it is taken."""
+        """Claim an interface, detaching a kernel driver. Raises AccessDeniedError if it is in use."""
         detached = self._detach(interface)
         try:
             with translated(self.name):
@@ -145,7 +145,7 @@ class UsbHandle:
         self._claimed[interface] = detached
 
     def release(self, interface: int) -> None:
-        """Let an interface go and give it back to the kernel driver that had it. Never raises."""
+        """Release an interface and reattach its kernel driver. Never raises."""
         if interface not in self._claimed:
             return
         detached = self._claimed.pop(interface)
@@ -154,7 +154,7 @@ class UsbHandle:
         self._attach(interface, detached)
 
     def close(self) -> None:
-        """Let everything go. May be called twice; never raises."""
+        """Release all interfaces and close the device. May be called twice; never raises."""
         for interface in tuple(self._claimed):
             self.release(interface)
         handle, self._handle = self._handle, None
@@ -180,7 +180,7 @@ class UsbHandle:
         return length
 
     def read_whole(self, endpoint: int, interface: int, view: NDArray[np.uint8], timeout: float) -> int:
-        """Like `read_into`, but read a transfer that has begun to its end, past the timeout if necessary.
+        """Like `read_into`, but read a started transfer to its end, beyond the timeout if necessary.
 
         Otherwise a timeout in the middle of a long transfer would look like its end.
         """
@@ -199,7 +199,7 @@ class UsbHandle:
             self._backend.clear_halt(self._handle, endpoint)
 
     def set_halt(self, endpoint: int) -> None:
-        """Ask the device to stall the endpoint, which makes it forget what it wanted to send."""
+        """Make the device stall the endpoint and discard the data queued on it."""
         with translated(self.name):
             self._backend.ctrl_transfer(
                 self._handle, _ENDPOINT_RECIPIENT, _SET_FEATURE, _ENDPOINT_HALT, endpoint, array("B"), 500
@@ -235,18 +235,18 @@ class UsbHandle:
 
 
 def _milliseconds(timeout: float) -> int:
-    return max(int(timeout * 1000), 1)  # libusb takes 0 for "no limit"
+    return max(int(timeout * 1000), 1)  # 0 means no limit to libusb
 
 
 # -- registers by address ------------------------------------------------------------------------
 FIRST_TRANSFER = 128
 "Bytes of a transfer until the device has reported their limit."
 LONGEST_TRANSFER = 65536
-"More than any device takes; guards against a broken register."
+"Limit against a faulty register; no device supports more."
 
 
 class RegisterAccess:
-    """Memory of a device by address. Thread-safe: calls take turns."""
+    """Access to a device's memory by address. Thread-safe; calls are serialised."""
 
     def __init__(self, handle: UsbHandle, control: BulkInterface) -> None:
         self.channel = ControlChannel()
@@ -258,7 +258,7 @@ class RegisterAccess:
         self._lock = threading.Lock()
 
     def set_longest_transfers(self, command: int, acknowledge: int) -> None:
-        """Take the device's limits for whole transfers (SBRM), in bytes. Raises RemoteProtocolError."""
+        """Use the device's limits for whole transfers (SBRM), in bytes. Raises RemoteProtocolError."""
         if command <= WRITE_OVERHEAD or acknowledge <= SMALLEST_ACKNOWLEDGE:
             raise RemoteProtocolError(
                 f"the device takes commands of {command} bytes and gives acknowledges of {acknowledge} at "
@@ -303,7 +303,7 @@ class RegisterAccess:
 
     def _write_piece(self, address: int, data: bytes) -> None:
         answer = self._exchange(CommandId.WRITEMEM, write_memory(address, data), SMALLEST_ACKNOWLEDGE)
-        # Devices without the capability "written length" may leave it out, or leave it zero.
+        # Devices without the capability "written length" may omit it or send zero.
         written = parse_reserved_and_value(answer.data) if answer.data else 0
         if written not in (0, len(data)):
             raise TransportError(f"the device wrote {written} of {len(data)} bytes at 0x{address:X}")
@@ -335,7 +335,7 @@ class RegisterAccess:
             raise AckTimeoutError("the device takes no commands; unplug it and plug it in again") from error
 
     def _receive(self, expected: int, timeout: float) -> bytes | None:
-        # As long as the answer may be and no longer: where it fills whole packets, no empty one follows it.
+        # No longer than the answer may be: after an answer of whole packets no empty packet follows.
         if expected > len(self._inbox):
             raise LocalProtocolError(f"an acknowledge of {expected} bytes is too long")
         room = round_up(max(expected, SMALLEST_ACKNOWLEDGE), self._control.packet_size)
@@ -351,6 +351,6 @@ class RegisterAccess:
         return self._inbox[:length].tobytes()
 
     def clear_halts(self) -> None:
-        """End a stall of either endpoint, e.g. one that a former host left."""
+        """Clear a stall of either endpoint, which a previous host may have left."""
         self._handle.clear_halt(self._control.endpoint_in)
         self._handle.clear_halt(self._control.endpoint_out)

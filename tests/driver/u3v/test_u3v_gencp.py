@@ -122,7 +122,7 @@ def test_a_single_event_takes_the_rest_of_its_packet() -> None:
 def test_an_event_longer_than_its_packet_is_refused() -> None:
     packet = bytearray(Event(1, 2, b"data").encode(1, multi_event=True))
     packet[gencp.HEADER_SIZE] += 1
-    with pytest.raises(RemoteProtocolError, match="says it has 17 bytes; 16 are left"):
+    with pytest.raises(RemoteProtocolError, match="announces 17 bytes; 16 are left"):
         decode_events(bytes(packet))
 
 
