@@ -17,13 +17,13 @@ from grabbergui.core.errors import RemoteProtocolError
 SIGNATURE = b"GNDC"
 KNOWN_VERSIONS = ((1, 0), (1, 1))
 MOST_HEADERS = 64
-"Components of a container, and parts of a component: more is damage."
+"Limit of components in a container and of parts in a component; more means damaged data."
 
 Bytes = bytes | bytearray | memoryview
 
 
 class HeaderType(IntEnum):
-    """The kinds of header. Of parts, the high byte is the number of dimensions."""
+    """The kinds of header. The high byte of a part's kind tells its number of dimensions."""
 
     CONTAINER = 0x1000
     COMPONENT = 0x2000
@@ -39,7 +39,7 @@ class ComponentFlag(IntFlag):
     """Flags of a component header."""
 
     INVALID = 0x1
-    "The camera has no data for it in this container."
+    "This container has no data of the component."
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Component:
-    """A component header: what one sensor or computation gave."""
+    """A component header: the result of one sensor or computation."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<HHI2xHHHIIQQI2xH")
 
@@ -170,7 +170,7 @@ class Container:
     flags: int = 0
 
     def encode(self) -> bytes:
-        """Return the descriptor. Sizes and offsets of data are taken as they are in the parts."""
+        """Return the descriptor, with the parts' own sizes and offsets of data."""
         at = self.FORMAT.size + 8 * len(self.components)
         component_offsets, headers = [], b""
         for component in self.components:
@@ -218,7 +218,7 @@ class Container:
 
 
 def check_version(start: Bytes) -> None:
-    """Raise RemoteProtocolError unless a container begins here, of a version that is known."""
+    """Raise RemoteProtocolError unless `start` begins a container of a known version."""
     if bytes(start[:4]) != SIGNATURE or len(start) < 8:
         raise RemoteProtocolError(
             "the camera announces a GenDC container and sends something else; set GenDCStreamingMode=Off"

@@ -1,11 +1,11 @@
-"""Payloads to frames: which components are in the bytes, whatever transport brought them.
+"""Finds the components in a payload, for all transports.
 
-Components are views of the payload. A payload that cannot be understood becomes a frame without an image; the
-reason is logged once for each stream.
+Components are views of the payload. A payload that cannot be decoded becomes a frame without an image; the
+reason is logged once per stream.
 
-An H.264 image (ITU-T H.264, Annex B byte streams) is coded as the difference from those before it, back to
-the last key frame. So its stream keeps the compressed bytes since the last two key frames, and PyAV decodes
-up to the image that somebody asks for.
+An H.264 image (ITU-T H.264, Annex B byte streams) is coded as the difference from earlier images, back to the
+last key frame. So its stream keeps the compressed bytes since the last key frame but one, and PyAV decodes up
+to the requested image.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from grabbergui.driver import gendc
 log = logging.getLogger(__name__)
 
 HEADER_BYTES = 64 << 10
-"Of a compressed image, in which its own header must be: metadata of cameras is smaller."
+"Leading bytes of a compressed image that must contain its header; cameras' metadata is smaller."
 
 _HEADER_READERS: dict[PayloadType, Callable[[bytes], ImageHeader]] = {
     PayloadType.JPEG: jpeg_header,
@@ -45,22 +45,22 @@ _GENDC_ENCODINGS = {
 
 @dataclass(frozen=True)
 class Contents:
-    """The components of a payload, and how it is encoded."""
+    """The components of a payload, and its type."""
 
     payload_type: PayloadType
     payload: NDArray[np.uint8]
-    "1-D, all of it."
+    "1-D, the whole payload."
     parts: tuple[Component, ...] = ()
     chunk_payload: NDArray[np.uint8] | None = None
     file_name: str = ""
 
     @property
     def first_image(self) -> Component | None:
-        """The component that consumers of one image get."""
+        """The component for consumers of a single image."""
         return own_component(self.parts)
 
     def frame(self, image: Frame) -> Frame:
-        """Return `image`, which has the metadata of the block, with these contents."""
+        """Add these contents to `image`, which has the block's metadata, and return the frame."""
         first = self.first_image
         image.payload_type = self.payload_type
         image.file_name, image.chunk_payload = self.file_name, self.chunk_payload
@@ -80,7 +80,7 @@ class Contents:
 
 
 def kind_of(pixel_format: PixelFormat, stated: int = 0) -> ComponentKind:
-    """Return what an image shows: what is `stated` (an id of SFNC), else as its pixel format suggests."""
+    """Return the kind of an image: the `stated` one (an id of SFNC), else the one of its pixel format."""
     if stated and (kind := ComponentKind.of(stated)) is not ComponentKind.UNDEFINED:
         return kind
     if pixel_format.name.startswith("Coord3D"):
@@ -94,12 +94,12 @@ class PayloadReader:
     """Reads the payloads of one stream. One thread."""
 
     def __init__(self, *, big_endian: bool = False) -> None:
-        """`big_endian`: byte order of pixels deeper than 8 bits."""
+        """`big_endian`: byte order of pixels with more than 8 bits."""
         self._big_endian = big_endian
         self._reported: set[str] = set()
 
     def plain(self, payload_type: PayloadType, payload: NDArray[np.uint8], file_name: str = "") -> Contents:
-        """Read data that have no image, as chunks alone, raw data or a file."""
+        """Read a payload without an image: chunks alone, raw data or a file."""
         chunks = payload if payload_type is PayloadType.CHUNK else None
         return Contents(payload_type, payload, (), chunks, file_name)
 
@@ -114,7 +114,7 @@ class PayloadReader:
         data: NDArray[np.uint8],
         kind: ComponentKind = ComponentKind.INTENSITY,
     ) -> Component | None:
-        """Read the header of a compressed image; None, and a warning, for one that is damaged."""
+        """Read the header of a compressed image; return None and log a warning if it is damaged."""
         try:
             header = _HEADER_READERS[payload_type](data[:HEADER_BYTES].tobytes())
         except GrabberError as error:
@@ -177,9 +177,9 @@ class PayloadReader:
 
 # -- H.264 ---------------------------------------------------------------------------------------
 MOST_UNITS, MOST_BYTES = 600, 64 << 20
-"Images that are kept for decoding, and their bytes: older ones are forgotten."
+"Largest number of images kept for decoding, and of their bytes; older ones are dropped."
 LARGEST_H264_SIDE = 1 << 14
-"Of an image whose parameter set makes sense."
+"Pixels; a larger one means a damaged parameter set."
 _SLICE, _KEY_SLICE, _PARAMETERS = 1, 5, 7
 "Types of NAL units: slice, slice of a key frame (IDR), sequence parameter set."
 _WITH_CHROMA = frozenset((100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135))
@@ -200,11 +200,11 @@ class H264Image:
     stream: H264Stream
     number: int
     size: tuple[int, int]
-    "Width and height, as the stream states them."
+    "Width and height from the stream's parameter set."
     name: str = "H.264"
 
     def decode(self, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the image's RGB8 bytes. Raises PixelFormatError where images before it are missing."""
+        """Return the image's RGB8 bytes. Raises PixelFormatError if images before it are missing."""
         image = self.stream.decode(self.number)
         if image.size != 3 * self.size[0] * self.size[1]:
             raise PixelFormatError(f"the H.264 image has another size than {self.size[0]}×{self.size[1]}")
@@ -221,28 +221,29 @@ class H264Stream:
         self._size: tuple[int, int] | None = None
         self._last_number: int | None = None
         self._added = 0
-        self._whole = False
+        self._intact = False
         "Whether no image was lost since the last key frame."
         self._decoder: Any = None
         self._next = 0
-        "Number of the unit that the decoder takes next."
+        "Number of the next unit for the decoder."
 
     def add(self, number: int, data: NDArray[np.uint8], *, complete: bool = True) -> Component | None:
-        """Take the next image; None where those that it builds on were lost, or never seen.
+        """Add the next image; return None if images that it depends on were lost or never received.
 
-        `number` is one more than that of the image before, unless images were lost in between.
+        `number` is one more than the previous image's, unless images were lost in between.
         """
-        key, size = scan_h264(data.tobytes())
+        content = data.tobytes()
+        key, size = scan_h264(content)
         follows = self._last_number is not None and number == self._last_number + 1
         self._last_number = number
-        self._whole = complete and (key or (self._whole and follows))
+        self._intact = complete and (key or (self._intact and follows))
         if size is not None:
             self._size = size
-        if not self._whole or self._size is None:
+        if not self._intact or self._size is None:
             return None
         with self._lock:
             self._added += 1
-            self._keep(_Unit(self._added, data.tobytes(), key))
+            self._keep(_Unit(self._added, content, key))
         width, height = self._size
         image = H264Image(self, self._added, self._size)
         return Component(data, width, height, pfnc.by_name("RGB8"), encoding=image)
@@ -251,12 +252,12 @@ class H264Stream:
         """Decode up to an image. Raises PixelFormatError."""
         with self._lock:
             units = self._path_to(number)
-            picture = None
+            image = None
             for unit in units:
-                picture = self._decode_unit(unit)
-            if picture is None:
+                image = self._decode_unit(unit)
+            if image is None:
                 raise PixelFormatError("this H.264 image is not decodable; wait for the next key frame")
-            return picture
+            return image
 
     def _keep(self, unit: _Unit) -> None:
         self._units.append(unit)
@@ -273,13 +274,15 @@ class H264Stream:
             self._bytes -= len(self._units.popleft().data)
 
     def _path_to(self, number: int) -> list[_Unit]:
-        """Return the units to decode, from where the decoder is or from a key frame."""
+        """Return the units to decode: from the decoder's position, or from a key frame."""
         held = [unit for unit in self._units if unit.number <= number]
         keys = [unit.number for unit in held if unit.key]
         if not held or held[-1].number != number:
             raise PixelFormatError("this H.264 image is no longer kept: newer key frames have replaced it")
-        goes_on = self._decoder is not None and (keys[-1] if keys else held[0].number) <= self._next <= number
-        if goes_on and held[0].number <= self._next:
+        continues = (
+            self._decoder is not None and (keys[-1] if keys else held[0].number) <= self._next <= number
+        )
+        if continues and held[0].number <= self._next:
             return [unit for unit in held if unit.number >= self._next]
         if not keys:
             raise PixelFormatError("this H.264 image cannot be decoded: its key frame is no longer kept")
@@ -307,12 +310,12 @@ def _new_decoder() -> Any:
 
     decoder = av.CodecContext.create("h264", "r")
     decoder.thread_count = 1  # each further thread would delay images by one
-    decoder.flags |= 1 << 19  # low delay: images leave in the order in which they came
+    decoder.flags |= 1 << 19  # low delay: images leave in the order of their arrival
     return decoder
 
 
 def scan_h264(data: bytes) -> tuple[bool, tuple[int, int] | None]:
-    """Return whether an access unit is a key frame, and (width, height) where it states them."""
+    """Return whether an access unit is a key frame, and its (width, height), or None if not stated."""
     size = None
     at = data.find(b"\0\0\1")
     while 0 <= at < len(data) - 4:
@@ -327,7 +330,7 @@ def scan_h264(data: bytes) -> tuple[bool, tuple[int, int] | None]:
 
 
 class _Bits:
-    """Bits of a NAL unit, the highest first; zeros behind the end."""
+    """Bits of a NAL unit, most significant first; zeros after the end."""
 
     def __init__(self, data: bytes) -> None:
         data = data[:256].replace(b"\0\0\3", b"\0\0")  # a parameter set is shorter; 7.4.1
@@ -354,7 +357,7 @@ class _Bits:
 
 
 def _frame_size(parameters: bytes) -> tuple[int, int] | None:
-    """Read (width, height) from a sequence parameter set (7.3.2.1.1); None where it makes no sense."""
+    """Read (width, height) from a sequence parameter set (7.3.2.1.1); None if it is not plausible."""
     bits = _Bits(parameters)
     profile = bits.take(8)
     bits.take(16)

@@ -1,1 +1,1 @@
-"""Aravis, the C library, as a transport: the reference to compare with, and its quirks for odd hardware."""
+"""Aravis, a C library, as a transport: a reference for comparison, with workarounds for unusual cameras."""

@@ -49,7 +49,7 @@ from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 class AravisDevice(Device):
     """One camera, by IP address, Aravis's id, serial number or MAC address; empty: the first found.
 
-    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    The name selects a camera only the first time; reopening finds the same unit or fails.
     """
 
     def __init__(self, name: str, info: DeviceInfo) -> None:
@@ -59,24 +59,24 @@ class AravisDevice(Device):
         self._device: int | None = None
         self._slot = StreamSlot()
         self._writable = False
-        self._met = False
-        "Whether `info` is what a camera said of itself."
+        self._identified = False
+        "Whether `info` comes from the camera itself."
         # The signal's handler must live as long as the device.
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
         self._handler = 0
         self._lost = ""
-        "Why the camera is lost; empty while it is not."
+        "Reason for the loss of the camera; empty while it is connected."
         self._reporting = threading.Lock()
-        "Of `_lost`: Aravis and a register may notice at once."
+        "Protects `_lost`: Aravis and a register access may detect a loss at the same time."
 
     # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
-        """Aravis takes control by itself; for reading only it is given back at once."""
+        """Open the camera. Aravis always takes control; for MONITOR access it is released again."""
         self.close()
         self._library, self._lost = load(), ""
         found = None if is_ip_address(self._name) else self._find()
-        # Of two cameras with one id, Aravis opens either; an address leads to one.
+        # Aravis opens any of several cameras with the same id; an address is unique.
         name = found.address_or_id if found else self._name
         failure = Failure(f"opening {name}")
         device = self._library.arv_open_device(name.encode(), failure.place)
@@ -90,7 +90,7 @@ class AravisDevice(Device):
         except BaseException:
             self.close()
             raise
-        self.info, self._met = info, True
+        self.info, self._identified = info, True
         self._handler = self._library.g_signal_connect_data(
             device, CONTROL_LOST, self._on_control_lost, None, None, 0
         )
@@ -105,11 +105,11 @@ class AravisDevice(Device):
             if self._handler:
                 self._library.g_signal_handler_disconnect(device, self._handler)
                 self._handler = 0
-            # The last reference: Aravis gives control back and closes its sockets.
+            # The last reference: Aravis releases control and closes its sockets.
             self._library.g_object_unref(device)
 
     def _identify(self, device: int, found: FoundCamera | None) -> DeviceInfo:
-        """Return what the open camera says it is. Raises OtherCameraError if another one was found or met."""
+        """Return the open camera's own identity. Raises OtherCameraError if it is another camera."""
         gige = self._is_a(device, self._library.arv_gv_device_get_type())
         self.chunk_layout = DataLayout.GIGE_VISION if gige else DataLayout.USB3_VISION
         info = found.info() if found else replace(self.info, address=self._name)
@@ -119,14 +119,14 @@ class AravisDevice(Device):
         if found is not None and differs(info, opened):
             require_same(info, opened)
         opened = replace(opened, uri=self.info.uri if self._name else opened.uri)
-        if self._met:
+        if self._identified:
             require_same(self.info, opened)
         return opened
 
     def _find(self) -> FoundCamera:
         cameras = find_cameras()
         answering = [camera for camera in cameras if not self._name or camera.answers_to(self._name)]
-        if self._met:
+        if self._identified:
             same = [camera for camera in answering if not differs(camera.info(), self.info)]
             if self._name and answering and not same:
                 require_same(self.info, answering[0].info())
@@ -137,7 +137,7 @@ class AravisDevice(Device):
         if answering:
             return answering[0]
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
-        wanted = self._name or (describe(self.info) if self._met else "")
+        wanted = self._name or (describe(self.info) if self._identified else "")
         raise SourceNotFoundError(
             f"Aravis does not see {wanted or 'any camera'}; found: {known}. Check cable, power and address;"
             " a camera in another network can be named by its IP address, as in aravis:192.168.0.10"
@@ -152,7 +152,7 @@ class AravisDevice(Device):
             library.arv_gv_device_set_stream_options(device, PACKET_SOCKET_DISABLED)
         if library.arv_gv_device_is_controller(device):
             if access is Access.MONITOR:
-                failure = Failure("giving control back")
+                failure = Failure("releasing control")
                 library.arv_gv_device_leave_control(device, failure.place)
                 failure.check()
         elif access is Access.CONTROL:
@@ -162,7 +162,7 @@ class AravisDevice(Device):
         return bool(self._library.g_type_check_instance_is_a(instance, kind))
 
     def _on_signal(self, device: int, user_data: int) -> None:
-        # On a thread of Aravis, which must not wait for us and for which Python would keep a record for ever.
+        # A thread of Aravis must not wait for us, and Python would keep a thread object for it forever.
         reason = "Aravis lost control: the camera does not answer, or another application has it"
         arguments = (reason, device)
         threading.Thread(target=self._report_lost, args=arguments, name="aravis-lost", daemon=True).start()
@@ -178,7 +178,7 @@ class AravisDevice(Device):
     # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
-        with self._watched():
+        with self._detecting_loss():
             return self._read(address, length)
 
     @override
@@ -187,7 +187,7 @@ class AravisDevice(Device):
         if not self._writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
         failure = Failure(f"writing {len(data)} bytes at 0x{address:X}")
-        with self._watched(writing=True):
+        with self._detecting_loss(writing=True):
             library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
             failure.check()
 
@@ -199,10 +199,10 @@ class AravisDevice(Device):
         return data.raw
 
     @contextmanager
-    def _watched(self, *, writing: bool = False) -> Iterator[None]:
-        """Notice that the camera is lost where an access fails.
+    def _detecting_loss(self, *, writing: bool = False) -> Iterator[None]:
+        """Check after a failed access whether the camera is lost.
 
-        Aravis says so by itself, but late: its heartbeat waits while accesses are repeated.
+        Aravis reports a loss itself, but late: its heartbeat waits while accesses are retried.
         """
         try:
             yield
@@ -241,10 +241,10 @@ class AravisDevice(Device):
     # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """Only a controller gets images."""
+        """Open the stream, which needs control."""
         library = self._library_of_open()
         if not self._writable:
-            raise AccessDeniedError("Aravis receives images only for whoever controls the camera")
+            raise AccessDeniedError("Aravis receives images only with control of the camera")
         self.close_stream()
         assert self._device is not None
         self._slot.put(AravisStream(library, self._device, request, deliver))
@@ -266,11 +266,11 @@ class AravisDevice(Device):
 
 
 SEARCH = "GRABBERGUI_ARAVIS"
-"""Environment variable: set to 1, searches list what Aravis sees too, beside our own finds of the same."""
+"""Environment variable: set to 1 to list the cameras that Aravis finds, in addition to our own."""
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The camera that a URI names, not yet opened. Raises UsageError, SourceUnavailableError."""
+    """Return the camera of a URI, without opening it. Raises UsageError, SourceUnavailableError."""
     read_options(NoOptions, uri)
     load()
     info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)

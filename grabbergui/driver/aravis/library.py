@@ -1,7 +1,7 @@
-"""Aravis 0.8 by ctypes: the cameras it sees, its errors, and its streams: our buffers in, frames out.
+"""Aravis 0.8 through ctypes: its cameras, its errors, and its streams, which fill our buffers.
 
-The library alone is enough: neither GObject introspection nor PyGObject, which a virtual environment would
-have to build. It comes with the system (Debian: libaravis-0.8-0) or in the package aravis-python.
+This needs only the library, from the system (Debian: libaravis-0.8-0) or the package aravis-python; neither
+GObject introspection nor PyGObject, which a virtual environment would have to build.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ PACKAGE = "aravis"
 SOCKET_NAME = "libaravis-0.8.so.0"
 
 PACKET_SOCKET_DISABLED = 1
-"Stream option: a plain UDP socket. Raw packet sockets hear nothing on the loopback."
+"Stream option: a plain UDP socket. Raw packet sockets receive nothing on the loopback interface."
 CONTROL_LOST = b"control-lost"
 GENERIC_STATUS = 0x8FFF
-"Aravis keeps the device's status code to itself."
+"Stands for the device's status code, which Aravis does not report."
 
 
 class _GError(ctypes.Structure):
@@ -57,7 +57,7 @@ class _GError(ctypes.Structure):
 
 
 class ErrorCode(IntEnum):
-    """Those of ArvDeviceError that are the same in all releases of 0.8."""
+    """The codes of ArvDeviceError that all releases of 0.8 share."""
 
     NOT_CONNECTED = 2
     TIMEOUT = 5
@@ -111,12 +111,12 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     ),
     "g_signal_handler_disconnect": (None, (c_void_p, c_size_t)),
 }
-"""Functions by name: types of result and arguments. GLib's are found through the library too."""
+"""Result and argument types of functions, GLib's included, which the library also leads to."""
 
 
 @functools.cache
 def load() -> Any:
-    """The library with its functions declared. Raises SourceUnavailableError with the remedy."""
+    """Return the library with its functions declared. Raises SourceUnavailableError with the remedy."""
     problems = []
     for path in _places():
         try:
@@ -137,7 +137,7 @@ def _places() -> Iterator[str]:
     found = ctypes.util.find_library(NAME)
     if found:
         yield found
-    # Found without being imported: that would ask for PyGObject.
+    # Not imported, because the package imports PyGObject.
     package = importlib.util.find_spec(PACKAGE)
     for folder in (package.submodule_search_locations or ()) if package else ():
         yield str(Path(folder) / "lib" / SOCKET_NAME)
@@ -146,7 +146,7 @@ def _places() -> Iterator[str]:
 
 
 class Failure:
-    """Where a function leaves its GError: pass `place`, then ask for the `error`."""
+    """Receives a function's GError: pass `place` to it, then read the `error`."""
 
     def __init__(self, what: str) -> None:
         """`what` names the attempted operation in the message."""
@@ -169,7 +169,7 @@ class Failure:
         return DeviceStatusError(message, GENERIC_STATUS)
 
     def check(self) -> None:
-        """Raise what went wrong, if anything did."""
+        """Raise the error, if there is one."""
         error = self.error()
         if error is not None:
             raise error
@@ -185,7 +185,7 @@ class FoundCamera:
     """One entry of Aravis's list."""
 
     id: str
-    "Vendor, model and serial number joined by hyphens: what Aravis opens it by."
+    "Vendor, model and serial number joined by hyphens, by which Aravis opens it."
     physical_id: str
     "MAC address or GUID."
     address: str
@@ -196,7 +196,7 @@ class FoundCamera:
 
     @property
     def address_or_id(self) -> str:
-        """An id that only this camera has: its address on a network, where several may share an id."""
+        """A unique id: the address on a network, where several cameras may share an Aravis id."""
         return self.address if self.protocol == "GigEVision" and self.address else self.id
 
     def answers_to(self, name: str) -> bool:
@@ -205,7 +205,7 @@ class FoundCamera:
         return name.lower() in [text.lower() for text in known if text]
 
     def info(self) -> DeviceInfo:
-        """As a list of sources shows it."""
+        """Return the entry for the list of sources."""
         return DeviceInfo(
             uri=f"aravis:{quote(self.id, safe=' :-_.')}",
             vendor=self.vendor,
@@ -221,7 +221,7 @@ _BUS = {"GigEVision": "GigE Vision", "USB3Vision": "USB3 Vision"}
 
 
 def find_cameras() -> list[FoundCamera]:
-    """All of them, on every interface; takes about a second. Raises SourceUnavailableError."""
+    """Return the cameras on all interfaces; takes about a second. Raises SourceUnavailableError."""
     library = load()
     fields = ("id", "physical_id", "address", "vendor", "model", "serial_nbr", "protocol")
     with _list_lock:
@@ -239,7 +239,7 @@ def _text(raw: bytes | None) -> str:
 # -- streams -------------------------------------------------------------------------------------
 MAX_PAYLOAD_BYTES = 1 << 30
 QUEUED = 8
-"Buffers that Aravis holds, being filled or to be filled."
+"Number of buffers that Aravis holds to fill."
 WAIT_US = 100_000
 "Microseconds after which the thread checks whether it should end."
 SUCCESS = 0
@@ -256,16 +256,16 @@ _COUNTERS = {
     "n_duplicated_packets": "packets_duplicate",
     "n_ignored_packets": "packets_ignored",
 }
-"""Aravis's counters of GigE Vision streams, and ours."""
+"""Our counters by Aravis's counters of GigE Vision streams."""
 
 
 class AravisStream:
-    """One stream from construction until `close`. Frames lie in our own pool's buffers; nothing is copied."""
+    """A stream from construction until `close`. Aravis fills buffers of our pool; nothing is copied."""
 
     def __init__(
         self, library: Any, device: int, request: StreamRequest, deliver: Callable[[Frame], None]
     ) -> None:
-        """`deliver` is called on the receiving thread and returns at once. Raises TransportError."""
+        """`deliver` is called on the receiving thread and must not wait. Raises TransportError."""
         size = request.payload_size
         if not 0 < size <= MAX_PAYLOAD_BYTES:
             raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
@@ -290,7 +290,7 @@ class AravisStream:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop; nothing is delivered any more on return. Frames that consumers hold stay valid."""
+        """Stop. Nothing is delivered after return. Frames that consumers hold stay valid."""
         self._stopping = True
         self._thread.join()
         with self._lock:
@@ -301,13 +301,13 @@ class AravisStream:
         self._lent.clear()
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread."""
+        """Return a snapshot of the counters. Any thread."""
         with self._lock:
             self._count()
         return self._statistics.snapshot(self._rate)
 
     def _count(self) -> None:
-        """Aravis's own counters, while the stream is there. With the lock."""
+        """Copy Aravis's counters while the stream is open. The caller holds the lock."""
         if self._stream is None:
             return
         completed, failures, underruns = c_uint64(), c_uint64(), c_uint64()
@@ -323,13 +323,13 @@ class AravisStream:
                 setattr(self._statistics, field, value)
 
     def _lend(self) -> bool:
-        """Give Aravis one more buffer; False where consumers hold them all."""
+        """Give Aravis one more buffer; return False if consumers hold all of them."""
         array = self._pool.take()
         if array is None:
             return False
         buffer = self._library.arv_buffer_new(len(array), array.ctypes.data)
         self._lent[buffer] = array
-        # Takes the reference over.
+        # Takes ownership of our reference.
         self._library.arv_stream_push_buffer(self._stream, buffer)
         return True
 
@@ -344,7 +344,7 @@ class AravisStream:
                 continue
             array = self._lent.pop(buffer)
             frame = self._frame(buffer, array)
-            # Its memory is ours; the object is not needed any more.
+            # The memory is ours; Aravis's object is no longer needed.
             library.g_object_unref(buffer)
             del array
             if frame is not None:
@@ -371,7 +371,7 @@ class AravisStream:
         statistics.frames += 1
         statistics.bytes += used
         self._rate.add(used)
-        # A payload without an image (a file, GenDC) goes on as one line of bytes of no known format.
+        # A payload without an image (a file, GenDC) becomes one line of bytes in an unknown format.
         x, y, width, height, padding_x, pixel_format = 0, 0, used, 1, 0, 0
         if self._is_image(buffer):
             x, y, width, height = self._numbers(library.arv_buffer_get_image_region, buffer, 4)

@@ -1,8 +1,8 @@
 """A camera of a GenTL producer as a `Device`; `gentl:` sources.
 
-The URI is `gentl:/path/producer.cti` (its first camera) or `gentl:/path/producer.cti#CAMERA`. The file may be
-named without its folder where GENICAM_GENTL64_PATH leads to it; `gentl:` alone means the first producer
-there. CAMERA is a GenTL id, a serial number or a user-defined name.
+The URI is `gentl:/path/producer.cti` (its first camera) or `gentl:/path/producer.cti#CAMERA`. The folder may
+be omitted if it is in GENICAM_GENTL64_PATH; `gentl:` alone means the first producer there. CAMERA is a GenTL
+id, a serial number or a user-defined name.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ _ACCESS = {
 }
 
 _TEXTS = {"GEV": gige_texts, "U3V": u3v_texts}
-"What reads a camera's identity, by the transport layer's type as GenTL names it."
+"Functions that read a camera's identity, by GenTL's type of the transport layer."
 
 
 class GentlDevice(Device):
     """One camera of one producer, by its GenTL id, serial number or name; empty: the first.
 
-    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    The name selects a camera only the first time; reopening finds the same unit or fails.
     """
 
     def __init__(self, producer: Path, name: str, info: DeviceInfo) -> None:
@@ -78,11 +78,11 @@ class GentlDevice(Device):
         self._device: Any = None
         self._slot = StreamSlot()
         self._writable = False
-        self._met = False
-        "Whether `info` is what a camera said of itself."
+        self._identified = False
+        "Whether `info` comes from the camera itself."
         self._loss_reported = False
         self._reporting = threading.Lock()
-        "Of `_loss_reported`: the stream and a register may notice at once."
+        "Protects `_loss_reported`: the stream and a register access may detect a loss at the same time."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -105,13 +105,13 @@ class GentlDevice(Device):
         except BaseException:
             self.close()
             raise
-        self.info, self._met = info, True
+        self.info, self._identified = info, True
         return access
 
     def _identify(self, device: Any, found: FoundCamera) -> DeviceInfo:
-        """Return what the open camera says it is. Raises OtherCameraError if that is not the one listed.
+        """Return the open camera's own identity. Raises OtherCameraError if it is not the listed camera.
 
-        Some producers find a camera again by less than its whole identity, and open another one.
+        Some producers identify a camera by only a part of its identity, and open another one.
         """
         listed = replace(found.device, uri=self.info.uri if self._name else found.device.uri)
         opened = replace(
@@ -121,7 +121,7 @@ class GentlDevice(Device):
         )
         texts = _TEXTS.get(text_of(found.info, "tl_type"))
         if texts is not None:
-            # A producer may keep these registers to itself.
+            # A producer may not expose these registers.
             with suppress(DeviceStatusError, RemoteProtocolError):
                 opened = with_texts(opened, texts(self.read))
         if opened.address != listed.address or differs(opened, listed):
@@ -130,7 +130,7 @@ class GentlDevice(Device):
                 f" {describe(listed)} at {listed.address}; name the camera by its GenTL id, or open it"
                 " without this producer (gige:, u3v:)"
             )
-        if self._met:
+        if self._identified:
             require_same(self.info, opened)
         return opened
 
@@ -140,7 +140,7 @@ class GentlDevice(Device):
         device, self._device = self._device, None
         producer, self._producer = self._producer, None
         if device is not None:
-            with suppress(gentl.GenericException):  # it may be away already
+            with suppress(gentl.GenericException):  # it may be unplugged
                 device.close()
         if producer is not None:
             producer.release()
@@ -148,7 +148,7 @@ class GentlDevice(Device):
     def _find(self, producer: Producer) -> FoundCamera:
         cameras = producer.cameras()
         answering_to = [camera for camera in cameras if camera.answers_to(self._name)]
-        if self._met:
+        if self._identified:
             same = [camera for camera in answering_to if not differs(camera.device, self.info)]
             if answering_to and not same:
                 require_same(self.info, answering_to[0].device)
@@ -158,7 +158,9 @@ class GentlDevice(Device):
         if answering_to:
             return answering_to[0]
         known = ", ".join(camera.device.uri for camera in cameras) or "none"
-        wanted = f"camera '{self._name}'" if self._name else describe(self.info) if self._met else "camera"
+        wanted = (
+            f"camera '{self._name}'" if self._name else describe(self.info) if self._identified else "camera"
+        )
         raise SourceNotFoundError(
             f"{self._path.name} does not list {wanted}; found: {known}. Check cable and power"
         )
@@ -166,7 +168,7 @@ class GentlDevice(Device):
     # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
-        with self._watched(), answering(f"reading {length} bytes at 0x{address:X}"):
+        with self._detecting_loss(), answering(f"reading {length} bytes at 0x{address:X}"):
             count, data = self._opened().remote_port.read(address, length)
         if count != length:
             raise TransportError(f"the producer read {count} of {length} bytes at 0x{address:X}")
@@ -177,7 +179,7 @@ class GentlDevice(Device):
         device = self._opened()
         if not self._writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
-        with self._watched(), answering(f"writing {len(data)} bytes at 0x{address:X}"):
+        with self._detecting_loss(), answering(f"writing {len(data)} bytes at 0x{address:X}"):
             device.remote_port.write(address, data)
 
     @override
@@ -209,11 +211,11 @@ class GentlDevice(Device):
         return device
 
     @contextmanager
-    def _watched(self) -> Iterator[None]:
-        """Report a lost camera once, on the thread that notices.
+    def _detecting_loss(self) -> Iterator[None]:
+        """Detect and report the loss of the camera, once.
 
-        Many producers answer for a camera that is gone as for a slow one, by a timeout. One that does not
-        answer for its first register either is taken for lost.
+        Many producers report a timeout for a camera that is gone, as for a slow one. A camera that does not
+        answer a read of its first register either counts as lost.
         """
         try:
             yield
@@ -241,7 +243,7 @@ class GentlDevice(Device):
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The camera that a URI names, not yet opened. Raises UsageError, SourceNotFoundError."""
+    """Return the camera of a URI, without opening it. Raises UsageError, SourceNotFoundError."""
     read_options(NoOptions, uri)
     file, _, name = uri.name.partition("#")
     path = _producer_file(file)
@@ -249,7 +251,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Every camera of the producers that the environment names; without any nothing is loaded."""
+    """Return every camera of the producers in the environment variable; load nothing without it."""
     found: list[DeviceInfo] = []
     for path in installed_producers():
         try:
@@ -264,7 +266,7 @@ def discover(timeout: float) -> list[DeviceInfo]:
 
 
 def installed_producers() -> list[Path]:
-    """The `.cti` files that the environment variable names; folders that are gone are passed over."""
+    """Return the `.cti` files in the environment variable; skip folders that do not exist."""
     found: list[Path] = []
     for entry in os.environ.get(SEARCH_PATH, "").split(os.pathsep):
         path = Path(entry)

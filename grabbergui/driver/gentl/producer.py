@@ -1,6 +1,6 @@
-"""GenTL producers: opening each once per process; their errors, cameras and data streams.
+"""GenTL producers, each opened once per process: their errors, cameras and data streams.
 
-A stream has announced buffers, and a thread that takes the filled ones.
+A stream announces buffers; a thread takes the filled ones.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ log = logging.getLogger(__name__)
 
 # -- errors --------------------------------------------------------------------------------------
 GONE = (gentl.IoException, gentl.InvalidHandleException, gentl.ClosedException, gentl.NotInitializedException)
-"""Exceptions that producers raise for a handle whose camera is gone."""
+"""Exceptions of producers for a camera that is gone."""
 
 _CODE = re.compile(r"\(ID: (-?\d+)\)")
 _MESSAGE = re.compile(r"Message from the source: (.*?)\)? \(ID:", re.DOTALL)
@@ -61,19 +61,19 @@ def answering(what: str) -> Iterator[None]:
 
 @contextmanager
 def opening(what: str) -> Iterator[None]:
-    """As `answering`, and a module that somebody else has open gives AccessDeniedError."""
+    """As `answering`; also turn a module that another application has open into AccessDeniedError."""
     try:
         yield
     except (gentl.AccessDeniedException, gentl.ResourceInUseException) as error:
         raise AccessDeniedError(
-            f"{what}: the producer refuses, as another application has it open: {reason_of(error)}"
+            f"{what}: the producer refuses because another application has it open: {reason_of(error)}"
         ) from error
     except gentl.GenericException as error:
         raise failure(what, error) from error
 
 
 def failure(what: str, error: Exception) -> GrabberError:
-    """Our word for a producer's exception."""
+    """Return our error for a producer's exception."""
     message = f"{what}: the producer answered: {reason_of(error)}"
     if isinstance(error, GONE):
         return DeviceLostError(message)
@@ -84,7 +84,7 @@ def failure(what: str, error: Exception) -> GrabberError:
 
 
 def reason_of(error: Exception) -> str:
-    """The producer's own message, without the binding's frame around it."""
+    """Return the producer's own message, without the text that the binding adds."""
     text = str(error)
     match = _MESSAGE.search(text)
     return (match[1].strip() if match else "") or text
@@ -92,7 +92,7 @@ def reason_of(error: Exception) -> str:
 
 # -- the producer and its cameras ----------------------------------------------------------------
 SEARCH_MS = 1000
-"""How long a producer may look for interfaces or cameras by default."""
+"""Default milliseconds for a producer's search of interfaces and cameras."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class FoundCamera:
 
 
 class Producer:
-    """An open producer. The standard allows one opening per process, so cameras share it; any thread."""
+    """An open producer, shared by its cameras: GenTL allows one opening per process. Any thread."""
 
     _open: ClassVar[dict[Path, Producer]] = {}
     _lock: ClassVar = threading.RLock()
@@ -133,7 +133,7 @@ class Producer:
 
     @classmethod
     def acquire(cls, path: Path) -> Producer:
-        """The producer of a file; each call is matched by one of `release`.
+        """Return the producer of a file. Each call needs a matching `release`.
 
         Raises MissingFileError, SourceUnavailableError.
         """
@@ -148,7 +148,7 @@ class Producer:
             return producer
 
     def release(self) -> None:
-        """Give it back; the last user's call unloads it. Never raises."""
+        """Release the producer; the last user's call unloads it. Never raises."""
         with self._lock:
             self._users -= 1
             if self._users:
@@ -158,10 +158,10 @@ class Producer:
                 try:
                     module.close()
                 except gentl.GenericException:
-                    continue  # it is of no use any more, whatever it says
+                    continue  # the module is no longer needed
 
     def cameras(self, timeout_ms: int = SEARCH_MS) -> list[FoundCamera]:
-        """Every camera on every interface, as the producer lists them. Raises as registers do."""
+        """Return the cameras on all interfaces, in the producer's order. Raises as registers do."""
         found: list[FoundCamera] = []
         with self._lock, answering(f"looking for cameras of {self.path.name}"):
             self._system.update_interface_info_list(timeout_ms)
@@ -175,7 +175,7 @@ class Producer:
         return found
 
     def _opened(self, interface_info: Any) -> Any:
-        """Cameras of one interface share its opening too; it lasts as long as the producer's."""
+        """Return an open interface, which its cameras share until the producer is closed."""
         interface = self._interfaces.get(interface_info.id_)
         if interface is None:
             interface = interface_info.create_interface()
@@ -198,7 +198,7 @@ class Producer:
 
 
 def text_of(module: Any, attribute: str) -> str:
-    """A piece of information that a producer may leave out."""
+    """Return a text property, or an empty text if the producer does not provide it."""
     try:
         return str(getattr(module, attribute))
     except gentl.GenericException:
@@ -208,10 +208,10 @@ def text_of(module: Any, attribute: str) -> str:
 # -- streams -------------------------------------------------------------------------------------
 BUFFERS = 16
 LOOK_PERIOD = 0.001
-"""Seconds between checks for filled buffers: waiting inside the producer would keep the GIL."""
+"""Seconds between checks for filled buffers: waiting inside the producer would hold the GIL."""
 MAX_PAYLOAD_BYTES = 1 << 30
 ERRORS_IN_A_ROW = 10
-"Refusals by the producer, a tenth of a second apart, after which the camera counts as gone."
+"Consecutive errors, a tenth of a second apart, after which the camera counts as lost."
 
 
 class GentlStream:
@@ -224,10 +224,10 @@ class GentlStream:
         deliver: Callable[[Frame], None],
         on_gone: Callable[[str], None],
     ) -> None:
-        """`device`: a gentl.Device. Both functions are called on the receiving thread and return at once.
+        """`device`: a gentl.Device. Both functions are called on the receiving thread and must not wait.
 
-        `on_gone` is called with the reason if the stream ends by itself. Raises TransportError,
-        DeviceStatusError, DeviceLostError.
+        `on_gone` is called with the reason if the camera is lost. Raises TransportError, DeviceStatusError,
+        DeviceLostError.
         """
         self._deliver = deliver
         self._on_gone = on_gone
@@ -236,7 +236,7 @@ class GentlStream:
         self._rate = RateMeter()
         self._stopping = threading.Event()
         self._last_frame_id: int | None = None
-        # Buffers without a view into them. Finalisers only add; the receiving thread queues them.
+        # Buffers that no frame uses. Finalisers append; the receiving thread queues them.
         self._free: deque[int] = deque()
         self._memory: list[bytes] = []
         self._buffers: list[Any] = []
@@ -256,7 +256,7 @@ class GentlStream:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop; nothing is delivered any more on return. Frames that consumers hold stay valid."""
+        """Stop. Nothing is delivered after return. Frames that consumers hold stay valid."""
         self._stopping.set()
         if self._thread is threading.current_thread():
             raise LocalProtocolError("a consumer of frames must not close their stream")
@@ -264,7 +264,7 @@ class GentlStream:
         self._release()
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread."""
+        """Return a snapshot of the counters. Any thread."""
         return self._statistics.snapshot(self._rate)
 
     # -- buffers ---------------------------------------------------------------------------------
@@ -275,7 +275,7 @@ class GentlStream:
             raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
         fewest = stream.buffer_announce_min + 1
         for index in range(max(fewest, min(BUFFERS, POOL_MEMORY // size))):
-            memory = bytes(size)  # of all types the binding takes only this; the producer writes into it
+            memory = bytes(size)  # the only type that the binding accepts; the producer writes into it
             self._memory.append(memory)
             buffer = stream.announce_buffer(gentl.BufferToken(memory, index))
             self._buffers.append(buffer)
@@ -300,12 +300,12 @@ class GentlStream:
                 log.debug("closing the stream: %s", error)
 
     def _lease(self, index: int, size: int) -> NDArray[np.uint8]:
-        """The first `size` bytes of a buffer, which is free again once the last view of them is gone."""
+        """Return the first `size` bytes of a buffer, which is free again once their last view is gone."""
         memory = self._memory[index]
         address = np.frombuffer(memory, np.uint8).ctypes.data
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
         lease: Any = (ctypes.c_ubyte * size).from_address(address)
-        # The finaliser keeps the memory alive, also beyond the stream's end.
+        # The finaliser keeps the memory alive, also after the stream's end.
         weakref.finalize(lease, _give_back, self._free, index, memory).atexit = False
         array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
         array.flags.writeable = False
@@ -328,7 +328,7 @@ class GentlStream:
                 errors += 1
                 log.log(logging.WARNING if errors == 1 else logging.DEBUG, "receiving: %s", error)
                 if errors == ERRORS_IN_A_ROW:
-                    self._on_gone(f"the producer gives no frames any more: {reason_of(error)}")
+                    self._on_gone(f"the producer delivers no more frames: {reason_of(error)}")
                     return
                 self._stopping.wait(0.1)
                 continue
@@ -344,7 +344,7 @@ class GentlStream:
             self._stream.queue_buffer(self._buffers[self._free.popleft()])
 
     def _take(self, buffer: Any) -> Frame | None:
-        """A filled buffer as a frame, or back to the producer."""
+        """Return a filled buffer as a frame; None, and free the buffer, if it makes none."""
         index: int = buffer.context
         frame = None
         try:
@@ -392,7 +392,7 @@ def _give_back(free: deque[int], index: int, memory: bytes) -> None:
 
 
 def _complete(buffer: Any) -> bool:
-    """Whether all of an image came, as far as the producer says."""
+    """Whether an image is complete; True if the producer does not report it."""
     try:
         return bool(buffer.is_complete())
     except gentl.GenericException:
@@ -400,7 +400,7 @@ def _complete(buffer: Any) -> bool:
 
 
 def _number(buffer: Any, name: str) -> int:
-    """A piece of information that a producer may leave out: then 0."""
+    """Return a numeric property, or 0 if the producer does not provide it."""
     try:
         return int(getattr(buffer, name))
     except gentl.GenericException:

@@ -1,8 +1,8 @@
-"""The GenICam description of a video device, made from its controls and formats. Does no I/O.
+"""Makes the GenICam description of a video device from its controls and formats. No I/O.
 
-Controls that SFNC knows get its names and units (`exposure_time_absolute` in 100 µs becomes ExposureTime in
-µs, its automatic mode ExposureAuto); the others keep their own in CamelCase. Values lie in registers of eight
-bytes, little-endian; `REGISTERS` has the fixed ones, `Layout.controls` those of controls.
+Controls that exist in SFNC get its names and units (`exposure_time_absolute` in 100 µs becomes ExposureTime
+in µs, its automatic mode ExposureAuto); others keep their own names in CamelCase. Registers have eight bytes,
+little-endian; `REGISTERS` has the fixed ones, `Layout.controls` those of controls.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ REGISTERS = {
 }
 FIRST_CONTROL = 0x4000
 CONTROL_BYTES = 16
-"A control's value, then whether it is locked, eight bytes each."
+"A control's value and its lock, eight bytes each."
 
 PFNC_NAMES = {
     "GREY": "Mono8",
@@ -57,12 +57,12 @@ PFNC_NAMES = {
     "MJPG": "MJPG",
     "JPEG": "JPEG",
 }
-"""Pixel formats by V4L2's code; others cannot be shown and are not offered. JPEG frames arrive as BGR8."""
+"""Supported pixel formats by V4L2's code. JPEG frames are delivered as BGR8."""
 COMPRESSED = ("MJPG", "JPEG")
 
 
 class Standard(NamedTuple):
-    """The SFNC feature that stands for a control."""
+    """The SFNC feature for a control."""
 
     name: str
     category: str = "AnalogControl"
@@ -70,12 +70,12 @@ class Standard(NamedTuple):
     factor: int = 1
     "Units of the feature in one step of the control."
     entries: dict[int, str] | None = None
-    "Of an automatic mode: the entry's name by the control's value."
+    "Entries of an automatic mode: names by the control's value."
 
 
 _OFF_ON = {0: "Off", 1: "Continuous"}
 _EXPOSURE_MODES = {1: "Off", 3: "Continuous", 0: "Automatic", 2: "ShutterPriority"}
-"In order of preference: drivers of webcams call aperture priority what fixes nothing but the iris."
+"In order of preference: webcams' normal automatic exposure is called aperture priority."
 STANDARD = {
     0x009A0901: Standard("ExposureAuto", "AcquisitionControl", entries=_EXPOSURE_MODES),
     0x009A0902: Standard("ExposureTime", "AcquisitionControl", "us", 100),
@@ -99,7 +99,7 @@ STANDARD = {
     0x009A0909: Standard("Tilt", "LensControl"),
     0x009A0911: Standard("Iris", "LensControl"),
 }
-"""By V4L2_CID. The unit of gain is the driver's own."""
+"""SFNC features by V4L2_CID. The unit of gain is the driver's own."""
 
 CATEGORIES = (
     "DeviceControl",
@@ -114,15 +114,15 @@ CATEGORIES = (
 
 @dataclass(frozen=True)
 class Layout:
-    """A device's description and where its controls' registers are."""
+    """A device's description, and the registers of its controls."""
 
     xml: bytes
     controls: dict[int, Control] = field(default_factory=dict)
-    "By the address of the value; eight bytes on is whether it is locked."
+    "By the address of the value; the lock is eight bytes further."
 
 
 def describe(model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Sequence[Control]) -> Layout:
-    """Make the description; `sizes` are of the pixel format that is set."""
+    """Make the description; `sizes` are those of the current pixel format."""
     writer = _Writer()
     writer.device()
     writer.image_format([code for code in fourccs if code in PFNC_NAMES], sizes)
@@ -134,7 +134,7 @@ def describe(model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Se
 
 
 def resolution_value(width: int, height: int) -> int:
-    """The Resolution register's value for a size."""
+    """Return the Resolution register's value for a size."""
     return width << 32 | height
 
 
@@ -260,7 +260,7 @@ class _Writer:
         made: bool = False,
     ) -> None:
         if not entries:
-            return  # the schema wants one, and there is nothing to choose
+            return  # the schema requires an entry
         if not made:
             self._register(name, REGISTERS[name])
         parts = [
@@ -281,7 +281,7 @@ class _Writer:
         self._listed[category].append(name)
         streamable = "<Streamable>Yes</Streamable>" if kind in _KEPT and name != "TLParamsLocked" else ""
         head, *rest = parts
-        # The schema's order: description, lock, streamable, then what is the kind's own.
+        # The schema's order: description, lock, streamable, then the elements of the kind.
         self._nodes.append(_element(kind, name, head, streamable, *rest))
 
 
@@ -307,9 +307,9 @@ def _element(kind: str, name: str, *parts: str) -> str:
 
 
 def _mode_entries(control: Control, entries: dict[int, str]) -> dict[int, str]:
-    """Return the entries of an automatic mode by value: those that the driver offers.
+    """Return the entries of an automatic mode that the driver offers, by value.
 
-    Whatever its only automatic entry is, it is called Continuous, which is what switches a mode on.
+    A single automatic entry is called Continuous, the entry that switches a mode on.
     """
     offered = control.menu if control.kind is ControlKind.MENU else (0, 1)
     names = {value: entry for value, entry in entries.items() if value in offered}
@@ -318,24 +318,24 @@ def _mode_entries(control: Control, entries: dict[int, str]) -> dict[int, str]:
 
 
 def code_value(fourcc: str) -> int:
-    """The PixelFormat register's value for a four-character code."""
+    """Return the PixelFormat register's value for a four-character code."""
     return int.from_bytes(fourcc.encode("ascii"), "little")
 
 
 def _display_name(text: str) -> str:
-    """Return the element with a driver's words; empty where there are none.
+    """Return the element with a driver's text; empty if nothing of it is printable.
 
-    XML has no place for control characters, and the schema none for an empty name.
+    XML does not allow control characters, nor the schema an empty name.
     """
     printable = "".join(letter if letter.isprintable() else " " for letter in text).strip()
     return f"<DisplayName>{escape(printable, quote=False)}</DisplayName>" if printable else ""
 
 
 def _identifier(text: str, taken: set[str]) -> str:
-    """Return a node's name made of a driver's words: `Power Line Frequency` is PowerLineFrequency."""
+    """Return a unique node name from a driver's text: `Power Line Frequency` gives PowerLineFrequency."""
     words = re.findall(r"[A-Za-z0-9]+", text)
     name = "".join(word[:1].upper() + word[1:] for word in words) or "Unnamed"
-    name = f"N{name}" if name[0].isdigit() else name  # GenICam wants a letter
+    name = f"N{name}" if name[0].isdigit() else name  # GenICam requires a letter
     unique, number = name, 2
     while unique in taken:
         unique, number = f"{name}{number}", number + 1

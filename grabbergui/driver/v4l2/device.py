@@ -1,6 +1,6 @@
 """A video device behind the registers of its GenICam description, and its stream; `v4l2:` sources.
 
-The URI is `v4l2:` (the first found), `v4l2:/dev/video2`, `v4l2:SERIAL`, or has the bus or the model's name.
+The URI is `v4l2:` (the first found), `v4l2:/dev/video2`, or has a serial number, a bus or a model's name.
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ if sys.platform != "linux":
 log = logging.getLogger(__name__)
 
 BUFFERS = 8
-"Mapped into the driver. Frames are copied out, so that consumers may keep them."
+"Number of mapped buffers. Frames are copied out of them, so that consumers may keep frames."
 _INTEGER = struct.Struct("<q")
 _DOUBLE = struct.Struct("<d")
 _STOP_PERIOD = 0.1
-"Seconds until the receiving thread notices that it should end."
+"Seconds after which the receiving thread checks whether it should end."
 _WIDEST_RATES = (0.1, 1000.0)
-"Hz; of drivers that do not list their frame rates."
+"Hz; limits for drivers that do not list their frame rates."
 
 
 class V4l2Device(Device):
@@ -83,7 +83,7 @@ class V4l2Device(Device):
         try:
             formats = [code for code in video.formats() if code in PFNC_NAMES]
             current = video.format().fourcc
-            # One that another program left in a format that cannot be shown is opened all the same.
+            # Open the device even if another program left it in a format that we cannot show.
             shown = current if current in formats else next(iter(formats), "")
             sizes = video.sizes(shown) if shown else FrameSizes()
             self._layout = layout.describe(info.model, formats, sizes, video.controls())
@@ -239,13 +239,13 @@ def _answers_to(info: DeviceInfo, name: str) -> bool:
 
 
 def _payload_bytes(current: CurrentFormat) -> int:
-    """The size of the largest frame as it is delivered: compressed ones are unpacked to BGR8."""
+    """Return the size of the largest delivered frame; compressed frames are decoded to BGR8."""
     compressed = current.fourcc in COMPRESSED
     return current.width * current.height * 3 if compressed else current.image_bytes
 
 
 class V4l2Stream:
-    """Takes filled buffers on a thread of its own, from construction until `close`."""
+    """Takes filled buffers on its own thread, from construction until `close`."""
 
     def __init__(
         self,
@@ -254,7 +254,7 @@ class V4l2Stream:
         deliver: Callable[[Frame], None],
         on_gone: Callable[[str], None],
     ) -> None:
-        """Raises AccessDeniedError if another program streams from the device, TransportError."""
+        """Start. Raises AccessDeniedError if another program streams from the device, TransportError."""
         self._video = video
         self._deliver = deliver
         self._on_gone = on_gone
@@ -275,13 +275,13 @@ class V4l2Stream:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop; nothing is delivered any more on return."""
+        """Stop. Nothing is delivered after return."""
         self._stopping.set()
         self._thread.join()
         self._video.end(self._buffers)
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread."""
+        """Return a snapshot of the counters. Any thread."""
         return self._statistics.snapshot(self._rate)
 
     def _run(self) -> None:
@@ -343,7 +343,7 @@ class V4l2Stream:
         return frame
 
     def _payload(self, filled: Filled, buffer: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-        """Copy what the driver filled into `buffer`, unpacked if it is compressed; None if it is broken."""
+        """Copy a frame into `buffer`, decoded if it is compressed; return None if it is damaged."""
         content = np.frombuffer(self._buffers[filled.index], np.uint8, filled.size)
         current = self._format
         if current.fourcc not in COMPRESSED:
@@ -352,7 +352,7 @@ class V4l2Stream:
             return buffer[:size] if size >= current.line_bytes * current.height else None
         try:
             image = cv2.imdecode(content, cv2.IMREAD_COLOR)
-        except cv2.error:  # what OpenCV says of a header that announces an impossible size
+        except cv2.error:  # e.g. a header with an impossible size
             return None
         if image is None or image.shape != (current.height, current.width, 3):
             return None
@@ -361,11 +361,11 @@ class V4l2Stream:
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The webcam that a URI names, not yet opened. Raises UsageError."""
+    """Return the webcam of a URI, without opening it. Raises UsageError."""
     read_options(NoOptions, uri)
     return Camera(V4l2Device(uri.name, DeviceInfo(str(uri), bus="V4L2", address=uri.name)))
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Every video device of this computer."""
+    """Return every video device of this computer."""
     return find()

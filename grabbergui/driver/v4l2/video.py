@@ -1,4 +1,4 @@
-"""A video device of Linux: its identity, controls, formats and frame rates, by ioctls (linuxpy)."""
+"""A Linux video device: its identity, controls, formats, frame rates and buffers, by ioctls (linuxpy)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if sys.platform != "linux":
 
 CAPTURE = v4l2.BufferType.VIDEO_CAPTURE
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN)
-"Errors of a device that was unplugged."
+"Error numbers of a device that was unplugged."
 Result = TypeVar("Result")
 
 
@@ -44,9 +44,9 @@ _KINDS = {
     v4l2.ControlType.INTEGER_MENU: ControlKind.MENU,
     v4l2.ControlType.BUTTON: ControlKind.BUTTON,
 }
-"""Controls of other types (strings, arrays, 64 bits, codecs' tables) are not offered."""
+"""Supported types of controls; not strings, arrays, 64 bits or codecs' tables."""
 _BIG_ENDIAN = 1 << 31
-"In a format's code; no camera sends such pixels."
+"Flag in a format's code; no camera sends such pixels."
 _LOCKED = v4l2.ControlFlag.GRABBED | v4l2.ControlFlag.READ_ONLY | v4l2.ControlFlag.INACTIVE
 
 
@@ -72,7 +72,7 @@ class FrameSizes:
     discrete: tuple[tuple[int, int], ...] = ()
     "(width, height), as the driver lists them."
     widths: tuple[int, int, int] = (0, 0, 1)
-    "Minimum, maximum, step; a maximum of 0 where the driver does not say."
+    "Minimum, maximum, step; a maximum of 0 if the driver does not report it."
     heights: tuple[int, int, int] = (0, 0, 1)
 
     @classmethod
@@ -84,7 +84,7 @@ class FrameSizes:
 
 @dataclass(frozen=True)
 class CurrentFormat:
-    """The format that is set (VIDIOC_G_FMT)."""
+    """The current format (VIDIOC_G_FMT)."""
 
     fourcc: str
     width: int
@@ -101,15 +101,15 @@ class Filled:
     size: int
     sequence: int
     timestamp_ns: int
-    "Of the monotonic clock; 0 if the driver stamps by another."
+    "Monotonic clock; 0 if the driver uses another."
     damaged: bool
 
 
 class VideoDevice:
-    """An open `/dev/video…`. Register calls come from one thread at a time, the stream's from its own."""
+    """An open `/dev/video…`. One thread at a time accesses controls and formats, the stream's its buffers."""
 
     def __init__(self, path: str) -> None:
-        """Raises AccessDeniedError, DeviceLostError, TransportError."""
+        """Open it. Raises AccessDeniedError, DeviceLostError, TransportError."""
         self.path = path
         try:
             self._fd = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -122,19 +122,19 @@ class VideoDevice:
             raise _translated(error, path) from error
 
     def close(self) -> None:
-        """May be called twice."""
+        """Close the device. May be called twice."""
         fd, self._fd = self._fd, -1
         if fd >= 0:
             with suppress(OSError):
                 os.close(fd)
 
     def fileno(self) -> int:
-        """For `select`."""
+        """Return the file descriptor, for `select`."""
         return self._fd
 
     # -- controls --------------------------------------------------------------------------------
     def controls(self) -> list[Control]:
-        """The controls that can be offered, in the driver's order."""
+        """Return the supported controls, in the driver's order."""
         found = []
         with self._asking("its controls"):
             for info in v4l2.iter_read_controls(self._fd):
@@ -168,7 +168,7 @@ class VideoDevice:
         self._ask("a control", lambda: v4l2.set_control(self._fd, control_id, value))
 
     def locked(self, control_id: int) -> bool:
-        """Whether the driver takes no value for a control at the moment, e.g. as an automatic mode is on."""
+        """Whether a control is currently not writable, e.g. because an automatic mode is on."""
         query = raw.v4l2_query_ext_ctrl()
         query.id = control_id
         self._ask("a control", lambda: v4l2.ioctl(self._fd, v4l2.IOC.QUERY_EXT_CTRL, query))
@@ -176,13 +176,13 @@ class VideoDevice:
 
     # -- formats ---------------------------------------------------------------------------------
     def formats(self) -> list[str]:
-        """Four-character codes of the pixel formats, in the driver's order."""
+        """Return the four-character codes of the pixel formats, in the driver's order."""
         with self._asking("its formats"):
             found = [int(each.pixel_format) for each in v4l2.iter_read_formats(self._fd, CAPTURE)]
         return [_fourcc(code) for code in found if not code & _BIG_ENDIAN]
 
     def sizes(self, fourcc: str) -> FrameSizes:
-        """The sizes of a pixel format that `formats` gives."""
+        """Return the sizes of a pixel format from `formats`."""
         with self._asking("its sizes"):
             found = list(v4l2.iter_read_frame_sizes(self._fd, _code(fourcc)))
         if found and found[0].type != v4l2.FrameSizeType.DISCRETE:
@@ -194,7 +194,7 @@ class VideoDevice:
         return FrameSizes.listed([(size.info.width, size.info.height) for size in found])
 
     def rates(self, fourcc: str, width: int, height: int) -> tuple[float, float]:
-        """The slowest and the fastest frame rate of a format, in Hz; zeros if the driver does not say."""
+        """Return the slowest and the fastest frame rate of a format in Hz; zeros if unknown."""
         if _number(fourcc) not in _FORMATS:
             return 0.0, 0.0
         with self._asking("its frame rates"):
@@ -203,24 +203,24 @@ class VideoDevice:
         return (min(rates), max(rates)) if rates else (0.0, 0.0)
 
     def format(self) -> CurrentFormat:
-        """The format that is set."""
+        """Return the current format."""
         with self._asking("its format"):
             pix = v4l2.get_raw_format(self._fd, CAPTURE).fmt.pix
         return CurrentFormat(_fourcc(pix.pixelformat), pix.width, pix.height, pix.bytesperline, pix.sizeimage)
 
     def set_format(self, fourcc: str, width: int, height: int) -> None:
-        """Set a format; the driver takes the nearest size it has. Refused while buffers are queued."""
+        """Set a format; the driver chooses its nearest size. Refused while buffers are queued."""
         self._ask("its format", lambda: v4l2.set_format(self._fd, CAPTURE, width, height, fourcc))
 
     def rate(self) -> float:
-        """The frame rate that is set, in Hz; 0 if the driver does not say."""
+        """Return the current frame rate in Hz; 0 if the driver does not report it."""
         try:
             return float(v4l2.get_fps(self._fd, CAPTURE))
         except (OSError, ZeroDivisionError):
             return 0.0
 
     def set_rate(self, rate: float) -> None:
-        """Set the frame rate in Hz; the driver takes the nearest it has."""
+        """Set the frame rate in Hz; the driver chooses its nearest."""
         self._ask("its frame rate", lambda: v4l2.set_fps(self._fd, CAPTURE, rate))
 
     # -- buffers ---------------------------------------------------------------------------------
@@ -234,7 +234,7 @@ class VideoDevice:
                     self.queue(index)
                 v4l2.stream_on(self._fd, CAPTURE)
             except BaseException:
-                self.end(maps)  # a driver whose buffers are taken changes no format
+                self.end(maps)  # while buffers are allocated, the driver refuses other formats
                 raise
         return maps
 
@@ -257,7 +257,7 @@ class VideoDevice:
             v4l2.ioctl(self._fd, v4l2.IOC.QBUF, buffer)
 
     def take(self) -> Filled | None:
-        """The next filled buffer; None if there is none. Raises DeviceLostError."""
+        """Return the next filled buffer; None if there is none. Raises DeviceLostError."""
         try:
             buffer = v4l2.dequeue_buffer(self._fd, CAPTURE, v4l2.Memory.MMAP)
         except BlockingIOError:
@@ -323,7 +323,7 @@ _SYS = Path("/sys/class/video4linux")
 
 
 def find(folder: Path = _SYS) -> list[DeviceInfo]:
-    """Every device of this computer that captures video, in the order of their numbers."""
+    """Return every device of this computer that captures video, in the order of their numbers."""
     try:
         names = sorted((entry.name for entry in folder.iterdir()), key=_number_of)
     except OSError:
