@@ -119,7 +119,7 @@ def test_a_held_camera_is_refused_and_can_be_read(simulated: GigeCamera) -> None
             grabber.open()
         grabber.open(Access.MONITOR)
         assert grabber.feature("Width").value == 64 and not grabber.feature("Width").access.writable
-        with pytest.raises(AccessDeniedError, match="controls the camera"):
+        with pytest.raises(AccessDeniedError, match="only with control of the camera"):
             grabber.start()
 
 
