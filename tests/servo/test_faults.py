@@ -442,7 +442,7 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
 
     def refuse(velocity):
         gate.expire(1.3)
-        raise TransportError("the robot was stopped meanwhile")
+        raise TransportError("the robot was stopped before the command was sent")
 
     robot.move_head = refuse
 

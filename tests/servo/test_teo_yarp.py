@@ -200,7 +200,7 @@ def test_a_command_during_which_a_stop_came_is_not_sent(robot, simulated, monkey
         lambda: robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0])),
     ):
         monkeypatch.setattr(robot, "_ask", ask_and_be_stopped)
-        with pytest.raises(TransportError, match="stopped meanwhile"):
+        with pytest.raises(TransportError, match="stopped before the command was sent"):
             command()
     assert not simulated._head_velocity.any()
     assert not simulated._twist.any()
@@ -237,7 +237,7 @@ def test_a_stop_does_not_wait_for_an_answer_to_something_else(robot, simulated, 
 def test_a_robot_whose_board_is_gone_takes_no_velocities(robot, names, simulated):
     robot.move_head(np.zeros(2))
     robot._head_commands.remove_output("/teoSim/head/command:i")
-    with pytest.raises(TransportError, match="not connected"):
+    with pytest.raises(TransportError, match="no longer connected"):
         robot.move_head(np.array([0.1, 0.0]))
 
 

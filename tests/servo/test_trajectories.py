@@ -64,7 +64,7 @@ def test_the_arm_is_driven_by_what_is_active(listed, listeners, kind, topic):
         ([controller(joints=(*ARM, "torso_lift_joint"))], "arm_controller .* is active"),
         ([controller(kind="effort_controllers/JointGroupEffortController")], "JointGroupEffortController"),
         ([controller("head_controller", joints=["head_1_joint"])], "no controller has the arm's joints"),
-        (None, "nobody listens to /arm_controller/joint_trajectory"),
+        (None, "no controller subscribes to /arm_controller/joint_trajectory"),
     ],
 )
 def test_without_an_active_controller_of_just_its_joints_the_reason_is_given(listed, reason):

@@ -1,4 +1,4 @@
-"""The robot as the loop sees it: joint angles and the end effector's pose out, velocities and a twist in."""
+"""A robot as the loop sees it: joint angles and the hand's pose out, velocities and a twist in."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ class KinematicModel:
     head: Chain
     "Pan (positive to the left) and tilt (positive down)."
     arm: Chain
-    "To the hand, whose z points into what it reaches for."
+    "To the hand, whose z points forward, into the marker at its goal."
     camera: Pose
     "The camera's optical frame (z forward, x right, y down) as seen from the head chain's tool."
     home: Vector
-    "The arm's angles on waking up, radians."
+    "The arm's first angles, radians."
     stands: Pose
-    "Its base in the room of `sim:scene`."
+    "Pose of its base in the room of `sim:scene`."
     body: Body | None = None
-    "Its shapes, if they are known: the gate keeps the arm away from them."
+    "Its shapes, from which the gate keeps the arm away; None if they are not known."
 
     def camera_pose(self, head: Vector) -> Pose:
-        """The camera's optical frame in the base for given pan and tilt."""
+        """Return the camera's optical frame in the base for given pan and tilt."""
         return self.head.forward(head) @ self.camera
 
     def skeleton(self, head: Vector, arm: Vector | None) -> list[NDArray[np.float64]]:
-        """Lines from joint to joint, each (n, 3), metres in the base: to the camera, and to the hand.
+        """Return lines from joint to joint, each (n, 3), metres in the base: to the camera, and to the hand.
 
-        The latter only where the arm's angles are known.
+        Without the arm's angles there is no line to the hand.
         """
         neck = [frame[:3, 3] for frame in self.head.frames(head)]
         lines = [np.vstack((np.zeros(3), *neck, self.camera_pose(head)[:3, 3]))]
@@ -59,13 +59,13 @@ class RobotState:
     """One reading of a robot's sensors."""
 
     time: float
-    "Seconds on the loop's clock at which it was measured."
+    "Time of the measurement, seconds on the loop's clock."
     head: Vector
     "(2,) pan (positive to the left) and tilt (positive down), radians."
     hand: Pose
     "The hand in the robot's base."
     arm: Vector | None = None
-    "Joint angles, radians, where they are known."
+    "Joint angles, radians; None if they are not known."
 
     @property
     def sound(self) -> bool:
@@ -77,7 +77,7 @@ class RobotState:
 
 @dataclass(frozen=True, eq=False)
 class CameraPlace:
-    """Where a calibration found the camera on the head."""
+    """The camera's place on the head, from a calibration."""
 
     camera: Pose
     "The optical frame as seen from the head chain's tool."
@@ -89,17 +89,18 @@ class Robot(ABC):
     """A head with a camera and an arm with a hand.
 
     Commands may come from one thread, `stop` and `state` from any. A velocity holds until the next command,
-    but no longer than `COMMAND_TIMEOUT`, whoever has to see to that. Errors are those of `core.errors`.
+    but no longer than `COMMAND_TIMEOUT`: if the drives do not ensure that, the gate's watchdog does. Errors
+    are those of `core.errors`.
     """
 
     COMMAND_TIMEOUT = 0.2
-    "Seconds after which a robot stands still that gets no more commands."
+    "Seconds after which a robot without another command is at rest."
 
     def __init__(self, model: KinematicModel, name: str = "") -> None:
         self.model = model
         self.name = name or model.name
         self.placed: CameraPlace | None = None
-        "The calibrated camera; None: it is where the model has it."
+        "The calibrated camera; None if the model's camera is used."
 
     @abstractmethod
     def open(self) -> None:
@@ -111,7 +112,7 @@ class Robot(ABC):
 
     @abstractmethod
     def state(self) -> RobotState | None:
-        """The newest reading; None while there is none. Never waits."""
+        """Return the newest reading; None before the first. Never waits."""
 
     @property
     def parts(self) -> frozenset[str]:
@@ -120,15 +121,15 @@ class Robot(ABC):
 
     @abstractmethod
     def move_head(self, velocity: Vector) -> None:
-        """Pan and tilt, rad/s. Raises TransportError."""
+        """Move pan and tilt at a velocity, rad/s. Raises TransportError."""
 
     @abstractmethod
     def step_head(self, move: Vector) -> None:
-        """A relative move of pan and tilt, radians. Raises TransportError."""
+        """Move pan and tilt by angles, radians. Raises TransportError."""
 
     @abstractmethod
     def move_hand(self, twist: Vector) -> None:
-        """(6,) m/s and rad/s in the base's axes. Raises TransportError."""
+        """Move the hand by a (6,) twist, m/s and rad/s along the base's axes. Raises TransportError."""
 
     def lead_head(self, velocity: Vector, seconds: float) -> None:
         """Move as `move_head` does, by positions at most `seconds` ahead: the head rests at the last.
@@ -146,23 +147,23 @@ class Robot(ABC):
 
     @abstractmethod
     def stop(self) -> bool:
-        """Stop everything at once. Return whether that could be delivered; never raises."""
+        """Stop everything. Return whether the stop was delivered; never raises."""
 
     def stop_channels(self) -> list[dict[str, str]]:
-        """How the guardian can stop it from another process: channels as `servo.guardian` has them.
+        """Return the channels by which the guardian can stop it from another process; see `servo.guardian`.
 
-        None for a robot that comes to rest by itself when this program ends.
+        Empty for a robot that comes to rest by itself when this program ends.
         """
         return []
 
     def camera_pose(self, head: Vector) -> Pose:
-        """The camera's optical frame in the base for given pan and tilt."""
+        """Return the camera's optical frame in the base for given pan and tilt."""
         if self.placed is not None:
             return self.model.head.forward(head + self.placed.offsets) @ self.placed.camera
         return self.model.camera_pose(head)
 
     def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
-        """Its model at a reading, for eyes; see KinematicModel. Any thread; nothing is asked of the robot."""
+        """Return the model's lines at a reading, for display; see KinematicModel. Any thread."""
         return self.model.skeleton(state.head, state.arm)
 
 
@@ -171,17 +172,17 @@ Place = TypeVar("Place", bound=np.ndarray)
 
 HEAD_SLACK = math.radians(0.5)
 HAND_SLACK = (0.002, math.radians(0.5))
-"""Metres and radians by which a target may always be ahead. A joint that is held must not follow its own
-deviation, or it would sink."""
+"""Metres and radians by which a target may always be ahead. Without it, the target of a resting joint would
+follow the joint's own deviation, and the joint would sink."""
 _FIRST_S = 0.02
 "Seconds of motion in the first target after a pause."
 
 
 class LeadingTarget(Generic[Place]):
-    """The target of one part, for robots whose drives go to a position and stay there.
+    """The target of one part, for drives that go to a position and stay there.
 
-    A target that is always just ahead keeps them in even motion; when the commands cease, whatever the cause,
-    the robot rests at the last one.
+    A target that is always just ahead keeps the motion even; when the commands cease for any reason, the
+    robot rests at the last target.
     """
 
     def __init__(
@@ -189,13 +190,13 @@ class LeadingTarget(Generic[Place]):
         ahead: Callable[[Place, Vector], Place],
         leashed: Callable[[Place, Place, Vector], Place],
     ) -> None:
-        """`ahead` adds a motion to a place; `leashed` keeps a target within a motion of where the part is."""
+        """`ahead` adds a motion to a place; `leashed` keeps a target within a motion of the part."""
         self._ahead, self._leashed = ahead, leashed
         self._target: Place | None = None
         self._time = -math.inf
 
     def advance(self, here: Place, velocity: Vector, seconds: float, now: float) -> Place:
-        """The next target for a part that is `here`: at most `seconds` ahead of it."""
+        """Return the next target of a part that is `here`: at most `seconds` ahead of it."""
         elapsed = now - self._time
         if self._target is None or elapsed > seconds:
             self._target, elapsed = here, _FIRST_S
@@ -205,12 +206,12 @@ class LeadingTarget(Generic[Place]):
         return self._target
 
     def forget(self) -> None:
-        """Begin where the part is the next time."""
+        """Start from the part's place next time."""
         self._target = None
 
 
 def leading_head() -> LeadingTarget[Vector]:
-    """For joint angles, radians."""
+    """Return the target of a head, in joint angles (radians)."""
 
     def leashed(here: Vector, target: Vector, motion: Vector) -> Vector:
         leash = np.abs(motion) + HEAD_SLACK
@@ -220,7 +221,7 @@ def leading_head() -> LeadingTarget[Vector]:
 
 
 def leading_hand() -> LeadingTarget[Pose]:
-    """For a hand's pose, and twists in the base."""
+    """Return the target of a hand: its pose, moved by twists in the base."""
 
     def leashed(here: Pose, target: Pose, motion: Vector) -> Pose:
         off = geometry.diff(here, target)

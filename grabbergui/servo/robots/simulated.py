@@ -1,7 +1,7 @@
-"""A simulated robot: its kinematics integrated in the time that passes, within its limits.
+"""A simulated robot, whose kinematics are integrated over time, within its limits.
 
-Nothing runs of its own: whoever asks or commands brings the robot up to date first, in small steps, so that
-it behaves the same under a real clock and under one that a test turns.
+It has no thread: every query and command first integrates up to the present, in small steps, so that the
+robot behaves the same under a real clock and under a test's.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from grabbergui.servo.tracking import JointHistory
 STEP = 0.01
 "Seconds of one step of integration."
 RESOLUTION = 0.002
-"Seconds within which it counts as being where it was: several readings of one moment are one step."
+"Seconds within which it is not integrated again: several readings of one moment are one step."
 FORESEEN_S = 0.02
-"Seconds ahead for which it is said where the camera will be, if no command changes that."
+"Seconds by which `camera_at` extrapolates."
 SETTLED = 1.0
-"Seconds that nobody asked for it after which a robot at rest is not integrated through them."
+"Seconds without a query after which the integration skips the time of a robot at rest."
 RESPONSE = 0.03
 "Seconds that drives take to follow a command to 63 %."
 STEP_SPEED = math.radians(25)
-"Of relative moves of the head."
+"Speed of relative moves of the head."
 AIM_S = 0.08
-"Seconds from the target of a relative move at which the head slows down."
+"Seconds before the target of a move at which the part slows down."
 
 
 class SimRobot(Robot):
-    """A body's head and arm. Any thread."""
+    """A simulated head and arm. Any thread."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class SimRobot(Robot):
         """`head` and `arm` are the joints' first angles, radians."""
         super().__init__(model, f"simulated {model.name}")
         self.limit_violations = 0
-        "Steps after which a joint was beyond its limits or faster than it can be; stays 0."
+        "Number of steps after which a joint was beyond its limits or too fast; stays 0."
         self._clock = clock
         self._lock = threading.RLock()
         self._time = clock()
@@ -58,11 +58,11 @@ class SimRobot(Robot):
         self._head_target: Vector | None = None
         self._arm_target: Vector | None = None
         self._head_velocity = np.zeros(2)
-        "Of its motion, or on the way to its target the highest."
+        "The commanded velocity, or the highest speed on the way to `_head_target`."
         self._twist = np.zeros(6)
         self._head_until = self._arm_until = -math.inf
         self._state: RobotState | None = None
-        "Of `_time`, once it was asked for."
+        "The reading at `_time`, once it was requested."
         self._history = JointHistory(400)
         self._history.add(self._time, self._head.angles)
 
@@ -76,7 +76,7 @@ class SimRobot(Robot):
 
     @override
     def state(self) -> RobotState:
-        """Always of this moment."""
+        """Return a reading of the present moment."""
         with self._lock:
             self._advance()
             if self._state is None:
@@ -94,7 +94,7 @@ class SimRobot(Robot):
 
     @override
     def step_head(self, move: Vector) -> None:
-        """Moves add up, as a control board's relative moves do from where the joint is."""
+        """Move from where the joints are, as a control board's relative moves do."""
         with self._lock:
             self._advance()
             self.point_head(self._head.angles + _finite(move, 2), np.full(2, STEP_SPEED))
@@ -108,7 +108,7 @@ class SimRobot(Robot):
                 self._head_velocity = np.asarray(fastest, np.float64)
 
     def point_arm(self, target: Vector) -> None:
-        """Go to joint angles (radians) as fast as the joints may, and stay there: a position controller's."""
+        """Go to joint angles (radians) at the joints' highest speed, and stay there."""
         with self._lock:
             self._advance()
             if np.shape(target) == self._arm.angles.shape and np.isfinite(target).all():
@@ -133,7 +133,7 @@ class SimRobot(Robot):
         return True
 
     def camera_at(self, moment: float) -> Pose:
-        """Where in the room the camera was at a moment on the robot's clock, or soon will be."""
+        """Return the camera's pose in the room at a moment on the robot's clock, or in the near future."""
         with self._lock:
             self._advance()
             angles = self._history.at(moment) if moment <= self._time else None
@@ -144,7 +144,7 @@ class SimRobot(Robot):
 
     @property
     def speed(self) -> float:
-        """Of the fastest joint, rad/s."""
+        """The speed of the fastest joint, rad/s."""
         with self._lock:
             self._advance()
             return max(self._head.fastest, self._arm.fastest)
@@ -157,7 +157,7 @@ class SimRobot(Robot):
             self._state = None
             while self._time < now - 1e-9:
                 if now - self._time > SETTLED and self._rests():
-                    self._time = now - STEP  # nothing happened meanwhile, however long nobody asked
+                    self._time = now - STEP
                 seconds = min(STEP, now - self._time)
                 self._integrate(seconds)
                 self._time += seconds
@@ -193,7 +193,7 @@ class _Drive:
         self.velocity = np.zeros_like(chain.low)
 
     def advance(self, wanted: Vector, seconds: float) -> bool:
-        """Follow a velocity, rad/s, for some time; whether a limit was broken, which must not be."""
+        """Follow a velocity, rad/s, for some time; return whether a limit was violated (a bug)."""
         chain = self._chain
         wanted = np.clip(wanted, -chain.fastest, chain.fastest)
         self.velocity = self.velocity + (wanted - self.velocity) * (1 - math.exp(-seconds / RESPONSE))
@@ -210,16 +210,16 @@ class _Drive:
         return float(np.abs(self.velocity).max())
 
     def halt(self) -> None:
-        """Brakes on."""
+        """Brake."""
         self.velocity = np.zeros_like(self.velocity)
 
 
 def _off(target: Vector | None, drive: _Drive) -> float:
-    """Radians of the joint that is farthest from its target."""
+    """Return the largest distance of a joint from its target, radians."""
     return 0.0 if target is None else float(np.abs(target - drive.angles).max())
 
 
 def _finite(values: Vector, size: int) -> Vector:
-    """A command's numbers; zeros where one of them is none, as drives refuse such a command."""
+    """Return a command's numbers, or zeros unless they are `size` finite ones: drives reject others."""
     array = np.asarray(values, np.float64)
     return array.copy() if array.shape == (size,) and np.isfinite(array).all() else np.zeros(size)

@@ -1,7 +1,7 @@
 """The control board of the simulated TEO's head, as `controlBoard_nws_yarp` presents a real one, 3.x or 4.0.
 
-It behaves as drives do: a velocity goes on until another command, moves are obeyed in position mode only,
-streamed positions in position direct mode only and velocities in velocity mode only.
+It behaves as real drives do: a velocity holds until the next command, and each mode obeys one kind of
+command: position mode moves, position direct mode streamed positions, velocity mode velocities.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import STEP_SPEED, SimRobot
 
 PROTOCOL = (1, 9, 0)
-"Of remote_controlboard, 3.x."
+"Protocol version of remote_controlboard, 3.x."
 VERSION_OF_4 = struct.pack("<2i4h", 256, 1, 0, 4, 0, 0)
-"4.0's reply about its version, which is no Bottle: a list of one, then protocol, major, minor, patch."
+"4.0's reply with its version, not a Bottle: a list of one element, then protocol, major, minor, patch."
 INTERFACES = (
     *(
         "iAmplifierControl",
@@ -47,7 +47,7 @@ INTERFACES = (
     ),
     *("iRemoteCalibrator", "iRemoteVariables", "iTorqueControl", "iVelocityControl", "iVelocityDirect"),
 )
-"All that a board of 4.0 says of its device whether it has it."
+"All interfaces that a board of 4.0 reports as implemented or not."
 IMPLEMENTED = {
     *("iAxisInfo", "iControlLimits", "iControlMode", "iEncodersTimed", "iPositionControl", "iPositionDirect"),
     "iVelocityControl",
@@ -67,10 +67,10 @@ class SimulatedBoard:
         self._lock = threading.RLock()
         self._modes = [messages.POSITION_MODE] * self._joints
         self._speeds = np.full(self._joints, STEP_SPEED)
-        "Of moves, rad/s."
+        "Speeds of moves, rad/s."
         self._velocity = np.zeros(self._joints)
         self._target: Vector | None = None
-        "Of the moves that the joints are on, radians; None while they obey velocities or nothing."
+        "Target of the joints' moves, radians; None while they obey velocities or rest."
         self._count = 0
         self._state = OutputPort(f"{name}/state:o", names)
         self._extended_state = OutputPort(f"{name}/stateExt:o", names)
@@ -82,7 +82,7 @@ class SimulatedBoard:
         )
 
     def step(self) -> None:
-        """Let the drives go on, and stream where they are. To be called every few milliseconds."""
+        """Move the drives, and stream their positions. Call it every few milliseconds."""
         with self._lock:
             if self._velocity.any():
                 self._robot.move_head(self._velocity)
@@ -157,7 +157,7 @@ class SimulatedBoard:
                 self._point(np.where(obeying, wanted, self._goal()), self._chain.fastest)
 
     def _get(self, what: str, rest: list[Item]) -> list[Item]:
-        """The name of a value, then the value. Raises IndexError, RemoteProtocolError."""
+        """Return the name of a value, then the value. Raises IndexError, RemoteProtocolError."""
         chain, angles = self._chain, self._robot.state().head
         values: dict[str, Callable[[], list[Item]]] = {
             "axes": lambda: [self._joints],
@@ -177,10 +177,10 @@ class SimulatedBoard:
         if what == "icmd" and word(rest[0]) == "cmod":
             joint = self._joint(rest[1:])
             return [joint, self._modes[joint]]
-        raise RemoteProtocolError(f"a control board knows nothing of '{what}'")
+        raise RemoteProtocolError(f"a control board has no '{what}'")
 
     def _obey(self, what: str, rest: list[Item]) -> bool:
-        """Carry out a request; False for one that is unknown or out of place."""
+        """Carry out a request; return False if it is unknown or not allowed in this mode."""
         angles = self._robot.state().head
         if what in ("rels", "poss"):
             target = np.radians(messages.numbers(rest[0], self._joints))
@@ -213,7 +213,7 @@ class SimulatedBoard:
         return True
 
     def _goal(self) -> Vector:
-        """Where the joints go to, or stand."""
+        """Return the joints' target, or their position without one."""
         return np.array(self._robot.state().head if self._target is None else self._target)
 
     def _point(self, target: Vector, fastest: Vector) -> None:
@@ -235,7 +235,7 @@ class SimulatedBoard:
         return True
 
     def _joint(self, rest: list[Item]) -> int:
-        """The joint that a request names first. Raises RemoteProtocolError."""
+        """Return the first joint in a request. Raises RemoteProtocolError."""
         return messages.joints(rest[:1], self._joints)[0]
 
     @property

@@ -1,7 +1,7 @@
-"""The simulated TEO behind the YARP ports that the real one has, for any client of them.
+"""The simulated TEO behind the YARP ports of the real one, for any client.
 
-`teo_board` is its head's control board. Its arm's Cartesian controller is here, as roboticslab's
-CartesianControlServer presents one; and `TeoPorts`, which opens and steps both.
+`teo_board` is the head's control board. The arm's Cartesian controller is here, as roboticslab's
+CartesianControlServer presents it, and `TeoPorts`, which opens and steps both.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from grabbergui.servo.robots.teo_messages import FAIL, OK, degrees, numbers
 from grabbergui.servo.robots.teo_yarp import ARM, ARM_BOARD, HEAD
 
 PERIOD = 0.01
-"Seconds between two readings that are streamed."
+"Seconds between two streamed readings."
 MOVING = {"movj": Vocab("ccjc"), "relj": Vocab("ccjc"), "movl": Vocab("cclc"), "movv": Vocab("ccvc")}
-"The states in which motions are."
+"The controller's state for each kind of motion."
 ARRIVED = (5e-4, 2e-3)
 "Metres and radians from a target within which a move is done."
 GAIN = 8.0
-"1/s of the way that is left to a target."
+"1/s: velocity per distance to a target."
 TURN = 0.6
-"Rad/s at most on the way to a target."
+"Highest rotational speed on the way to a target, rad/s."
 
 
 class SimulatedCartesian:
     """Ports `NAME/rpc:s`, `/command:i` and `/state:o` of a robot's arm. Any thread.
 
-    It follows BasicCartesianControl: streamed commands are obeyed only once they were announced (`cpsc`),
-    while the state says that nothing is controlled; any other motion and any stop end that. A twist goes on
-    until another command, as drives in velocity mode do; a streamed pose is gone to at once, as drives in
-    position direct mode do. Joint moves go straight, too; forces and tools are refused.
+    It follows BasicCartesianControl: it obeys streamed commands only after they were announced (`cpsc`) and
+    while nothing is controlled; any other motion and any stop end that. A twist holds until the next command,
+    as in velocity mode; the arm goes straight to a streamed pose, as in position direct mode. Joint moves are
+    straight lines, too; it refuses forces and tools.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class SimulatedCartesian:
         dialect: Dialect = Dialect.YARP3,
         pose_word: Vocab = messages.POSE_WORDS[-1],
     ) -> None:
-        """`pose_word` announces and begins streamed poses; it depends on the version of the controller."""
+        """`pose_word` announces and starts streamed poses; it depends on the controller's version."""
         self._robot = robot
         self._dialect = dialect
         self._pose_word = str(pose_word)
@@ -74,7 +74,7 @@ class SimulatedCartesian:
         )
 
     def step(self) -> None:
-        """Let the arm go on, and stream where it is. To be called every few milliseconds."""
+        """Move the arm, and stream its pose. Call it every few milliseconds."""
         with self._changed:
             if self._target is not None:
                 self._approach(self._robot.state().hand, self._target)
@@ -84,7 +84,7 @@ class SimulatedCartesian:
         self._stream.write(status.encode(self._dialect))
 
     def stop(self) -> None:
-        """End the current motion; callers that wait for it return."""
+        """End the current motion, and the calls that wait for it."""
         with self._changed:
             self._rest()
 
@@ -128,7 +128,7 @@ class SimulatedCartesian:
     def _command(self, request: Request) -> None:
         message = request.bottle()
         with self._changed:
-            # As the reference: a stream is obeyed only once it has been announced.
+            # As the reference: obey a stream only after it was announced.
             announced = word(self._settings["cpsc"])
             values = messages.read_cartesian_command(message, announced)
             if values is None:
@@ -147,7 +147,7 @@ class SimulatedCartesian:
         return Bottle([self._settings.get(what, FAIL)])
 
     def _set(self, what: str, value: Item) -> bool:
-        """Change a setting; False for one that is unknown, out of range, or while something moves."""
+        """Change a setting; return False if it is unknown or out of range, or while the arm moves."""
         if self._state != messages.NOT_CONTROLLING or what not in self._settings:
             return False
         if what == "cpsc":
@@ -167,7 +167,7 @@ class SimulatedCartesian:
     def _begin(self, how: str, values: Vector) -> bool:
         target = None
         if how != "movv":
-            if how == "relj" and not self._in_hand:  # the numbers are added up, as the reference does
+            if how == "relj" and not self._in_hand:  # the reference adds the numbers, too
                 values = values + geometry.vector_from_pose(self._robot.state().hand)
             target = self._absolute(values)
             if self._joints_at(target) is None:
@@ -195,7 +195,7 @@ class SimulatedCartesian:
         self._changed.notify_all()
 
     def _wait(self, seconds: float | None) -> bool:
-        """Until a move is done; stops it, and is False, where that takes too long."""
+        """Wait until a move is done; stop it and return False after `seconds`."""
 
         def done() -> bool:
             return self._target is None or self._state == messages.NOT_CONTROLLING
@@ -210,7 +210,7 @@ class SimulatedCartesian:
         return self._robot.state().hand @ pose if self._in_hand else pose
 
     def _in_base(self, twist: Vector) -> Vector:
-        """A twist along the axes that are set, along the base's."""
+        """Return a twist, given along the configured axes, along the base's."""
         turn = self._robot.state().hand[:3, :3] if self._in_hand else np.eye(3)
         return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
 
@@ -227,7 +227,7 @@ class SimulatedCartesian:
 
 
 class TeoPorts:
-    """A control board for the head, a Cartesian controller for the right arm and its encoders. Any thread."""
+    """The head's control board, the right arm's Cartesian controller and its encoders. Any thread."""
 
     def __init__(
         self,
@@ -237,7 +237,7 @@ class TeoPorts:
         dialect: Dialect = Dialect.YARP3,
         pose_word: Vocab = messages.POSE_WORDS[-1],
     ) -> None:
-        """`dialect` is that of the YARP behind all ports, `pose_word` as for SimulatedCartesian."""
+        """All ports speak `dialect`; for `pose_word` see SimulatedCartesian."""
         self._robot = robot
         self._dialect = dialect
         self._head = SimulatedBoard(robot, names, f"{prefix}{HEAD}", dialect)
@@ -271,7 +271,7 @@ class TeoPorts:
             time.sleep(PERIOD)
 
     def _step(self) -> None:
-        """Let the drives go on, and stream where they are."""
+        """Move the drives, and stream their positions."""
         self._head.step()
         self._arm.step()
         state = self._robot.state()

@@ -1,7 +1,7 @@
 """TEO on a YARP network: the head through its control board, the arm through its Cartesian controller.
 
-They may be those of YARP 3.x or 4.0, which requests that move nothing find out. In the mode `direct` both
-parts are moved by short positions, which drives in position direct mode go to, and rest at.
+Both may be of YARP 3.x or 4.0; requests that move nothing find out which. In the mode `direct` both parts get
+short positions, to which drives in position direct mode go, and where they rest.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ ARM = f"{ARM_BOARD}/CartesianControl"
 _STOP_TIMEOUT = 0.3
 _CARRIER = "fast_tcp"
 _ARM_FRESH = 0.3
-"Seconds that the arm's angles may be older than the head's."
+"Seconds by which the arm's angles may be older than the head's."
 
 
 class TeoOverYarp(Robot):
     """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on the connections' threads.
 
-    Its drives keep their velocity until the next command: the gate's watchdog ends it in time.
+    Its drives keep their velocity until the next command; the gate's watchdog ends it in time.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class TeoOverYarp(Robot):
         *,
         listen_only: bool = False,
     ) -> None:
-        """With `listen_only` no port for commands is opened and no request is made."""
+        """With `listen_only` it opens no port for commands and makes no request."""
         super().__init__(teo.MODEL)
         self._remote = remote
         self._listen_only = listen_only
@@ -67,23 +67,23 @@ class TeoOverYarp(Robot):
         self._arm_encoders = listener("arm", ARM_BOARD, lambda bottle: teo_messages.read_encoders(bottle, 6))
         self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
         self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
-        # Connections of their own: a request that is still waited for must not hold up a stop.
+        # Separate connections: a request without its reply yet must not delay a stop.
         self._head_stop = RpcClient(self._head_rpc.target, names)
         self._arm_stop = RpcClient(self._arm_rpc.target, names)
         self._dialects: tuple[Dialect, Dialect] | None = None
         self._mode: Vocab | None = None
         self._announced: Vocab | None = None
-        "The kind of command that the arm's controller was made ready for."
+        "The kind of command that was announced to the arm's controller."
         self._pose_words = teo_messages.POSE_WORDS
         self._leading_head, self._leading_hand = leading_head(), leading_hand()
         self._stops = 0
-        "How many there were; a command during which one came is not sent any more."
+        "Number of stops so far; a command is not sent if one came while it was prepared."
         self._sending = threading.Lock()
-        "Held while a command is written, which never waits, so that a stop is the later of the two."
+        "Held while a command is written (which never waits), so that a stop is written after it."
         self._open = False
 
     def open(self) -> None:
-        """See Robot. Opens our ports, connects them to the robot's, and starts to listen."""
+        """See Robot. Opens ports, connects them to the robot's, and starts to listen."""
         try:
             for port in self._ports:
                 port.open()
@@ -109,7 +109,7 @@ class TeoOverYarp(Robot):
             client.close()
 
     def state(self) -> RobotState | None:
-        """See Robot; as old as the older of head and hand. The arm's angles are for eyes and explanations."""
+        """See Robot; as old as the older of head and hand. The arm's angles do not take part in control."""
         head, hand, arm = (self._readings.get(part) for part in ("head", "hand", "arm"))
         if head is None or hand is None:
             return None
@@ -144,7 +144,7 @@ class TeoOverYarp(Robot):
         self._ask(self._head_rpc, teo_messages.relative_moves(move, self._board))
 
     def move_hand(self, twist: Vector) -> None:
-        """See Robot. Getting the controller ready takes it 0.1 s: its drives change their mode."""
+        """See Robot. The first twist takes 0.1 s longer, as the drives change their mode."""
         if self._listen_only:
             return
         stops = self._stops
@@ -162,10 +162,10 @@ class TeoOverYarp(Robot):
         self._send(self._arm_commands, pose.encode(self._controller), stops)
 
     def stop(self) -> bool:
-        """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answers.
+        """See Robot. Sends it on the streams, which do not wait, then requests it and awaits the replies.
 
-        The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode. Drives
-        that were given positions rest by themselves: for them nothing is to be said on a stream.
+        The head comes first, as its board replies immediately; the arm's drives take 0.1 s to change their
+        mode. Drives that got positions rest by themselves and need nothing on a stream.
         """
         if self._listen_only:
             return True
@@ -193,9 +193,9 @@ class TeoOverYarp(Robot):
         return delivered
 
     def stop_channels(self) -> list[dict[str, str]]:
-        """See Robot. As `stop` does: on the streams first, then by request.
+        """See Robot. As `stop`: on the streams first, then by request.
 
-        Asks what the robot speaks; raises SourceNotFoundError, SourceUnavailableError, TransportError.
+        Finds the robot's dialects; raises SourceNotFoundError, SourceUnavailableError, TransportError.
         """
         board, controller = self._find_dialects()
         head, arm = f"{self._remote}{HEAD}", f"{self._remote}{ARM}"
@@ -229,11 +229,11 @@ class TeoOverYarp(Robot):
         self._arm_commands.add(Target.parse(f"{self._remote}{ARM}/command:i", _CARRIER))
 
     def _connect_arm_encoders(self) -> None:
-        """Nothing is moved by them, so a robot may do without."""
+        """Connect them if the robot has them; control does not need them."""
         try:
             self._arm_encoders.connect(f"{self._remote}{ARM_BOARD}/state:o", _CARRIER)
         except GrabberError as error:
-            log.info("the arm's joints are not known: %s", error)
+            log.info("the arm's joint angles are not known: %s", error)
 
     @property
     def _board(self) -> Dialect:
@@ -244,10 +244,10 @@ class TeoOverYarp(Robot):
         return self._dialects[1] if self._dialects else Dialect.YARP3
 
     def _find_dialects(self) -> tuple[Dialect, Dialect]:
-        """The YARP behind the head's board and that behind the arm's controller."""
+        """Return the dialects of the head's board and of the arm's controller."""
         if self._dialects is None:
             board = self._find_board()
-            # The controller's words are the same in both; the type codes of its numbers differ.
+            # The controller's words are the same in both dialects; its numbers' type codes differ.
             status = self._arm_rpc.call(teo_messages.ask_status())
             controller = Dialect.YARP3 if status is None or status.dialect is None else status.dialect
             self._dialects = board, controller
@@ -257,9 +257,9 @@ class TeoOverYarp(Robot):
         return self._dialects
 
     def _find_board(self) -> Dialect:
-        """The YARP behind the head's board: ports for requests have other names in 4.0.
+        """Return the dialect of the head's board, by the name of its port for requests.
 
-        A name may be registered still though its port is gone, so one that answers is taken.
+        A name may still be registered although its port is gone, so the port must answer.
         """
         for dialect, suffix in teo_messages.RPC_PORTS.items():
             for client in (self._head_rpc, self._head_stop):
@@ -276,7 +276,7 @@ class TeoOverYarp(Robot):
     def _reading(self) -> RobotState:
         state = self.state()
         if state is None:
-            raise TransportError(f"{self._remote} has not said yet where it is")
+            raise TransportError(f"{self._remote} has not reported its position yet")
         return state
 
     def _set_mode(self, mode: Vocab, stops: int) -> None:
@@ -288,10 +288,10 @@ class TeoOverYarp(Robot):
                 self._leading_head.forget()
 
     def _announce(self, commands: Sequence[Vocab], stops: int) -> Vocab:
-        """Get the controller ready for the first of these streamed commands that it knows."""
+        """Announce the first of these streamed commands that the controller knows; return it."""
         if self._announced in commands:
             return self._announced  # type: ignore[return-value]
-        # Another client may have left it obeying motions along the hand's axes.
+        # Another client may have set motions along the hand's axes.
         self._ask(self._arm_rpc, teo_messages.base_frame())
         for command in commands:
             try:
@@ -308,16 +308,18 @@ class TeoOverYarp(Robot):
         raise ValueError("no commands to choose from")
 
     def _send(self, port: OutputPort, command: bytes, stops: int) -> None:
-        """Write a command unless a stop came since `stops` was read, or nobody would hear it."""
+        """Write a command. Raises TransportError after a stop since `stops` was read, or without a reader."""
         if not port.carriers(outgoing=True):
-            raise TransportError(f"{self._remote} is not connected to {port.name} any more: start again")
+            raise TransportError(
+                f"{self._remote} is no longer connected to {port.name}: start the program again"
+            )
         with self._sending:
             self._check(stops)
             port.write(command)
 
     def _check(self, stops: int) -> None:
         if stops != self._stops:
-            raise TransportError(f"{self._remote} was stopped meanwhile")
+            raise TransportError(f"{self._remote} was stopped before the command was sent")
 
     def _ask(self, client: RpcClient, request: Bottle, timeout: float = 1.0) -> None:
         reply = client.call(request.encode(client.dialect), timeout)
@@ -328,7 +330,7 @@ class TeoOverYarp(Robot):
 class _ReadingPort(InputPort):
     """Reads a robot's state on the connection's own thread.
 
-    Another thread would add three hundred thread switches a second, each of which may delay the loop.
+    A thread of its own would add three hundred thread switches a second, each of which may delay the loop.
     """
 
     def __init__(
@@ -342,12 +344,12 @@ class _ReadingPort(InputPort):
         super().__init__(name, names)
         self._part, self._readings, self._read = part, readings, read
         self._complained = False
-        "Whether the last message could not be read: a hundred a second would fill the log."
+        "Whether the last message could not be read; each is logged only after a readable one."
 
     @override
     def deliver(self, request: Request) -> Reply:
         try:
-            # The robot's clock may be another; a reading is as old as its arrival.
+            # The robot's clock may differ, so a reading's time is its arrival.
             self._readings[self._part] = time.monotonic(), self._read(Bottle.decode(request.data))
             self._complained = False
         except ProtocolError as error:
@@ -358,4 +360,4 @@ class _ReadingPort(InputPort):
 
 
 class _RefusedError(TransportError):
-    """A request was answered, and not carried out."""
+    """The robot answered a request without carrying it out."""

@@ -1,12 +1,12 @@
-"""Messages to and from TIAGo's controllers on ROS 2; no I/O, and no ROS but its messages.
+"""Messages to and from TIAGo's controllers on ROS 2; no I/O, and of ROS only the messages.
 
-Velocities of joints become short trajectories (`Stream`), each of which replaces the one before. A trajectory
-starts in the past, where the reference then was: `joint_trajectory_controller` (ros2_control, Humble and
-Jazzy) then interpolates between our own points instead of starting from the measured angles, so a drive that
-lags is not slowed down. It ends at rest, so that a robot that hears no more stops by itself.
+Joint velocities become short trajectories (`Stream`), each of which replaces the previous one. A trajectory
+starts in the past, at the reference of that time: `joint_trajectory_controller` (ros2_control, Humble and
+Jazzy) then interpolates between our points instead of starting from the measured angles, which would slow a
+lagging drive down. It ends at rest, so that a robot without further commands stops by itself.
 
-Controllers take `trajectory_msgs/JointTrajectory` as joint_trajectory_controller does: the newest message
-replaces the trajectory in progress, positions alone are joined by straight lines, and the last is held.
+Controllers treat `trajectory_msgs/JointTrajectory` as joint_trajectory_controller does: the newest message
+replaces the trajectory in progress, positions alone are joined by straight lines, and the last one holds.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ class Trajectory:
     points: NDArray[np.float64]
     "(len(times), len(joints)), radians."
     start: float | None = None
-    "Seconds on the robot's clock; None: at once, from wherever the joints are."
+    "Seconds on the robot's clock; None: now, from the joints' present place."
 
 
 class Stream:
     """Turns velocities of some joints into references. Times are on any one clock; one thread."""
 
     def __init__(self, joints: Sequence[str], low: Vector, high: Vector, horizon: float) -> None:
-        """`low` and `high` are limits, radians; `horizon` is how long a velocity lasts, seconds."""
+        """`low` and `high` are limits, radians; a velocity lasts for `horizon` seconds."""
         self.joints = tuple(joints)
         self._low, self._high, self._horizon = low, high, horizon
         self._reference: Vector | None = None
@@ -64,11 +64,11 @@ class Stream:
         return ahead
 
     def forget(self) -> None:
-        """Begin again from the measured angles."""
+        """Start again from the measured angles."""
         self._reference = None
 
     def move(self, velocity: Vector, measured: Vector, now: float) -> Trajectory:
-        """Make the trajectory that moves the joints at `velocity` (rad/s) from `now` for the horizon.
+        """Return the trajectory that moves the joints at `velocity` (rad/s) from `now` for the horizon.
 
         Its `start` is on the clock of `now`. Joints whose velocity is 0 hold their place.
         """
@@ -79,7 +79,7 @@ class Stream:
         )
 
     def position(self, velocity: Vector, measured: Vector, now: float, period: float) -> Vector:
-        """Return the angles to be reached within one `period`, for controllers that take positions alone."""
+        """Return the angles to reach within one `period`, for controllers that take positions alone."""
         self._advance(velocity, measured, now)
         assert self._reference is not None
         ahead: Vector = np.clip(self._reference + velocity * period, self._low, self._high)
@@ -97,7 +97,7 @@ class Stream:
 
 
 def joint_trajectory(trajectory: Trajectory) -> Any:
-    """Encode a trajectory; without a start its stamp is zero, which means at once."""
+    """Encode a trajectory; without a start its stamp is zero, which means now."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
     message = JointTrajectory(joint_names=list(trajectory.joints))
@@ -111,7 +111,7 @@ def joint_trajectory(trajectory: Trajectory) -> Any:
 
 
 def read_trajectory(message: Any) -> Trajectory:
-    """Decode a trajectory of positions. Raises RemoteProtocolError where its points do not fit its joints."""
+    """Decode a trajectory of positions. Raises RemoteProtocolError if its points do not fit its joints."""
     names = tuple(message.joint_names)
     for point in message.points:
         if len(point.positions) != len(names):
@@ -125,7 +125,7 @@ def read_trajectory(message: Any) -> Trajectory:
 
 
 def stamp_of(seconds: float) -> Any:
-    """A moment on the robot's clock as `builtin_interfaces/Time`."""
+    """Return a time on the robot's clock as `builtin_interfaces/Time`."""
     from builtin_interfaces.msg import Time
 
     stamp = Time()
@@ -143,7 +143,7 @@ def _seconds(stamp: Any) -> float:
 
 # -- arm -----------------------------------------------------------------------------------------
 def twist_stamped(twist: Vector, stamp: Any) -> Any:
-    """The hand's velocity, m/s and rad/s along the axes of our base."""
+    """Encode the hand's velocity, m/s and rad/s along the base's axes."""
     from geometry_msgs.msg import TwistStamped
 
     message = TwistStamped()
@@ -154,7 +154,7 @@ def twist_stamped(twist: Vector, stamp: Any) -> Any:
 
 
 def read_twist(message: Any) -> Vector:
-    """Decode the hand's velocity. Raises RemoteProtocolError where it is along other axes or not finite."""
+    """Decode the hand's velocity. Raises RemoteProtocolError if its frame is another or it is not finite."""
     if message.header.frame_id != BASE:
         raise RemoteProtocolError(f"a twist in the frame '{message.header.frame_id}', not '{BASE}'")
     linear, angular = message.twist.linear, message.twist.angular
@@ -166,26 +166,26 @@ def read_twist(message: Any) -> Vector:
 
 # -- readings ------------------------------------------------------------------------------------
 CLOCK_SET_BACK_S = 0.5
-"Seconds in which stamps older than the newest must advance, and no newer come: the clock was set back."
+"Seconds for which older stamps must advance without a newer one, until the clock counts as set back."
 
 
 class JointReadings:
     """The newest angles of some joints, out of `sensor_msgs/JointState`. Use from one thread.
 
-    A message may contain a few joints only, several publishers may take turns, and one whose stamp does not
-    advance says nothing new.
+    A message may contain a few joints only, and several publishers may take turns. A message whose stamp does
+    not advance is ignored.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
         self._readings: dict[str, tuple[float, float]] = {}
         self._stamps: dict[str, int] = {}
         self._older: dict[str, tuple[float, int]] = {}
-        "When older stamps began to arrive, and the newest of them; empty while newer ones come."
+        "When older stamps began to arrive, and the newest of them; empty while stamps advance."
         self._wanted = frozenset(names)
         self._newest: tuple[float, float] | None = None
 
     def take(self, message: Any, now: float) -> None:
-        """Note a message that arrived `now`. Raises RemoteProtocolError where it cannot be believed."""
+        """Note a message that arrived `now`. Raises RemoteProtocolError if it is malformed."""
         if len(message.position) != len(message.name):
             raise RemoteProtocolError(
                 f"a joint state of {len(message.name)} joints with {len(message.position)} positions"
@@ -204,7 +204,7 @@ class JointReadings:
                 self._older.pop(name, None)
 
     def _set_back(self, name: str, stamp: int, now: float) -> bool:
-        """Return whether an older stamp is one of a clock that was set back."""
+        """Return whether an older stamp shows that the clock was set back."""
         if stamp == self._stamps.get(name):
             return False  # sent again
         begun, newest = self._older.setdefault(name, (now, stamp))
@@ -212,10 +212,10 @@ class JointReadings:
         return stamp > newest and now - begun >= CLOCK_SET_BACK_S
 
     def robot_time(self, now: float) -> float | None:
-        """The robot's clock, seconds, estimated `now`; None while no message carried a stamp.
+        """Return the robot's clock, estimated `now`, seconds; None before a message with a stamp.
 
-        Late by the age of a message at its arrival, never early: a controller must not wait for a start that
-        is still to come.
+        It is late by the age of a message at its arrival, never early: a controller must not wait for a start
+        in the future.
         """
         if self._newest is None:
             return None
@@ -223,11 +223,11 @@ class JointReadings:
         return stamp + now - arrival
 
     def missing(self) -> list[str]:
-        """Joints of which nothing was heard."""
+        """Return the joints without a reading."""
         return sorted(self._wanted - self._readings.keys())
 
     def angles(self, names: Sequence[str]) -> tuple[float, Vector] | None:
-        """When the oldest of them arrived, and all angles, radians; None while one is missing."""
+        """Return the arrival of the oldest reading, and all angles, radians; None if one is missing."""
         found = [self._readings.get(name) for name in names]
         known = [reading for reading in found if reading is not None]
         if len(known) < len(found):
@@ -237,7 +237,7 @@ class JointReadings:
 
 # -- tf ------------------------------------------------------------------------------------------
 class StaticFrames:
-    """Where frames sit that never move against each other, out of `tf2_msgs/TFMessage` on `/tf_static`."""
+    """Fixed transforms between frames, from `tf2_msgs/TFMessage` on `/tf_static`."""
 
     def __init__(self) -> None:
         self._parents: dict[str, tuple[str, Pose]] = {}
@@ -253,7 +253,7 @@ class StaticFrames:
                 self._parents[entry.child_frame_id.lstrip("/")] = entry.header.frame_id.lstrip("/"), placed
 
     def of(self, child: str, ancestor: str) -> Pose | None:
-        """The pose of one frame in another above it; None while that is not known."""
+        """Return the pose of a frame in one above it; None if it is not known."""
         placed, frame = pose(), child
         for _ in range(len(self._parents) + 1):
             if frame == ancestor:

@@ -1,9 +1,9 @@
-"""How TIAGo's head and arm are driven: chosen from what its controller manager lists, and commanded.
+"""TIAGo's controllers for head and arm: the choice from the controller manager's list, and their commands.
 
 A stock TIAGo runs `joint_trajectory_controller/JointTrajectoryController` for each part. Another one may run
 position controllers, or MoveIt Servo on top of the arm's controller. Names are those of PAL's public
 configurations (`tiago_controller_configuration`), Humble and Jazzy. The choice does no I/O; a `Part`
-publishes the commands of one part; `ControllerManager` and the functions behind it ask the robot's nodes.
+publishes the commands of one part; `ControllerManager` and the functions below it call the robot's nodes.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TWISTS = f"{SERVO_NODE}/delta_twist_cmds"
 
 
 class Kind(Enum):
-    """The messages that a part of the robot obeys."""
+    """The kind of commands that a part of the robot obeys."""
 
     TRAJECTORY = "trajectory"
     POSITION = "position"
@@ -66,18 +66,18 @@ class Controller:
 
     @property
     def joints(self) -> frozenset[str]:
-        """Joints of which it claims an interface."""
+        """The joints whose interfaces it claims."""
         return frozenset(name.split("/")[-2] for name in self.claimed if "/" in name)
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Where commands for one part go."""
+    """The destination of one part's commands."""
 
     kind: Kind
     topic: str
     controller: str = ""
-    "Its name in the controller manager; empty if it is not known or not listed there."
+    "Its name in the controller manager; empty if it is not listed there."
 
     def __str__(self) -> str:
         return f"{_PHRASE[self.kind]} to {self.topic}"
@@ -103,9 +103,9 @@ def choose(
 ) -> Choice:
     """Choose the drive of a part ("head" or "arm") with these joints.
 
-    `listed` is None where no controller manager answered; then whoever listens to the stock names is
-    believed. `listeners` counts the subscriptions of each topic. With `twists`, a topic for the hand's twist,
-    MoveIt Servo is preferred wherever it runs: whoever started it wants its limits and collision checks.
+    `listed` is None if no controller manager answered; then any subscriber of a stock topic counts as the
+    controller. `listeners` counts the subscriptions of each topic. With `twists`, a topic for the hand's
+    twist, MoveIt Servo is preferred if it runs, for its limits and collision checks.
     """
     if twists and listeners.get(twists):
         return Choice(Drive(Kind.TWIST, twists))
@@ -124,7 +124,7 @@ def choose(
 
 
 def stock_topics(parts: Iterable[str]) -> list[str]:
-    """The topics that are believed where no controller manager answers."""
+    """Return the topics that are tried if no controller manager answers."""
     return [drive.topic for part in parts for drive in _stock_drives(part)]
 
 
@@ -133,7 +133,7 @@ def _choose_by_listeners(part: str, listeners: Mapping[str, int]) -> Choice:
     for drive in drives:
         if listeners.get(drive.topic):
             return Choice(drive)
-    return Choice(None, f"nobody listens to {' or '.join(drive.topic for drive in drives)}")
+    return Choice(None, f"no controller subscribes to {' or '.join(drive.topic for drive in drives)}")
 
 
 def _stock_drives(part: str) -> list[Drive]:
@@ -153,7 +153,7 @@ def _positions(controller: Controller) -> bool:
 
 
 def _why_none(part: str, concerned: Sequence[Controller], listed: Sequence[Controller]) -> str:
-    # An inactive controller claims nothing, so it is known by its name alone.
+    # An inactive controller claims nothing, so only its name identifies it.
     concerned = concerned or [one for one in listed if one.name.startswith(part)]
     if not concerned:
         return f"no controller has the {part}'s joints"
@@ -162,34 +162,35 @@ def _why_none(part: str, concerned: Sequence[Controller], listed: Sequence[Contr
 
 # -- commands ------------------------------------------------------------------------------------
 HOLD_S = 0.05
-"Seconds in which a part that is to hold its place settles there."
+"Duration of a trajectory that holds a part in its place, seconds."
 _POSITION_PERIOD = 0.02
-"Seconds ahead of which a position controller is commanded."
+"Seconds by which a position controller's commands are ahead."
 
 
 class Part:
     """Publishes the commands of one part. Angles and velocities have the robot's signs, in its joints' order.
 
-    One thread at a time. Nothing waits.
+    One thread at a time. No method waits.
     """
 
     def __init__(self, node: Any, drive: Drive, joints: Sequence[str], low: Vector, high: Vector) -> None:
         """`low` and `high` are limits, radians."""
         self.drive = drive
         self.target: Vector | None = None
-        "Where its joints come to rest if nothing else is said; None before the first command."
+        "Angles at which its joints come to rest without another command; None before the first."
         self._stream = Stream(joints, low, high, Robot.COMMAND_TIMEOUT)
         self._publisher = node.create_publisher(_message_type(drive.kind), drive.topic, 1)
 
     @property
     def heard(self) -> bool:
-        """Whether anybody listens."""
+        """Whether the topic has a subscriber."""
         return bool(self._publisher.get_subscription_count())
 
     def move(self, velocity: Vector, measured: Vector, now: float, start: float | None) -> None:
         """Move the joints at `velocity`, rad/s, until `Robot.COMMAND_TIMEOUT` from `now`.
 
-        `start` is `now` on the robot's clock, if that is known. Raises TransportError where nobody listens.
+        `start` is `now` on the robot's clock, None if that is not known. Raises TransportError without a
+        subscriber.
         """
         self._require_listener()
         if self.drive.kind is Kind.POSITION:
@@ -199,22 +200,22 @@ class Part:
         made = self._stream.move(velocity, measured, now)
         self.target = made.points[-1]
         whole = Trajectory(made.joints, made.times, made.points, start)
-        # Without the robot's clock it can only begin at once, from wherever the joints are.
+        # Without the robot's clock it can only start now, from the joints' present place.
         self._publish(whole if start is not None else _straight(made.joints, made.points[-1], made.times[-1]))
 
     def go_to(self, target: Vector, seconds: float) -> None:
-        """Go to angles within some time and stay there. Raises TransportError where nobody listens."""
+        """Go to angles within some time and stay there. Raises TransportError without a subscriber."""
         self._require_listener()
         self._stream.forget()
         self._hold(target, seconds)
 
     def move_hand(self, twist: Vector, stamp: Any) -> None:
-        """Move the hand by a twist along the base's axes. Raises TransportError where nobody listens."""
+        """Move the hand by a twist along the base's axes. Raises TransportError without a subscriber."""
         self._require_listener()
         self._publisher.publish(messages.twist_stamped(twist, stamp))
 
     def stop(self, angles: Vector | None, stamp: Any) -> None:
-        """Come to rest at `angles`, or without any where the newest command ends; nobody need listen."""
+        """Come to rest at `angles`, or if None where the newest command ends; needs no subscriber."""
         if self.drive.kind is Kind.TWIST:
             self._publisher.publish(messages.twist_stamped(np.zeros(6), stamp))
             return
@@ -240,7 +241,7 @@ class Part:
 
     def _require_listener(self) -> None:
         if not self.heard:
-            raise TransportError(f"nobody listens to {self.drive.topic}; is the controller running?")
+            raise TransportError(f"no controller subscribes to {self.drive.topic}; does it run?")
 
 
 def _straight(joints: tuple[str, ...], target: Vector, seconds: float) -> Trajectory:
@@ -264,11 +265,11 @@ def _message_type(kind: Kind) -> Any:
 # -- the robot's nodes ---------------------------------------------------------------------------
 _LIST = "/controller_manager/list_controllers"
 _LIST_S = 0.5
-"Seconds between two looks at the list."
+"Seconds between two requests for the list."
 _ANSWER_S = 2.0
-"Seconds to wait for MoveIt Servo's services, and for the list once it has come."
+"Seconds to wait for MoveIt Servo's services, and for a list after the first."
 _MOST_PENDING = 4
-"Requests for the list that may wait; of more than that the oldest is given up."
+"Requests for the list that may be pending; beyond that the oldest is removed."
 
 
 def receive_description(timeout: float = 3.0) -> str:
@@ -292,19 +293,19 @@ def receive_description(timeout: float = 3.0) -> str:
 
 
 class ControllerManager:
-    """Keeps the list of controllers up to date. The list is read on the node's thread, used on any."""
+    """Keeps the list of controllers up to date, on the node's thread. Methods may be called on any."""
 
     def __init__(self, node: Any) -> None:
         self._listed: list[Controller] | None = None
         self._client: Any = None
         self._pending: list[Any] = []
-        "Requests that have no answer yet, in their order."
+        "Requests without an answer, oldest first."
         self._asked = 0.0
         try:
             import controller_manager_msgs
             from controller_manager_msgs.srv import ListControllers
         except ImportError:
-            log.info("controller_manager_msgs is not installed: whoever listens is taken for a controller")
+            log.info("controller_manager_msgs is not installed: any subscriber counts as a controller")
             return
         load_type_support(controller_manager_msgs)
         self._request = ListControllers.Request()
@@ -314,23 +315,23 @@ class ControllerManager:
 
     @property
     def can_ask(self) -> bool:
-        """Whether the messages to ask with are installed."""
+        """Whether the controller manager's messages are installed."""
         return self._client is not None
 
     def listed(self) -> list[Controller] | None:
-        """The newest list; None while no controller manager has answered."""
+        """Return the newest list; None before a controller manager has answered."""
         return self._listed
 
     def state_of(self, name: str) -> str | None:
-        """A controller's state, `not loaded` if it is not in the list; None without a list."""
+        """Return a controller's state, `not loaded` if it is not in the list; None without a list."""
         if self._listed is None:
             return None
         return next((one.state for one in self._listed if one.name == name), "not loaded")
 
     def _ask(self) -> None:
-        """Ask, unless an answer is on its way.
+        """Request the list unless an answer is due.
 
-        One gets lost if the manager ends meanwhile, or has not discovered yet who reads its answers.
+        An answer is lost if the manager ends, or if it has not discovered this client's reader yet.
         """
         now = time.monotonic()
         patience = _LIST_S if self._listed is None else _ANSWER_S
@@ -360,10 +361,10 @@ class ControllerManager:
 
 
 def start_servo_node(node: Any, twists: str) -> None:
-    """Have the MoveIt Servo node that listens to `twists` obey them; nothing if it offers no services.
+    """Make the MoveIt Servo node that subscribes to `twists` obey them, if it offers services for that.
 
     Humble has `start_servo` (Trigger); later releases have `switch_command_type` and `pause_servo` (SetBool).
-    Raises TransportError where it refuses or does not answer.
+    Raises TransportError if it refuses or does not answer.
     """
     prefix = twists.rpartition("/")[0]
     offered = dict(node.get_service_names_and_types())
@@ -389,7 +390,7 @@ def _switch_to_twists(node: Any, service: str) -> None:
         import moveit_msgs
         from moveit_msgs.srv import ServoCommandType
     except ImportError:
-        log.warning("moveit_msgs is not installed: %s has to be called with 1 (TWIST) by hand", service)
+        log.warning("moveit_msgs is not installed: call %s with 1 (TWIST) yourself", service)
         return
     load_type_support(moveit_msgs)
     request = ServoCommandType.Request(command_type=ServoCommandType.Request.TWIST)

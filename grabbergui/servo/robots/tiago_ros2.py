@@ -1,4 +1,4 @@
-"""TIAGo on a ROS 2 network: head and arm behind the controllers that it runs; how its guardian stops it."""
+"""TIAGo on a ROS 2 network: head and arm behind their controllers, and the guardian's channel to stop it."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from grabbergui.servo.robots.tiago_parts import (
 log = logging.getLogger(__name__)
 
 FRESH_S = 0.15
-"Age of a reading up to which the head is where it says."
+"Age up to which a reading counts as a part's present position, seconds."
 GUARDIAN_FRESH_S = 0.5
-"Age of a reading up to which the guardian, which knows no commands, sends a part there to stop it."
+"The same for the guardian, which knows no commands and stops a part by sending it to its reading."
 STEP_SPEED = np.radians(25)
-"Of relative moves of the head."
+"Speed of relative moves of the head, rad/s."
 SETTLE_S = 3.0
 "Seconds to wait for the second part's controller once the robot has answered."
 LIST_S = 1.0
-"Seconds to wait for the controller manager's list; without one, whoever listens is believed."
+"Seconds to wait for the controller manager's list; without one, any subscriber counts as a controller."
 JOINTS = {HEAD: tiago.HEAD_JOINTS, ARM: tiago.ARM_JOINTS}
 
 
@@ -49,12 +49,12 @@ class Topics:
     """Names of a TIAGo's topics."""
 
     head: str = "/head_controller/joint_trajectory"
-    "Another name than this is used whatever the controller manager lists."
+    "Any other name is used regardless of the controller manager's list."
     arm: str = tiago_parts.TWISTS
-    "`geometry_msgs/TwistStamped`, preferred where anybody listens; the default is MoveIt Servo's."
+    "`geometry_msgs/TwistStamped`, preferred if it has a subscriber; the default is MoveIt Servo's."
     joint_states: str = "/joint_states"
     camera_frame: str = tiago.CAMERA
-    "The frame of the images; its place on the head is taken from tf where tf has it."
+    "The frame of the images; its place on the head is that of tf, else the URDF's."
 
 
 class TiagoOverRos2(Robot):
@@ -68,7 +68,7 @@ class TiagoOverRos2(Robot):
         *,
         listen_only: bool = False,
     ) -> None:
-        """`timeout` is for the first reading, seconds. With `listen_only` no publisher is ever made."""
+        """`timeout` is for the first reading, seconds. With `listen_only` it creates no publisher."""
         super().__init__(model)
         self._topics = topics or Topics()
         self._timeout = timeout
@@ -84,15 +84,15 @@ class TiagoOverRos2(Robot):
 
     @property
     def summary(self) -> str:
-        """How each part is driven, in one line, once it is connected."""
+        """How each part is driven, in one line; empty before `connect`."""
         return self._summary
 
     _summary = ""
 
     def connect(self) -> None:
-        """Join the network, await joint states and choose the controllers; nothing is sent yet.
+        """Join the network, await joint states and choose the controllers; send nothing.
 
-        Raises SourceNotFoundError where no joint states come or no controller can be driven.
+        Raises SourceNotFoundError if no joint states arrive or no controller can be driven.
         """
         require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
@@ -111,7 +111,7 @@ class TiagoOverRos2(Robot):
             raise
 
     def open(self) -> None:
-        """Connect, unless that was done, and get the controllers ready; raises as `connect` does."""
+        """Connect unless connected, and prepare the controllers. Raises as `connect` does."""
         if self._ros is None:
             self.connect()
         arm = self._drives.get(ARM)
@@ -132,11 +132,11 @@ class TiagoOverRos2(Robot):
         return frozenset(self._drives) if self._drives else super().parts
 
     def state(self) -> RobotState | None:
-        """Return the newest reading; it is as old as the oldest joint's."""
+        """Return the newest reading, as old as its oldest joint's."""
         return self._state
 
     def move_head(self, velocity: Vector) -> None:
-        """Pan and tilt, rad/s, from the reference on, which ends at rest in `COMMAND_TIMEOUT`."""
+        """Move pan and tilt from the reference on, at rad/s; the motion ends after `COMMAND_TIMEOUT`."""
         state = self._known()
         part = self._part(HEAD)
         if part is not None:
@@ -151,7 +151,7 @@ class TiagoOverRos2(Robot):
             part.go_to(tiago.HEAD_SIGNS * target, max(float(np.abs(move).max() / STEP_SPEED), HOLD_S))
 
     def move_hand(self, twist: Vector) -> None:
-        """Move by a twist, or by the joint velocities that come nearest to it."""
+        """Send a twist, or the joint velocities that come nearest to it."""
         part = self._part(ARM)
         if part is None:
             return
@@ -172,7 +172,7 @@ class TiagoOverRos2(Robot):
                 continue
             try:
                 angles = None if state is None else _angles(state, name)
-                # An old reading is not where a part is: by then it has come to its newest target.
+                # A part has left the place of an old reading and reached its newest target.
                 fresh = state is not None and (now - state.time < FRESH_S or part.target is None)
                 part.stop(angles if fresh else None, self._stamp())
             except Exception as error:  # rclpy has no common ancestor of what publishing may raise
@@ -198,7 +198,7 @@ class TiagoOverRos2(Robot):
         return self._state
 
     def _part(self, name: str) -> Part | None:
-        """The part if it may move; None if it is not driven. Raises TransportError."""
+        """Return the part, or None if it is not driven. Raises TransportError if it may not move."""
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
         part = self._driven.get(name)
@@ -213,7 +213,7 @@ class TiagoOverRos2(Robot):
         part.move(velocity, measured, now, self._readings.robot_time(now))
 
     def _stamp(self) -> Any:
-        """The robot's clock where it is known: MoveIt Servo ignores twists that are old by it."""
+        """Return the time on the robot's clock if it is known: MoveIt Servo ignores old twists."""
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
         seconds = self._readings.robot_time(time.monotonic())
@@ -221,10 +221,10 @@ class TiagoOverRos2(Robot):
 
     # -- controllers -----------------------------------------------------------------------------
     def _choose_drives(self) -> None:
-        """Wait for a controller of both parts, but not for long; one of them will do."""
+        """Wait for a controller of each part for `SETTLE_S`; one part is enough."""
         deadline = time.monotonic() + min(self._timeout, SETTLE_S)
         assert self._manager is not None
-        if self._manager.can_ask:  # or an inactive controller would be believed, as it listens too
+        if self._manager.can_ask:  # an inactive controller subscribes, too
             self._wait_until(lambda: self._manager is None or self._manager.listed() is not None, LIST_S)
         choices = self._choices()
         while time.monotonic() < deadline and not all(choice.drive for choice in choices.values()):
@@ -266,7 +266,7 @@ class TiagoOverRos2(Robot):
     # -- readings --------------------------------------------------------------------------------
     def _on_joint_state(self, message: Any) -> None:
         try:
-            # The robot's clock may be another; a reading is as old as its arrival.
+            # The robot's clock may differ, so a reading's time is its arrival.
             self._readings.take(message, time.monotonic())
         except RemoteProtocolError as error:
             if str(error) != self._complaint:
@@ -287,16 +287,16 @@ class TiagoOverRos2(Robot):
         missing = self._readings.missing()
         if len(missing) == len(tiago.HEAD_JOINTS) + len(tiago.ARM_JOINTS):
             topic = self._topics.joint_states
-            return f"nobody publishes TIAGo's joints at {topic}; check the topics and ROS_DOMAIN_ID"
-        return f"{self._topics.joint_states} reports nothing of {', '.join(missing)}"
+            return f"no node publishes TIAGo's joints on {topic}; check the topics and ROS_DOMAIN_ID"
+        return f"{self._topics.joint_states} does not contain {', '.join(missing)}"
 
     # -- tf --------------------------------------------------------------------------------------
     def _listen_to_frames(self, node: Any) -> None:
-        """The camera may sit elsewhere on this robot's head than on the one the URDF is of."""
+        """Subscribe to `/tf_static`: on this robot the camera's place may differ from the URDF's."""
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError:
-            log.info("tf2_msgs is not installed: the camera is taken to be where the URDF has it")
+            log.info("tf2_msgs is not installed: the camera's place is the URDF's")
             return
         from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -311,7 +311,7 @@ class TiagoOverRos2(Robot):
 
 
 def part_for(node: Any, name: str, drive: Drive, model: KinematicModel) -> Part:
-    """Make the publisher of one part, with its limits in the robot's signs."""
+    """Return the publisher of one part, with its limits in the robot's signs."""
     if name == ARM:
         return Part(node, drive, tiago.ARM_JOINTS, model.arm.low, model.arm.high)
     low, high = tiago.HEAD_SIGNS * model.head.low, tiago.HEAD_SIGNS * model.head.high
@@ -319,15 +319,15 @@ def part_for(node: Any, name: str, drive: Drive, model: KinematicModel) -> Part:
 
 
 def _angles(state: RobotState, name: str) -> Vector | None:
-    """A part's angles with the robot's signs."""
+    """Return a part's angles with the robot's signs."""
     return tiago.HEAD_SIGNS * state.head if name == HEAD else state.arm
 
 
-# -- the guardian's way to stop it ---------------------------------------------------------------
+# -- the guardian's channel ----------------------------------------------------------------------
 class TiagoChannel(Channel):
-    """How the guardian stops a TIAGo: each part holds its place, by the controller that drives it.
+    """Stops a TIAGo for the guardian: sends each part to its present place, through the part's controller.
 
-    A node of its own, which reads joint states too: a part is held by sending it where it is.
+    For that it has a node of its own, which reads joint states, too.
     """
 
     def __init__(
@@ -338,8 +338,8 @@ class TiagoChannel(Channel):
         arm: str = "",
         arm_kind: str = Kind.TWIST.value,
     ) -> None:
-        """Topics of the joints' readings and of each part that is driven, with the kind of its messages."""
-        # The hand first: the head's trajectories end by themselves soon, and so do the arm's.
+        """Topics of the joint states and of each driven part, with the kind of its messages."""
+        # The arm first.
         given = {ARM: (arm, arm_kind), HEAD: (head, head_kind)}
         self._drives = {name: Drive(Kind(kind), topic) for name, (topic, kind) in given.items() if topic}
         self.name = " and ".join(drive.topic for drive in self._drives.values())
@@ -354,19 +354,19 @@ class TiagoChannel(Channel):
             self._join()
         deaf = [part.drive.topic for part in self._parts.values() if not part.heard]
         if deaf:
-            raise TransportError(f"nobody listens to {' and '.join(deaf)}")
+            raise TransportError(f"no controller subscribes to {' and '.join(deaf)}")
         for name, drive in self._drives.items():
             if drive.kind is not Kind.TWIST and self._readings.angles(JOINTS[name]) is None:
-                raise TransportError(f"{self._joint_states} has not said where the {name} is")
+                raise TransportError(f"{self._joint_states} has not reported where the {name} is")
 
     def stop(self) -> None:
-        """Send every part where it is. Parts whose place is not known come to rest by themselves."""
+        """Send every part to its present place. A part without a recent reading comes to rest by itself."""
         ros, now = self._ros or self._join(), time.monotonic()
         robot_time = self._readings.robot_time(now)
         stamp = messages.stamp_of(robot_time) if robot_time else ros.node.get_clock().now().to_msg()
         for name, part in self._parts.items():
             reading = self._readings.angles(JOINTS[name])
-            # An old reading is not where the part is: it would move there.
+            # With an old reading, the part would move back to where it was.
             part.stop(
                 reading[1] if reading is not None and now - reading[0] < GUARDIAN_FRESH_S else None, stamp
             )
@@ -378,13 +378,13 @@ class TiagoChannel(Channel):
             self._ros = None
 
     def reset(self) -> None:
-        """Stay on the network, which is slow to join: whoever listens is found again by itself."""
+        """Stay on the network, which is slow to join: DDS finds subscribers again by itself."""
 
     def _join(self) -> Ros2Node:
         require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
 
-        # No lock that the servo program, frozen, may hold stands between the guardian and the robot.
+        # Without shared memory: a frozen servo program may hold its locks.
         ros = Ros2Node(f"grabbergui_guardian_{time.time_ns() % 10**9}", shared_memory=False)
         for name, drive in self._drives.items():
             limit = np.full(len(JOINTS[name]), np.inf)
@@ -398,4 +398,4 @@ class TiagoChannel(Channel):
         try:
             self._readings.take(message, time.monotonic())
         except RemoteProtocolError:
-            return  # the servo program reports it
+            return  # the servo program logs it
