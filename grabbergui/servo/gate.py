@@ -1,9 +1,9 @@
-"""The only door through which commands reach a robot.
+"""The gate: the only way by which commands reach a robot.
 
-It lets nothing through that is not finite or too fast, nothing that would lead the hand out of the workspace
-or the arm into the robot's body or an obstacle, nothing while the emergency stop is on, and nothing while the
-guardian could not stop the robot. It stops a robot whose commands have ceased. A stop always goes
-through, from any thread; every stop is the guardian's too, but for a planned rest that the robot took.
+It refuses commands that are not finite or too fast, that would lead the hand out of the workspace or the arm
+into the robot's body or an obstacle, and every motion while the emergency stop is on or the guardian could
+not stop the robot. It stops the robot when commands cease. A stop always passes, from any thread, and goes to
+the guardian, too; only a planned rest that the robot confirms does not.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """The loop's command for the next moment. A part whose velocity is zero rests."""
+    """One control cycle's command. A part whose velocity is zero rests."""
 
     head: Vector = field(default_factory=lambda: np.zeros(2))
     "Pan and tilt, rad/s."
@@ -38,12 +38,12 @@ class Command:
     hand: Vector = field(default_factory=lambda: np.zeros(6))
     "Twist in the base, m/s and rad/s."
     halt: bool = False
-    "Whether all must stand still at once, a step in progress included."
+    "Whether everything must stop, a step in progress included."
     until: float = math.inf
-    "Seconds on the loop's clock after which nothing of it may go on, whatever hangs."
+    "When its motion must have ended, in seconds on the loop's clock."
 
     def slowed(self, factor: float) -> Command:
-        """The same motion at a fraction of its speed, or of its size for a step."""
+        """Return the same motion at a fraction of its speed, or of its size for a step."""
         step = None if self.head_step is None else self.head_step * factor
         return replace(self, head=self.head * factor, head_step=step, hand=self.hand * factor)
 
@@ -54,17 +54,17 @@ class Command:
 
 
 LOOKAHEAD_S = 0.2
-"Seconds that a hand may go on after its last command, which must not lead it into anything."
+"Seconds that a hand may continue after its last command: the gate checks where that would lead."
 LEAD_S = 0.1
-"Seconds by which positions are ahead of a robot that is moved by them: it goes on for no longer."
+"Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
 SLOWER = (1.0, 0.5, 0.25, 0.1)
-"Fractions of the wanted speed that are tried, so that the hand slows down as it comes near."
+"Fractions of the wanted speed to try, so that the hand slows down near an obstacle."
 EDGE_M = 0.002
-"Metres beyond the workspace's edge to which rounding and drives may take a hand that is kept inside."
+"Metres by which rounding and drives may take a hand beyond the workspace's edge."
 
 
 class Bystander(Robot):
-    """A robot that is looked at and never moved: for dry runs."""
+    """A robot that is observed and never moved, for dry runs."""
 
     def __init__(self, robot: Robot) -> None:
         super().__init__(robot.model, robot.name)
@@ -110,7 +110,7 @@ class CommandGate:
         self.sent = 0
         "Motion commands that reached the robot."
         self.refused = 0
-        "Commands that were not let through."
+        "Commands that were refused."
         self.hindrance = ""
         "Why the newest command's hand was slowed down or refused; empty if it was not."
         self._robot: Robot = Bystander(robot) if dry_run else robot
@@ -130,7 +130,7 @@ class CommandGate:
 
     @property
     def halted(self) -> str:
-        """Why the emergency stop is on; empty while it is not."""
+        """The reason of the emergency stop; empty while it is off."""
         return self._halted
 
     @property
@@ -139,13 +139,13 @@ class CommandGate:
         return self._dry_run
 
     def tune(self, config: Config) -> None:
-        """Other limits from now on."""
+        """Change the limits."""
         with self._lock:
             self._config = config
             self._obstacles = parse_boxes(config.safety.obstacles)
 
     def send(self, command: Command, now: float) -> bool:
-        """Pass on a command; whether it went through. A robot that fails to take it is stopped."""
+        """Pass a command on; return whether it reached the robot. Stops a robot that rejects it."""
         with self._lock:
             if self._halted:
                 self.refused += command.moves
@@ -161,7 +161,7 @@ class CommandGate:
             if command.halt or (not command.moves and not self._stepping):
                 self._rest()
                 return True
-            # Before it is said: a robot that is long in taking it is stopped by the watchdog.
+            # Before it is sent: the watchdog stops a robot that takes too long to accept it.
             before, self._moving = self._moving, True
             verdict = self._guard.beat(lambda: self._moving)
             if verdict != ALLOWED:
@@ -174,14 +174,14 @@ class CommandGate:
                     self._moving = False
                     return False
                 self._move_head(command)
-                if self._halted or not self._moving:  # stopped while the head took its part
+                if self._halted or not self._moving:  # stopped while the head's part was sent
                     self.refused += command.moves
                     return False
                 self._move_hand(command)
             except GrabberError as error:
                 self.refused += 1
                 if self._halted or not self._moving:
-                    # A stop from another thread came between: the robot refuses what was said before it.
+                    # After a stop from another thread, the robot refuses an older command.
                     log.info("%s: a command was overtaken by a stop: %s", self._robot.name, error)
                 else:
                     log.error("%s does not take a command: %s", self._robot.name, error)
@@ -198,7 +198,7 @@ class CommandGate:
             self._robot.step_head(command.head_step)
         elif self._config.head.mode == "velocity":
             self._robot.move_head(command.head)
-        elif not self._stepping or np.any(command.head):  # a search is no steps
+        elif not self._stepping or np.any(command.head):  # a search has velocities in any mode
             self._robot.lead_head(command.head, LEAD_S)
 
     def _move_hand(self, command: Command) -> None:
@@ -209,31 +209,31 @@ class CommandGate:
 
     @property
     def _stepping(self) -> bool:
-        """Whether the head moves by itself after a command, so that saying nothing is not resting."""
+        """Whether the head completes a step without further commands."""
         return self._config.head.mode == "steps"
 
     def rest(self) -> None:
-        """Let the robot stand still; commands may follow."""
+        """Bring the robot to rest; commands may follow."""
         with self._lock:
             self._rest()
 
     def halt(self, reason: str) -> None:
-        """Emergency stop: the robot is stopped even if it rests already, and no command follows."""
-        # Not behind the commands' lock: one that hangs in the network must not hold up a stop.
+        """Emergency stop: stop the robot even if it rests, and pass no command until `release`."""
+        # Before the commands' lock is taken: a command that hangs in the network must not delay a stop.
         with self._halt_lock:
             self._halted = reason or "emergency stop"
             self._halts += 1
         self._guard.stop()
         self._robot.stop()
         with self._lock:
-            self._robot.stop()  # a command that was in progress in between
+            self._robot.stop()  # again, as a command may have been in progress
             self._moving = False
 
     def release(self) -> None:
         """End the emergency stop.
 
-        Raises SourceUnavailableError, and it stays on, if there is no guardian, or if there was another stop
-        while the guardian was being started.
+        Raises SourceUnavailableError, and the stop stays on, if there is no guardian or if another stop came
+        while the guardian was starting.
         """
         halts = self._halts
         self._guard.renew()
@@ -243,17 +243,17 @@ class CommandGate:
             self._halted = ""
 
     def beat(self) -> None:
-        """Let the guardian know that this program lives, and heed what it says. For a watchdog."""
+        """Send the guardian a heartbeat and obey its verdict. For a watchdog."""
         self._heed(self._guard.beat(lambda: self._moving))
 
     def expire(self, now: float) -> bool:
-        """Stop a robot whose last command is over, or too long ago; whether it moved. For a watchdog."""
-        if not self._moving:  # first: `send` sets it last
+        """Stop a robot whose last command has expired; return whether it moved. For a watchdog."""
+        if not self._moving:  # read first, as `send` sets it last
             return False
         silent, over = now - self._last_word, now > self._until
         if not over and silent <= self._config.safety.command_timeout:
             return False
-        # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
+        # Before the stop, which may take a while: a command during it moves the robot again.
         self._moving = False
         self._guard.stop()
         self._robot.stop()
@@ -266,7 +266,7 @@ class CommandGate:
             log.error("%s", verdict.why_not)
             self.halt(verdict.why_not)
         elif verdict != ALLOWED and self._moving:
-            # The robot stands already; but its connections here have to learn of it.
+            # The guardian has stopped it; this end of its connections must follow.
             self._moving = False
             self._robot.stop()
 
@@ -278,7 +278,7 @@ class CommandGate:
 
     # -- space -----------------------------------------------------------------------------------
     def _kept_clear(self, command: Command) -> Command:
-        """The command with its hand slowed down, or at rest, where it would come too near to anything."""
+        """Return the command with its hand slowed down or at rest if it would come too near to anything."""
         before, self.hindrance = self.hindrance, ""
         if not np.any(command.hand):
             return command
@@ -303,13 +303,13 @@ class CommandGate:
         return replace(command, hand=np.zeros(6))
 
     def _danger(self, state: RobotState, hand: Vector, distance_now: Callable[[], float]) -> str:
-        """Why a twist of the hand must not go on for `LOOKAHEAD_S`; empty if it may.
+        """Return why a twist of the hand must not last for `LOOKAHEAD_S`; empty if it may.
 
-        `distance_now` is asked only for a hand that is or comes too near.
+        `distance_now` is slow, so it is called only if the hand would come too near.
         """
         low, high = self._config.arm.workspace
         ahead = state.hand[:3, 3] + hand[:3] * LOOKAHEAD_S
-        # A hand that is outside may come back.
+        # A hand that is outside may return.
         leaving = ((ahead < low - EDGE_M) & (hand[:3] < 0)) | ((ahead > high + EDGE_M) & (hand[:3] > 0))
         if leaving.any():
             axis = int(np.argmax(leaving))
@@ -321,13 +321,11 @@ class CommandGate:
         there = self._nearest(model.body, model.arm.clamped(state.arm + moved))
         if there.distance >= self._config.safety.clearance:
             return ""
-        # What is too near already may only go away.
-        if there.distance < distance_now():
-            return f"{there.part} would come within {1e3 * max(there.distance, 0):.0f} mm of {there.other}"
-        return ""
+        # An arm that is too near already may only move away.
+        return _too_near(there) if there.distance < distance_now() else ""
 
     def _distance_now(self, state: RobotState) -> float:
-        """Return the metres from the arm to whatever is nearest; infinite where that is not known."""
+        """Return the distance from the arm to the nearest shape, metres; infinite if it is not known."""
         model = self._robot.model
         if model.body is None or state.arm is None:
             return math.inf
@@ -343,10 +341,7 @@ class CommandGate:
         if model.body is None:
             return ""
         contact = self._nearest(model.body, arm)
-        if contact.distance < self._config.safety.clearance:
-            millimetres = 1e3 * max(contact.distance, 0)
-            return f"{contact.part} would come within {millimetres:.0f} mm of {contact.other}"
-        return ""
+        return _too_near(contact) if contact.distance < self._config.safety.clearance else ""
 
     def _nearest(self, body: Body, arm: Vector) -> Contact:
         contacts = [body.nearest(arm)]
@@ -361,7 +356,7 @@ class CommandGate:
         if command.head_step is not None:
             numbers.append(command.head_step)
         if not all(np.isfinite(part).all() for part in numbers):
-            return "it holds numbers that are not finite"
+            return "it has numbers that are not finite"
         slack = 1 + 1e-6
         if np.abs(command.head).max() > math.radians(config.head.fastest) * slack:
             return "the head would be too fast"
@@ -372,3 +367,7 @@ class CommandGate:
         if command.head_step is not None and np.abs(command.head_step).max() > math.radians(10):
             return "the head's step would be too large"
         return ""
+
+
+def _too_near(contact: Contact) -> str:
+    return f"{contact.part} would come within {1e3 * max(contact.distance, 0):.0f} mm of {contact.other}"

@@ -1,20 +1,20 @@
 """A process of its own that stops the robot when the servo program no longer can.
 
-The servo program starts it before the first motion (`guardian_link`) and beats at it every 20 ms. When the
-program is killed, the pipe ends; when it is frozen, the beats cease: either way the guardian says the stop on
-connections that it opened beforehand. It imports neither Qt nor numpy, unless a channel needs that, so that
-it is ready within a moment.
+The servo program starts it before the first motion (`guardian_link`) and sends it a heartbeat every 20 ms.
+When the program is killed, the pipe ends; when it is frozen, the heartbeats cease. Either way the guardian
+sends the stop on connections that it opened beforehand. It imports Qt and numpy only if a channel needs them,
+so that it starts fast.
 
 Both directions carry lines of JSON. From the servo program, on standard input:
 
 - `{"silence": 0.08, "channels": [{"kind": "yarp stream", …}, …]}`: first, and once; the other keys of a
   channel are the arguments of its class;
-- `{"moving": true, "stops": 0}`: a beat. `stops` says how many stops of the guardian's the program knows of,
-  so that a program that was frozen cannot go on as if nothing had happened;
-- `{"stop": 3}`: stop now; numbered, so that its end can be reported;
-- `{"quit": true}`: the robot stands still, end.
+- `{"moving": true, "stops": 0}`: a heartbeat. `stops` is the number of the guardian's stops that the program
+  knows of, so that a program that was frozen cannot continue as if nothing had happened;
+- `{"stop": 3}`: stop now; numbered, so that the guardian can report when it is done;
+- `{"quit": true}`: the robot is at rest, end.
 
-To it, on standard output, after every line and every stop: a `Report`.
+To the program, on standard output: a `Report` after every line and every stop.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ KINDS = {
     "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
     "tiago": "grabbergui.servo.robots.tiago_ros2:TiagoChannel",
 }
-"""Classes of channels, imported when one is wanted."""
+"""Classes of channels, imported on demand."""
 
 REPEATS = (0.0, 0.05, 0.2, 0.5, 1.0)
-"""Seconds after an alarm at which the stop goes out: a command may still be on its way at the first."""
+"""Seconds after an alarm at which the stop is sent: a command may still be on its way at the first."""
 CHECK_S, RETRY_S = 1.0, 0.1
 """Seconds between two checks of a channel that works, and of one that does not."""
 FAREWELL_S = 1.0
-"""Seconds after the last repeat that an answer is waited for."""
+"""Seconds to wait for answers after the last repeat."""
 
 
 class Channel(ABC):
     """One way to stop a robot. Used by one thread."""
 
     name = ""
-    "The port or topic that it leads to, for messages."
+    "Its port or topic, for messages."
 
     @abstractmethod
     def prepare(self) -> None:
@@ -63,76 +63,76 @@ class Channel(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Say the stop, and wait for an answer where there is one. Raises GrabberError."""
+        """Send the stop, and wait for the answer if the protocol has one. Raises GrabberError."""
 
     @abstractmethod
     def close(self) -> None:
         """Disconnect for good. Never raises."""
 
     def reset(self) -> None:
-        """Drop a connection that failed, so that the next call makes another. Never raises."""
+        """Drop a connection that failed, so that the next call connects again. Never raises."""
         self.close()
 
 
 @dataclass(frozen=True)
 class Report:
-    """How the guardian is."""
+    """State of the guardian."""
 
     stops: int = 0
-    "Stops on its own account so far."
+    "Number of stops that it has decided on itself."
     why: str = ""
     "Reason of the last of them."
     problem: str = "the guardian has not answered yet"
-    "Why it could not stop the robot; empty when it could."
+    "Why it could not stop the robot; empty if it could."
     asked: int = 0
-    "Number of the last stop that was asked for."
+    "Number of the last stop that the program requested."
     stopping: bool = False
-    "Whether a stop is on its way or will be repeated; a motion that begins now would be caught by it."
+    "Whether a stop is in progress or will be repeated; it would end a motion that begins now."
 
 
 class Vigil:
     """Decides when to stop. No I/O: time is an argument, in seconds on any clock."""
 
     def __init__(self, silence: float) -> None:
-        """`silence` is how long a moving robot's program may say nothing."""
+        """`silence` is how long heartbeats may stay away while the robot moves, seconds."""
         self.stops = 0
         "Alarms so far."
         self.why = ""
         "Reason of the last."
         self.asked_for = 0
-        "Number of the last stop that the program asked for."
+        "Number of the last stop that the program requested."
         self._silence = silence
         self._limit = math.inf
         self._repeats: list[float] = []
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop has still to go out."""
+        """Whether a stop is still to be sent."""
         return bool(self._repeats)
 
     @property
     def due(self) -> float:
-        """When to look again at the latest."""
+        """When `stop_due` must be called at the latest."""
         return min([self._limit, *self._repeats[:1]])
 
     def beat(self, now: float, moving: bool, stops: int) -> None:
-        """Take in a beat. One that does not know of the last stop is none."""
+        """Handle a heartbeat; ignore it if the program does not know of the last stop yet."""
         if stops == self.stops:
             self._limit = now + self._silence if moving else math.inf
 
     def alarm(self, now: float, why: str) -> None:
-        """Stop, now and a few times more."""
+        """Stop now, and repeat it a few times."""
         self.stops += 1
         self.why, self._limit = why, math.inf
         self._repeats = [now + seconds for seconds in REPEATS]
 
     def asked(self, now: float, number: int) -> None:
-        """Stop as the program itself wants it."""
+        """Stop because the program requested it."""
         self.asked_for, self._limit = number, math.inf
         self._repeats = [now, *self._repeats]
 
     def stop_due(self, now: float) -> bool:
-        """Whether the stop has to go out now."""
+        """Return whether the stop must be sent now."""
         if now >= self._limit:
             self.alarm(now, f"the servo program was silent for {1e3 * self._silence:.0f} ms")
         pending = [moment for moment in self._repeats if moment > now]
@@ -167,7 +167,7 @@ class Keeper:
         self._wake.set()
 
     def close(self) -> None:
-        """Begin to disconnect."""
+        """Begin to disconnect; does not wait."""
         self._closing = True
         self._wake.set()
 
@@ -197,7 +197,7 @@ class Keeper:
 
 
 class Guardian:
-    """Listens to the servo program and stops the robot; `run` returns when there is nothing left to guard."""
+    """Listens to the servo program and stops the robot."""
 
     def __init__(self, keepers: list[Keeper], silence: float, reports: int) -> None:
         """`reports` is the descriptor that reports are written to; for `silence` see `Vigil`."""
@@ -207,7 +207,7 @@ class Guardian:
         self._ready = False
 
     def run(self, lines: Lines) -> None:
-        """Serve until the program quits, or ends without: then the robot has been stopped on return."""
+        """Serve until the program quits or ends. If it ends without quitting, stop the robot first."""
         try:
             while not self._obey(lines.read(self._vigil.due)):
                 self._act()
@@ -224,7 +224,7 @@ class Guardian:
                 keeper.join(deadline)
 
     def _obey(self, messages: list[dict[str, Any]]) -> bool:
-        """Follow what the program says; whether it quits."""
+        """Handle messages of the program; return whether it quits."""
         for message in messages:
             now = time.monotonic()
             if "quit" in message:
@@ -238,7 +238,7 @@ class Guardian:
         return False
 
     def _act(self) -> None:
-        """Stop if it is time to; a new alarm is reported."""
+        """Send the stop if it is due; report a new alarm."""
         before = self._vigil.stops
         if self._vigil.stop_due(time.monotonic()):
             for keeper in self._keepers:
@@ -252,7 +252,7 @@ class Guardian:
         problem = next((keeper.problem for keeper in keepers if keeper.problem), "")
         stopping = vigil.stopping or any(keeper.stopping for keeper in keepers)
         if not problem and not self._ready:
-            # Imports and discovery, which are slow, are over; the program does not move the robot yet.
+            # Slow imports and discovery are done, and the robot does not move yet.
             self._ready = True
             if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
                 _say(f"a stop may come late on a busy machine: {refused}")
@@ -261,7 +261,7 @@ class Guardian:
             os.write(self._reports, json.dumps(asdict(report)).encode() + b"\n")
 
     def _finish(self) -> None:
-        """Send the stop and its repeats, then wait for the answers, but not for ever."""
+        """Send the stop and its repeats, then wait for the answers for a limited time."""
         end = time.monotonic() + REPEATS[-1] + FAREWELL_S
         while (now := time.monotonic()) < end:
             self._act()
@@ -282,8 +282,8 @@ class Lines:
     def read(self, until: float) -> list[dict[str, Any]]:
         """Return the messages that have arrived; wait for one until a moment on the monotonic clock at most.
 
-        Raises EOFError at the end. Beats that arrived are read even after the deadline: on a busy machine
-        the guardian may be the one that is late.
+        Raises EOFError at the end. Heartbeats that arrived are read even after the deadline: on a busy
+        machine the guardian may be late, not the program.
         """
         wait = None if math.isinf(until) else max(0.0, until - time.monotonic())
         if not select.select([self._descriptor], [], [], wait)[0]:
@@ -296,7 +296,7 @@ class Lines:
 
 
 def channel(declared: Mapping[str, Any]) -> Channel:
-    """The channel that is declared as `{"kind": …, arguments}`; imports what it needs."""
+    """Return the channel declared as `{"kind": …, arguments}`; imports its class."""
     arguments = dict(declared)
     module, _, name = KINDS[arguments.pop("kind")].partition(":")
     made: Channel = getattr(importlib.import_module(module), name)(**arguments)
@@ -304,13 +304,13 @@ def channel(declared: Mapping[str, Any]) -> Channel:
 
 
 def main() -> None:
-    """Guard whoever started this process."""
-    # Ctrl-C and a closing terminal reach the whole group, and are for the servo program alone.
+    """Guard the program that started this process."""
+    # Ctrl-C and a closing terminal signal the whole process group; only the servo program handles them.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform != "win32":
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _on_terminate)
-    # Only reports may go to the program. Libraries print, too: ROS logs here by RCUTILS_LOGGING_USE_STDOUT.
+    # Libraries may print, ROS for instance with RCUTILS_LOGGING_USE_STDOUT. The program expects only reports.
     reports = os.dup(1)
     with suppress(OSError):  # standard error may be closed
         os.dup2(2, 1)

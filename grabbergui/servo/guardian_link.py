@@ -1,4 +1,4 @@
-"""The servo program's end of its guardian: starts it, beats, and knows whether it is well."""
+"""The servo program's end of its guardian: starts the process, sends heartbeats, and checks its health."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from grabbergui.servo.guardian import Report
 log = logging.getLogger(__name__)
 
 READY_TIMEOUT = 20.0
-"Seconds to find and connect every channel; a busy ROS network takes some."
+"Seconds to find and connect every channel: discovery in a busy ROS network is slow."
 DEAF_S = 0.5
 "Seconds without an answer after which the guardian counts as hung."
 HICCUP_S = 1.0
-"Seconds that this program may have been silent and still go on by itself once the guardian has stopped it."
+"Seconds of this program's silence after which only a person may resume a robot that the guardian stopped."
 END_S, HUNG_S = 5.0, 0.1
-"Seconds that it may take to end, and those for one that has not answered."
+"Seconds that the process may take to end, and that a hung one may."
 _PERIOD = 0.02
 
 
@@ -35,30 +35,30 @@ class Verdict:
     """Whether the robot may move."""
 
     why_not: str = ""
-    "Empty when it may."
+    "Empty if it may."
     for_good: bool = False
-    "Whether only a person may let it move again."
+    "Whether only a person may resume."
 
 
 ALLOWED = Verdict()
 
 
 class Guard:
-    """For a robot that rests by itself when this program ends, as one simulated in it does."""
+    """No guardian: for a robot that comes to rest when this program ends, as a simulated one does."""
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
-        """Whether the robot may move."""
+        """Return whether the robot may move."""
         return ALLOWED
 
     def stop(self) -> None:
-        """Nothing else could stop it."""
+        """Do nothing."""
 
     def renew(self) -> None:
-        """Nothing can have failed."""
+        """Do nothing."""
 
 
 class GuardianLink(Guard):
-    """One guardian process, started again by `renew` where it has ended. Any thread."""
+    """One guardian process; `renew` starts another if it has ended. Any thread."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class GuardianLink(Guard):
         silence: float,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """See `guardian` for the channels; `silence` is how many seconds without a beat make an alarm."""
+        """See `guardian` for the channels; after `silence` seconds without a heartbeat it raises an alarm."""
         self._start = {"silence": silence, "channels": list(channels)}
         self._silence = silence
         self._clock = clock
@@ -78,21 +78,21 @@ class GuardianLink(Guard):
         self._failure = ""
         self._hung = False
         self._stops = self._asked = 0
-        "Of the guardian's stops, those that are known here; and those that were asked for."
+        "Numbers of the guardian's own stops that are known here, and of those requested from it."
         self._beaten = self._answered = 0.0
 
     @property
     def pid(self) -> int:
-        """Of the process; 0 without one."""
+        """The process id; 0 without a process."""
         return self._process.pid if self._process else 0
 
     def open(self) -> None:
         """Start the process, without waiting for it. Raises SourceUnavailableError."""
-        if sys.platform == "win32":  # its pipes can be neither polled nor read without waiting there
+        if sys.platform == "win32":  # pipes can be neither polled nor read without waiting there
             raise SourceUnavailableError("the guardian, without which no robot moves, needs Linux or macOS")
-        # A process group of its own: signals to this program's group and its terminal's end spare it.
+        # A session of its own: signals to this program's group and a closing terminal do not reach it.
         environment = os.environ | {"PYTHONSAFEPATH": "1"}
-        with self._lock:  # what it is to guard must come before any beat
+        with self._lock:  # the channels must be the first line, before any heartbeat
             try:
                 self._process = subprocess.Popen(
                     [sys.executable, "-m", "grabbergui.servo.guardian"],
@@ -108,12 +108,12 @@ class GuardianLink(Guard):
             for pipe in self._pipes():
                 os.set_blocking(pipe, False)
             self._beaten = self._clock()
-            # It has all the time it needs for its first answer: until then nothing moves.
+            # Its first answer may take long: nothing moves until then.
             self._answered = self._beaten + READY_TIMEOUT
             self._write(self._start)
 
     def await_ready(self, timeout: float = READY_TIMEOUT) -> None:
-        """Wait until it could stop the robot. Raises SourceUnavailableError with the reason if it cannot."""
+        """Wait until it could stop the robot. Raises SourceUnavailableError after `timeout` seconds."""
         deadline = self._clock() + timeout
         while (verdict := self.beat(_resting)) != ALLOWED:
             if self._failure or self._clock() > deadline:
@@ -121,9 +121,9 @@ class GuardianLink(Guard):
             time.sleep(_PERIOD)
 
     def renew(self) -> None:
-        """Forget what was, as a person wants to go on; start another process where it has ended.
+        """Start another process if this one has ended, and wait until it is ready, because a person resumes.
 
-        Several may want to go on at once, but only one starts a process. Raises SourceUnavailableError.
+        Of several threads only one starts a process. Raises SourceUnavailableError.
         """
         with self._renewing:
             if self._failure or self._process is None:
@@ -132,10 +132,10 @@ class GuardianLink(Guard):
             self.await_ready()
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
-        """Say that this program lives, and whether the robot is `moving`; whether it may. Never waits."""
+        """Send a heartbeat with whether the robot is `moving`; return whether it may. Never waits."""
         with self._lock:
             now = self._clock()
-            # First: what it says may make this beat a late one.
+            # First, as the heartbeat must contain the number of stops that the report has.
             self._read(now)
             gap, self._beaten = now - self._beaten, now
             verdict = self._judged(now, gap)
@@ -143,13 +143,13 @@ class GuardianLink(Guard):
             return verdict
 
     def stop(self) -> None:
-        """Let the guardian stop the robot too, on its own connections. Never waits, never raises."""
+        """Request a stop on the guardian's own connections. Never waits, never raises."""
         with self._lock:
             self._asked += 1
             self._write({"stop": self._asked})
 
     def close(self) -> None:
-        """Let it end; the robot stands still by now, and must not move any more. May be called twice."""
+        """End the process. The robot must be at rest, and must not move afterwards. May be called twice."""
         with self._lock:
             self._write({"quit": True})
             self._failure = self._failure or "the guardian was closed"
@@ -159,7 +159,7 @@ class GuardianLink(Guard):
     def _judged(self, now: float, gap: float) -> Verdict:
         report = self._report
         if gap > DEAF_S:
-            self._answered = max(self._answered, now)  # it was not the guardian that was away
+            self._answered = max(self._answered, now)  # this program was silent, not the guardian
         if not self._failure and now - self._answered > DEAF_S:
             self._failure, self._hung = f"the guardian does not answer (process {self.pid})", True
         if self._failure:
@@ -168,7 +168,7 @@ class GuardianLink(Guard):
             self._stops = report.stops
             why = f"the guardian stopped the robot: {report.why}"
             if gap < HICCUP_S:
-                log.warning("%s; was this computer busy? it goes on", why)
+                log.warning("%s; motion continues (was this computer busy?)", why)
             return Verdict(why, for_good=gap >= HICCUP_S)
         if report.problem:
             return Verdict(f"the guardian could not stop the robot: {report.problem}", for_good=True)
@@ -195,7 +195,7 @@ class GuardianLink(Guard):
             self._failure = f"the guardian (process {self.pid}) sent {whole[-1][:60]!r}: {error}"
 
     def _write(self, message: Mapping[str, Any]) -> None:
-        """Pass a line on; a pipe that is full or broken is noticed by the reader."""
+        """Write a line; `_read` detects a pipe that is full or broken."""
         if self._process is not None:
             with suppress(OSError):
                 os.write(self._pipes()[0], json.dumps(message).encode() + b"\n")
@@ -208,7 +208,7 @@ class GuardianLink(Guard):
         return process.stdin.fileno(), process.stdout.fileno()
 
     def _end(self) -> None:
-        """Close the pipes, which ends a guardian that is well, and see to it that none is left."""
+        """Close the pipes, which ends a healthy guardian, and kill one that does not end."""
         with self._lock:
             process, self._process = self._process, None
         if process is None:

@@ -16,9 +16,9 @@ from grabbergui.servo.state_machine import EncoderWatch, ProgressWatch, Situatio
 from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack, TargetMotion
 
 RESPONSE_S = 0.04
-"Seconds that a robot's drives take to follow a command: the velocity that is sent is the marker's by then."
+"Seconds that drives take to follow a command: the loop sends the velocity that the marker will have by then."
 FOLLOWED_M = 0.04
-"Metres from its moving goal within which the hand counts as following it; twice as many until it is lost."
+"Metres from a moving goal within which the hand starts to follow it; it stops to follow at twice as many."
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class ControlCycle:
     reason: str
     command: Command
     off_centre: tuple[float, float]
-    "Of what the head looks at: to the right and down, radians; NaN without a target."
+    "Of the head's target: to the right and down, radians; NaN without a target."
     error: tuple[float, float]
     "Metres and radians from the hand to its goal; NaN without a marker."
     robot: RobotState | None
@@ -38,23 +38,23 @@ class ControlCycle:
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A control cycle and what the loop knew then, for a window. Poses and points are in the robot's base."""
+    """A control cycle and the loop's knowledge at its end, for display. Poses and points are in the base."""
 
     cycle: ControlCycle
     sighting: Sighting | None = None
     marker: Pose | None = None
     goal: Pose | None = None
-    "Of the hand, for this marker."
+    "The hand's goal for this marker."
     person: Vector | None = None
 
 
 class ServoLoop:
-    """Tracks, controllers and the state machine, joined. Use from one thread."""
+    """Joins tracks, controllers and the state machine. Use from one thread."""
 
     def __init__(self, config: Config, robot: Robot, *, dry_run: bool = False) -> None:
-        """In a dry run nothing moves, so a hand that comes no nearer is no surprise.
+        """A dry run does not judge the hand's progress, as nothing moves.
 
-        Of the robot only its model and its parts are used, which never change.
+        The loop reads the robot's model, camera pose and parts, and commands nothing.
         """
         self._dry_run = dry_run
         self._held_back = ""
@@ -65,9 +65,9 @@ class ServoLoop:
         self.head = HeadController(config.head, robot.model.head.low, robot.model.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
-        "The newest image's."
+        "The detections in the newest image."
         self.motion = TargetMotion()
-        "The marker's, in the robot's base."
+        "The marker's motion, in the robot's base."
         self._camera_pose = robot.camera_pose
         self._parts = robot.parts
         self._history = JointHistory()
@@ -80,13 +80,13 @@ class ServoLoop:
         self._last = 0.0
 
     def tune(self, config: Config) -> None:
-        """Other gains and limits of head and arm from now on; what concerns detection and safety stays."""
+        """Change gains and limits of head, arm and loop; detection and safety stay as they were."""
         self.config = replace(self.config, head=config.head, arm=config.arm, loop=config.loop)
         self.head.tune(config.head)
         self.arm.tune(config.arm)
 
     def see(self, sighting: Sighting) -> None:
-        """Take in what an image showed; it counts in the next cycle. Older images than before do not."""
+        """Use an image's detections in the next cycle; ignore an image that is not newer than the last."""
         if self.sighting is None or sighting.captured > self.sighting.captured:
             self.sighting = self._pending = sighting
 
@@ -97,7 +97,7 @@ class ServoLoop:
         self._last = now
         sound = robot is not None and robot.sound
         if robot is not None and sound:
-            self._feel(now, robot)
+            self._add_reading(now, robot)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
@@ -135,22 +135,21 @@ class ServoLoop:
         return ControlCycle(now, state, reason, command, (right, down), error, robot)
 
     def moment(self, cycle: ControlCycle) -> Moment:
-        """Return what is known at the end of the newest cycle. On the loop's thread."""
+        """Return the loop's knowledge at the end of the newest cycle. On the loop's thread."""
         marker = self.marker.pose
         goal = None if marker is None else self.arm.goal(marker)
         return Moment(cycle, self.sighting, marker, goal, self.person.point)
 
     def commanded(self, command: Command, held_back: str = "") -> None:
-        """Note the command that reached the robot: not the one that the gate refused.
+        """Note the command that reached the robot, which is not one that the gate refused.
 
-        `held_back` is why the gate slowed the hand down or refused its motion.
+        `held_back` is the gate's reason for slowing the hand down or refusing its motion.
         """
         self._held_back = held_back
-        # A hand that is held back may stand still.
+        # The gate may keep the hand at rest.
         self._watch.commanded(replace(command, hand=np.zeros(6)) if held_back else command)
 
-    def _feel(self, now: float, robot: RobotState) -> None:
-        """Take in where the robot is."""
+    def _add_reading(self, now: float, robot: RobotState) -> None:
         self._history.add(robot.time, robot.head)
         self._watch.look(robot)
         self._judge_encoders(now, robot)
@@ -198,20 +197,20 @@ class ServoLoop:
             self.motion.add(sighting.captured, seen[:3, 3])
 
     def _marker_at(self, now: float) -> Pose | None:
-        """Return the marker's pose; of one that moves, where it is by now."""
+        """Return the marker's pose, predicted for `now` if the marker moves."""
         marker, place = self.marker.pose, self.motion.position(now)
         if marker is None or place is None:
             return marker
         return pose(marker[:3, :3], place)
 
     def _follows(self) -> bool:
-        """Whether the hand goes along with a marker that moves."""
+        """Return whether the hand follows a moving marker."""
         following = self.machine.state is State.FOLLOWING
         near = FOLLOWED_M * (2 if following else 1)
         return self.config.arm.follow > 0 and self.motion.moving and self.arm.error[0] < near
 
     def _target(self, marker: Pose | None) -> Vector | None:
-        """Return the head's target: the marker if there is one, else a person."""
+        """Return the head's target: the marker, or else a person."""
         if marker is not None:
             return marker[:3, 3]
         face = self.person.point
@@ -239,7 +238,7 @@ class ServoLoop:
         self._watch.reset()
 
     def _judge_progress(self, now: float, marker: Pose | None, robot: RobotState | None) -> None:
-        """Whether the hand still gets nearer, and if not, why."""
+        """Note whether the hand still comes nearer, and if not, why."""
         if self.machine.state is State.STOPPED:
             self._progress.reset()
             self._stuck = ""
@@ -267,7 +266,7 @@ class ServoLoop:
 
     def _centred(self, robot: RobotState) -> bool:
         if HEAD not in self._parts:
-            return True  # as well as it will ever be
+            return True  # it will never be better
         waiting = self.machine.state is State.WAITING
         return self.head.centred(robot.head, slack=2.5 if waiting and self.marker.pose is None else 1.0)
 

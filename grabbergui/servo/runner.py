@@ -1,7 +1,7 @@
 """A run in real time: images from any source, detection, the loop, commands to a robot.
 
-Threads: one takes images, detects and runs the control cycle; a watchdog stops a robot that hears nothing
-any more, for instance because a detection takes too long. `emergency_stop` may come from any thread.
+Threads: one takes images, detects and runs the control cycle; a watchdog stops the robot when commands cease,
+for instance because a detection takes too long. `emergency_stop` may be called from any thread.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ log = logging.getLogger(__name__)
 _WATCH_S = 0.02
 ENDED = "the loop ended"
 TIMES_KEPT = 100_000
-"Images whose times are kept: about an hour's."
+"Number of images whose times are kept: about an hour's."
 FEW_FROZEN = 1000
-"Python 3.12 itself starts with some hundred objects that its collector passes over; a program has many more."
+"Frozen objects: Python 3.12 itself starts with some hundreds, a program that called `gc.freeze` has more."
 
 
 class Runner:
-    """Runs the loop on a source and a robot that others opened, and will close."""
+    """Runs the loop on a source and a robot that the caller opens and closes."""
 
     cycle_done = Signal(object, object)
     """A `ControlCycle`, and the `Frame` if a new image counted in it, else None; on the loop's thread."""
     failed = Signal(str)
-    """The loop ended by an error; the reason as display text. On the loop's thread."""
+    """The loop ended with an error; the reason as display text. On the loop's thread."""
     calibrates_hand_eye = False
-    "Whether the runner starts that calibration on request. This one does not: a window does, given a stand."
+    "Whether the runner starts that calibration on request. This one leaves it to the window."
 
     def __init__(
         self,
@@ -57,21 +57,21 @@ class Runner:
         *,
         dry_run: bool = False,
     ) -> None:
-        """`detector` is called with the first image, whose size a calibration must fit.
+        """`detector` is called with the first image, as the calibration must fit its size.
 
-        `guard` is the guardian of a robot that would go on moving without this program.
-        In a `dry_run` everything is computed, and neither motion nor stop reaches the robot.
+        `guard` is the guardian of a robot that would continue to move without this program.
+        A `dry_run` computes everything and sends the robot neither motion nor stop.
         """
         self.dry_run = dry_run
         self.config = config or Config()
         self.loop = ServoLoop(self.config, robot, dry_run=dry_run)
         self.gate = CommandGate(robot, self.config, guard, dry_run=dry_run)
         self.pictures = 0
-        "How many were looked at."
+        "Number of images that were searched."
         self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
-        "Time that each image's detection took, of the newest ones."
+        "Duration of the newest detections."
         self.latency_ms: deque[float] = deque(maxlen=TIMES_KEPT)
-        "From the middle of an image's exposure to the command that followed from it, of the newest ones."
+        "From the middle of an image's exposure to its command, of the newest images."
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
@@ -81,7 +81,7 @@ class Runner:
         self._starting = threading.Lock()
         self._threads: list[threading.Thread] = []
         self._froze = False
-        "Whether the collector passes over all that was there before, because of this run."
+        "Whether this run called `gc.freeze`."
 
     def start(self, held: str = "") -> None:
         """Start the source and the loop, unless it runs. With `held`, a reason, nothing moves until `resume`.
@@ -95,8 +95,8 @@ class Runner:
                 self._start()
 
     def _start(self) -> None:
-        # Looking for garbage among all that the program is made of takes as long as an image: 14 to 33 ms.
-        self._froze = gc.get_freeze_count() < FEW_FROZEN  # `unfreeze` would release what others have frozen
+        # A collection among all of the program's objects takes as long as an image: 14 to 33 ms.
+        self._froze = gc.get_freeze_count() < FEW_FROZEN  # otherwise `unfreeze` would undo another's freeze
         if self._froze:
             gc.collect()
             gc.freeze()
@@ -109,9 +109,9 @@ class Runner:
             thread.start()
 
     def stop(self) -> None:
-        """End; the robot stands still on return. May be called twice."""
+        """End the loop; the robot is at rest on return. May be called twice."""
         self._running.clear()
-        # Before waiting for them: a detection may hang, and the watchdog has gone.
+        # Before waiting for the threads: a detection may hang, and the watchdog has ended.
         self.gate.halt(ENDED)
         for thread in self._threads:
             if thread is not threading.current_thread():
@@ -127,13 +127,14 @@ class Runner:
         return self._running.is_set()
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
-        """Stop the robot at once and let no command follow until `resume`. Any thread."""
+        """Stop the robot and pass no command until `resume`. Any thread."""
         self.gate.halt(reason)
 
     def resume(self) -> str:
         """End an emergency stop, and start the guardian again if it has ended. Any thread.
 
-        Returns why the robot is still stopped (no guardian could stop it, or it was stopped again), else "".
+        Return why the robot is still stopped (no guardian could stop it, or another stop came); empty if it
+        is not.
         """
         try:
             self.gate.release()
@@ -149,7 +150,7 @@ class Runner:
 
     @property
     def grabber(self) -> FrameGrabber:
-        """Whose images are looked at."""
+        """The source of the images."""
         return self._grabber
 
     def renew_detector(self) -> None:
@@ -157,7 +158,7 @@ class Runner:
         self._renew = True
 
     def tune(self, config: Config) -> None:
-        """Other gains, limits and rate from the next cycle on. Any thread."""
+        """Change gains, limits and rate from the next cycle on. Any thread."""
         self._tuned = config
 
     def _run(self) -> None:
@@ -201,13 +202,13 @@ class Runner:
             detector.close()
 
     def _see(self, frame: Frame) -> float | None:
-        """Detect; when the image was exposed, on the monotonic clock. None for one that is not whole."""
+        """Detect; return the image's time of exposure (monotonic), None for an incomplete frame."""
         if not frame.complete:
             return None
         began = time.monotonic()
         captured = min(frame.captured, began)
         if self._detector is None or self._renew:
-            self._renew = False  # first: a wish that comes meanwhile is for the next image
+            self._renew = False  # first: a request during this image is for the next one
             self._close_detector()
             self._detector = self._make_detector(frame)
         grey = frame.mono()
@@ -225,7 +226,7 @@ class Runner:
         self._follow_stop(now)
         stopped_before = self.loop.machine.state is State.STOPPED
         cycle = self.loop.cycle(now, self._reading())
-        # Only a stop of this very cycle: one that was there before may have been ended in the meantime.
+        # Only a stop of this cycle: an earlier one may have been released since.
         if cycle.state is State.STOPPED and not stopped_before:
             self.gate.halt(cycle.reason)
         passed = self.gate.send(cycle.command, time.monotonic())
@@ -235,10 +236,10 @@ class Runner:
         self.cycle_done.emit(cycle, frame)
 
     def _follow_stop(self, now: float) -> None:
-        """Let the state machine know of a stop that went straight to the robot, and of its end."""
+        """Tell the state machine of a stop that went straight to the gate, and of its end."""
         machine = self.loop.machine
         if not self.running:
-            return  # its end is no event of the run
+            return  # the end of a run is no stop
         if self.gate.halted and machine.state is not State.STOPPED:
             machine.stop(now, self.gate.halted)
         elif not self.gate.halted and machine.state is State.STOPPED:

@@ -1,4 +1,4 @@
-"""The state of the demonstration, its transitions, and the watches that end an approach or a run.
+"""The states of a run, their transitions, and the watches that end an approach or a run.
 
 No clock: time is an argument.
 
@@ -9,7 +9,7 @@ SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker
                                                                      STUCK ┘ marker moved
 
 APPROACHING ◄──► FOLLOWING while the marker moves, where the hand may follow
-LOST ──► APPROACHING when images were missing only for a moment, and show the marker
+LOST ──► APPROACHING when images were missing only for a moment and show the marker again
 anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
 """
 
@@ -61,24 +61,24 @@ class Situation:
     robot: bool = True
     "Whether the robot's encoders are fresh."
     target: bool = False
-    "Whether there is something to look at, confirmed by several images."
+    "Whether there is a target, confirmed by several images."
     centred: bool = False
-    "Whether it is in the middle."
+    "Whether the target is in the middle of the image."
     marker: bool = False
     "Whether the chosen marker is seen, confirmed by several images."
     arrived: bool = False
     "Whether the hand is at its goal."
     following: bool = False
-    "Whether the marker moves, the hand is near its moving goal, and it is allowed to follow."
+    "Whether the hand may follow the marker, which moves, and is near enough."
     stuck: str = ""
-    "Why the end effector cannot reach its goal, as display text; empty while it may."
+    "Why the hand cannot reach its goal, as display text; empty while it may."
     problem: str = ""
-    "The obstacle, as display text."
+    "Why there is no usable marker, image or reading, as display text."
 
 
 @dataclass(frozen=True)
 class Transition:
-    """One change, for log and report."""
+    """One change of state, for log and report."""
 
     time: float
     state: State
@@ -86,7 +86,7 @@ class Transition:
 
 
 class StateMachine:
-    """Decides on the state. Starts lost: nothing moves before anything is known."""
+    """Chooses the state. It starts lost, in which nothing moves."""
 
     HOLD = 0.4
     "Seconds at the goal before it counts as reached."
@@ -105,7 +105,7 @@ class StateMachine:
         "When images last stopped coming while the arm moved."
 
     def step(self, now: float, situation: Situation) -> State:
-        """The state from now on."""
+        """Make the transition that the situation demands; return the new state."""
         if situation.target:
             self._target_seen = now
         if situation.marker:
@@ -121,18 +121,18 @@ class StateMachine:
             elif self.state.arm_moves:
                 self._interrupted = now
             self._enter(now, State.LOST, situation.problem or silent)
-            self._since = now  # a search begins a while after images come again
+            self._since = now  # the search begins some time after images come again
             return self.state
         self._choose(now, situation)
         return self.state
 
     def stop(self, now: float, reason: str) -> None:
-        """Emergency stop: holds until `resume`."""
+        """Enter the emergency stop, which holds until `resume`."""
         self._interrupted = -math.inf
         self._enter(now, State.STOPPED, reason)
 
     def resume(self, now: float) -> None:
-        """End a stop; the next state is decided again."""
+        """End a stop; the machine starts again from lost."""
         if self.state is State.STOPPED:
             self._enter(now, State.LOST, "resumed")
 
@@ -209,43 +209,43 @@ class StateMachine:
         self.transitions.append(Transition(now, state, reason))
 
 
-# -- watches: encoders that stand still, a hand that comes no nearer -----------------------------
+# -- watches: dead encoders, a hand without progress ---------------------------------------------
 _SLOW_HEAD = 0.02
-"Rad/s of a command below which the readings need not change."
+"Commanded speed of the head in rad/s below which its readings may repeat."
 _SLOW_HAND = 0.01
-"M/s or rad/s likewise."
+"The same for the hand, m/s or rad/s."
 _COUNTED = 0.2
-"Seconds that one reading counts for at most; without another command a robot stands still by then."
+"Longest time that one reading counts for, seconds; a robot without another command is at rest by then."
 _NEARER = 0.002
-"Metres by which a hand must come nearer to its goal to make progress."
+"Metres by which the hand must come nearer to its goal to make progress."
 _LEVER = 0.1
-"Metres that a radian off counts for."
+"Metres that an error of one radian counts as."
 _OTHER_GOAL = (0.02, np.radians(5))
-"Metres or radians by which a goal must have moved to be worth another attempt."
+"Metres or radians by which a goal must have moved for another attempt."
 
 
 class EncoderWatch:
     """Compares readings with the commands that reached the robot. No clock: readings carry their time.
 
-    It adds up the seconds of commanded motion without a change of the readings. Pauses do not count, nor do
-    they begin the count again: a camera that loses every tenth frame must not hide dead encoders. Readings
-    that do not arrive are another fault: a busy computer is no dead encoder.
+    It adds up the seconds of commanded motion in which the readings repeat. A pause neither counts nor resets
+    the count: a camera that loses every tenth frame must not hide dead encoders. Readings that do not arrive
+    do not count either, as the computer may be busy.
     """
 
     def __init__(self, patience: float) -> None:
-        """`patience` is how many seconds of commanded motion may pass while the readings stand still."""
+        """`patience` is the longest commanded motion without a change of the readings, seconds."""
         self._patience = patience
         self._head, self._hand = _Still(_SLOW_HEAD), _Still(_SLOW_HAND)
         self._last = 0.0
 
     @property
     def head_frozen(self) -> bool:
-        """Whether the head's readings stand still against its commands."""
+        """Whether the head's readings repeat although it is commanded to move."""
         return self._head.seconds > self._patience
 
     @property
     def arm_frozen(self) -> bool:
-        """Whether the arm's readings stand still against its commands."""
+        """Whether the arm's readings repeat although it is commanded to move."""
         return self._hand.seconds > self._patience
 
     def commanded(self, command: Command) -> None:
@@ -277,7 +277,7 @@ class _Still:
         return float(np.abs(velocity).max()) > self._slow
 
     def look(self, elapsed: float, reading: NDArray[np.float64]) -> None:
-        # An encoder's noise would be motion enough; a dead one repeats itself to the last bit.
+        # A live encoder's noise would be a change; a dead one repeats its reading to the last bit.
         if not np.array_equal(reading, self._reading):
             self.seconds = 0.0
         elif self.moves:
@@ -286,12 +286,12 @@ class _Still:
 
 
 class ProgressWatch:
-    """Notices when a hand has come as near to its goal as it ever will. No clock: time is an argument."""
+    """Detects a hand that comes no nearer to its goal. No clock: time is an argument."""
 
     def __init__(self, patience: float) -> None:
-        """`patience` is how many seconds of approaching may pass without progress."""
+        """`patience` is the longest approach without progress, seconds."""
         self.stuck = False
-        "Whether the hand cannot come nearer to the goal that it has."
+        "Whether the hand cannot come nearer to its present goal."
         self._patience = patience
         self._goal: Pose | None = None
         self._best = np.inf
@@ -299,7 +299,7 @@ class ProgressWatch:
         self._last = 0.0
 
     def give_up(self) -> None:
-        """Count the hand as stuck at once: it is known that it cannot go on."""
+        """Count the hand as stuck without waiting."""
         self.stuck = True
 
     def reset(self) -> None:
@@ -307,7 +307,7 @@ class ProgressWatch:
         self.stuck, self._goal = False, None
 
     def update(self, now: float, hand: Pose, goal: Pose, approaching: bool, speed: float = 1.0) -> None:
-        """Take in where hand and goal are; time counts while it is `approaching`, less at a lower `speed`."""
+        """Compare hand and goal; time counts only while `approaching`, and less at a lower `speed`."""
         seconds, self._last = now - self._last, now
         if self._goal is None or self._moved(goal):
             self.stuck, self._goal, self._best, self._waiting = False, goal, np.inf, 0.0
