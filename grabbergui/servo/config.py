@@ -1,7 +1,7 @@
-"""All rates, gains and limits, with defaults, and how an `.ini` file changes them.
+"""All rates, gains and limits with their defaults, and the `.ini` file that changes them.
 
-Sections are the fields of `Config`, keys those of its parts, in YARP's `.ini` dialect. The file that is
-shipped, `resources/servo/servo.ini`, holds every key with its default.
+Sections are the fields of `Config`, keys those of its parts, in YARP's `.ini` dialect. The shipped file,
+`resources/servo/servo.ini`, has every key with its default.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from grabbergui.servo.kinematics import parse_boxes
 
 @dataclass(frozen=True)
 class MarkerConfig:
-    """Which marker, or board of markers, the arm goes to."""
+    """The marker, or the board of markers, that the arm goes to."""
 
     kind: str = "single"
     "`single`, or a board with one pose: `grid` (markers with gaps between them), `charuco`."
     dictionary: str = "4X4_50"
-    "OpenCV's name, as `5X5_100`, or an AprilTag family, as `tag36h11`."
+    "OpenCV's name, such as `5X5_100`, or an AprilTag family, such as `tag36h11`."
     id: int = 20
     "The single marker's number."
     size: float = 0.10
     "Metres along an edge of a marker's black square."
     standoff: float = 0.10
-    "Metres before the face of the marker, or of the board's middle, at which the hand stops."
+    "Metres in front of the marker, or of the board's middle, at which the hand stops."
     columns: int = 4
     "Markers across a grid; fields across a ChArUco board."
     rows: int = 3
@@ -51,7 +51,7 @@ class MarkerConfig:
 
     @property
     def board(self) -> MarkerBoard | None:
-        """Return the board; None for a single marker. Raises UsageError for one that cannot be."""
+        """Return the board; None for a single marker. Raises UsageError for an impossible one."""
         if self.kind == "single":
             return None
         return MarkerBoard(
@@ -65,7 +65,7 @@ class MarkerConfig:
         return (self.size, self.size) if board is None else board.extent
 
     def check(self) -> None:
-        """Raise UsageError unless such a marker can be. Not on creation: a dialog has it half filled in."""
+        """Raise UsageError for an impossible marker. Not called on creation: a dialog's may be incomplete."""
         if not 0.001 <= self.size <= 10:
             raise UsageError(f"a marker of {self.size:g} m is impossible; allowed: 0.001 to 10")
         if self.kind not in ("single", *BOARD_KINDS):
@@ -77,22 +77,22 @@ class MarkerConfig:
 
 @dataclass(frozen=True)
 class TrackConfig:
-    """Conditions that a detection must meet before anything moves for it."""
+    """Conditions for a detection before the robot moves for it."""
 
     confirm: int = 3
-    "Images in a row that must show the same thing in the same place."
+    "Number of images in a row that must show the target in the same place."
     jump: float = 0.08
-    "Metres from one image to the next beyond which it is another thing."
+    "Metres between two images beyond which it counts as another target."
     jump_angle: float = 20.0
-    "Degrees likewise."
+    "The same in degrees."
     smoothing: float = 0.04
-    "Weight of the newest image in the target's pose while it rests; one that moves is followed at once."
+    "Weight of the newest image in a resting target's pose; a moving target is not smoothed."
     grace: float = 0.3
-    "Seconds without a usable detection, nothing moving, before the target is lost."
+    "Seconds at rest without a usable detection after which the target is lost."
 
     def __post_init__(self) -> None:
         if self.confirm < 1:
-            raise UsageError("[track] confirm must be 1 or more; nothing moves for what no picture shows")
+            raise UsageError("[track] confirm must be 1 or more images")
         if not 0 < self.smoothing <= 1:
             smoothing = f"{self.smoothing:g}"
             raise UsageError(f"[track] smoothing is {smoothing}; it must be more than 0, at most 1")
@@ -100,7 +100,7 @@ class TrackConfig:
 
 @dataclass(frozen=True)
 class FaceConfig:
-    """How people are found."""
+    """Detection of people."""
 
     detector: str = "auto"
     "`auto`: YuNet where the extra `faces` is installed, else `cascade`; or the path of YuNet's .onnx file."
@@ -115,27 +115,27 @@ class FaceConfig:
 
 @dataclass(frozen=True)
 class HeadConfig:
-    """How the head keeps its target centred."""
+    """Control of the head."""
 
     mode: str = "velocity"
-    """`velocity`; `direct`: short positions, at the last of which the head rests; or `steps`: relative
-    moves of a fixed size, as the reference follower makes them."""
+    """`velocity`; `direct`: short positions, the head rests at the last; or `steps`: relative moves of a
+    fixed size, as the reference follower makes them."""
     gain: float = 2.5
     "Rad/s per radian off centre."
     deadband: float = 0.03
-    "Radians off centre within which nothing moves."
+    "Radians off centre within which the head rests."
     start: float = 0.045
-    "Radians off centre at which a resting head starts again; more than the deadband, so that it rests."
+    "Radians off centre at which a resting head starts again; not less than the deadband."
     fastest: float = 40.0
     "Degrees per second."
     step: float = 2.0
-    "Degrees of a step."
+    "Size of a step, degrees."
     step_period: float = 0.2
-    "Seconds from step to step."
+    "Seconds between steps."
     search: float = 20.0
     "Degrees per second while searching."
     below: float = 0.4
-    "Metres below a person's face that are looked at, so that what the hands hold is in the image too."
+    "Metres below a person's face at which the head looks, so that the image shows the hands, too."
 
     def __post_init__(self) -> None:
         if self.mode not in ("velocity", "direct", "steps"):
@@ -145,17 +145,17 @@ class HeadConfig:
 
 
 MOST_FOLLOW = 0.5
-"Metres per second beyond which no hand follows anything."
+"Largest `[arm] follow`, metres per second."
 _NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
-"The corners of the workspace, each low one before its high one; nothing else may be negative."
+"The workspace's limits, each low one before its high one; no other number may be negative."
 
 
 @dataclass(frozen=True)
 class ArmConfig:
-    """How the hand approaches."""
+    """Control of the arm."""
 
     mode: str = "velocity"
-    "`velocity`, or `direct`: short poses, at the last of which the arm rests."
+    "`velocity`, or `direct`: short poses, the arm rests at the last."
     gain: float = 1.5
     "1/s: twist per pose error."
     fastest: float = 0.12
@@ -163,19 +163,19 @@ class ArmConfig:
     fastest_turn: float = 35.0
     "Degrees per second."
     follow: float = 0.0
-    "Metres per second up to which the hand follows a marker that moves; 0: it comes when the marker rests."
+    "Highest speed at which the hand follows a moving marker, metres per second; 0: it waits until it rests."
     acceleration: float = 0.4
-    "Metres per second²; the way down to rest is planned with half of it."
+    "Metres per second²; deceleration is half of it."
     turn_acceleration: float = 120.0
     "Degrees per second²."
     deadband: float = 0.002
     "Metres of error within which the hand rests."
     deadband_turn: float = 0.5
-    "Degrees likewise."
+    "The same in degrees."
     reached: float = 0.006
     "Metres of error at which the marker counts as reached."
     reached_turn: float = 1.5
-    "Degrees likewise."
+    "The same in degrees."
     x_low: float = 0.05
     "The workspace: a box in the robot's base, metres."
     x_high: float = 0.85
@@ -203,26 +203,26 @@ class ArmConfig:
 
 @dataclass(frozen=True)
 class SafetyConfig:
-    """When everything stands still."""
+    """Conditions under which the robot stops."""
 
     picture_timeout: float = 0.15
-    "Seconds since the newest image was exposed."
+    "Age of the newest image, from its exposure, beyond which everything stops, seconds."
     robot_timeout: float = 0.15
-    "Seconds since the robot's encoders were read."
+    "Age of the robot's newest reading beyond which everything stops, seconds."
     freeze: float = 0.3
-    "Seconds of commanded motion for which new readings may repeat the old one: drives and slow encoders do."
+    "Seconds of commanded motion in which readings may repeat, as those of slow or coarse encoders do."
     stuck: float = 3.0
-    "Seconds of approaching in which the hand comes no nearer, after which it gives up."
+    "Seconds without progress after which an approach ends."
     search_after: float = 2.0
     "Seconds after a loss before the head starts to search."
     command_timeout: float = 0.15
-    "Seconds after which the watchdog stops a robot that gets no more commands."
+    "Seconds without a command after which the watchdog stops the robot."
     guardian_timeout: float = 0.08
-    "Seconds after which the guardian process stops a robot whose program has fallen silent."
+    "Seconds without a heartbeat after which the guardian stops the robot."
     clearance: float = 0.03
-    "Metres that the arm keeps from the robot's body and from obstacles."
+    "Smallest distance of the arm from the robot's body and from obstacles, metres."
     obstacles: str = ""
-    "Boxes in the robot's base that the arm keeps away from: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`, metres."
+    "Obstacles as boxes in the robot's base: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`, metres."
 
     def __post_init__(self) -> None:
         parse_boxes(self.obstacles)
@@ -230,12 +230,12 @@ class SafetyConfig:
 
 @dataclass(frozen=True)
 class LoopConfig:
-    """The loop itself."""
+    """The loop's rate and speed."""
 
     rate: float = 50.0
     "Commands per second."
     speed: float = 1.0
-    "Factor by which all motion is slowed down, 0.01 to 1."
+    "Factor on all speeds, 0.01 to 1."
 
     def __post_init__(self) -> None:
         if not 1 <= self.rate <= 1000:
@@ -246,7 +246,7 @@ class LoopConfig:
 
 @dataclass(frozen=True)
 class Config:
-    """Everything."""
+    """The whole configuration."""
 
     marker: MarkerConfig = field(default_factory=MarkerConfig)
     track: TrackConfig = field(default_factory=TrackConfig)
@@ -261,7 +261,7 @@ class Config:
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
             raise UsageError(
                 f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "
-                f"within 0.2 s of the last picture, one turn of the loop ({1 / self.loop.rate:g} s) included"
+                f"within 0.2 s of the last picture, one control cycle ({1 / self.loop.rate:g} s) included"
             )
         if self.safety.command_timeout > 0.2:
             raise UsageError("[safety] command_timeout must not be more than 0.2 s")
@@ -272,7 +272,7 @@ class Config:
 
     @classmethod
     def parse(cls, text: str, where: str = "configuration") -> Config:
-        """Change the defaults by a file's text. Raises UsageError with section, key and allowed values."""
+        """Return the defaults, changed by a file's text. Raises UsageError with section, key and limits."""
         config, parts = cls(), {}
         for name, section in parse_ini(text, where).items():
             if not section.values:
@@ -281,7 +281,7 @@ class Config:
             known = ", ".join(f"[{section}]" for section in sections)
             if not name:
                 stray = next(iter(section.values))
-                raise UsageError(f"{where}: '{stray}' stands before any section; there are {known}")
+                raise UsageError(f"{where}: '{stray}' precedes the first section; there are {known}")
             if name not in sections:
                 raise UsageError(f"{where} has a section [{name}]; there are {known}")
             parts[name] = _changed(getattr(config, name), section.values, f"{where}, [{name}]")

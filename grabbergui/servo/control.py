@@ -18,22 +18,22 @@ HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
 
 
 FOLLOW_GAIN = 6.5
-"1/s: twist per position error of a hand that follows, beside the target's own velocity."
+"1/s: twist per position error of a hand that follows, in addition to the target's velocity."
 FOLLOW_ACCELERATION = 8.0
-"""Factor on the hand's acceleration while it follows: the target's own acceleration adds to it, and after a
-short stop for a late image the hand must catch up."""
+"""Factor on the hand's acceleration while it follows: the target accelerates, too, and after a short stop for
+a late image the hand must catch up."""
 AHEAD_S = 0.2
-"Seconds ahead of which the hand is kept inside the workspace, as the gate demands."
+"Seconds of motion that must end inside the workspace, as the gate demands."
 RATE_S = 0.01
-"Seconds of the target's motion over which the rate is computed at which it leaves the middle."
+"Seconds over which the rate is computed at which a moving target leaves the middle."
 
 
 class HeadController:
-    """Keeps a point in the middle of the image: pan, tilt (radians, positive to the left and down)."""
+    """Keeps a point in the middle of the image by pan and tilt (radians, positive to the left and down)."""
 
     def __init__(self, config: HeadConfig, low: Vector, high: Vector) -> None:
         self.offset = np.zeros(2)
-        "How far the target was off centre at last: to the right and down, radians."
+        "The target's last offset from the middle, to the right and down, radians."
         self._config = config
         self._low, self._high = low, high
         self._moving: Axes = np.zeros(2, bool)
@@ -42,21 +42,21 @@ class HeadController:
         self._row = 0
 
     def tune(self, config: HeadConfig) -> None:
-        """Other gains and limits from now on."""
+        """Change gains and limits."""
         self._config = config
 
     def see(self, target: Vector, camera: Pose) -> None:
-        """Only look how far off centre it is."""
+        """Measure the offset only."""
         self.offset = off_centre(target, camera)
 
     def look(
         self, target: Vector, camera: Pose, angles: Vector, target_velocity: Vector | None = None
     ) -> Vector:
-        """Pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle and keep it there.
+        """Return pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle.
 
-        `camera` is the camera's pose now, not when the frame was exposed, so that a late frame
-        does not make the head overshoot. `target_velocity` is that of a target that moves, m/s: the head
-        turns along with it. Zero where a joint is at its limit, and for a target at rest within the deadband.
+        `camera` is the camera's pose now, not at the exposure, so that a late frame does not make the head
+        overshoot. `target_velocity` is a moving target's, m/s: the head turns along with it. The velocity is
+        zero for a joint at its limit, and for a target at rest within the deadband.
         """
         self.see(target, camera)
         turn = self._config.gain * self._wanted(angles)
@@ -67,7 +67,7 @@ class HeadController:
         return np.clip(-turn * (1, -1), -fastest, fastest)
 
     def step(self, target: Vector, camera: Pose, angles: Vector, now: float) -> Vector | None:
-        """A relative move of fixed size, radians, or None while none is due."""
+        """Return a relative move of fixed size, radians, or None if none is due."""
         self.see(target, camera)
         wanted = self._wanted(angles)
         if now < self._next_step or not wanted.any():
@@ -77,15 +77,15 @@ class HeadController:
         return np.clip(angles + moves, self._low, self._high) - angles
 
     def centred(self, angles: Vector, slack: float = 1.0) -> bool:
-        """Whether the target is as near to the middle as the deadband asks or the joints allow.
+        """Return whether the target is as near to the middle as `[head] start` demands or the joints allow.
 
-        `slack` widens it for one that is being followed, which lags a little where it moves.
+        `slack` widens the tolerance for a followed target, behind which the head lags a little.
         """
         near = np.abs(self.offset) <= self._config.start * slack
         return bool((near | self._blocked(self.offset, angles)).all())
 
     def search(self, angles: Vector) -> Vector:
-        """Velocities of slow sweeps from side to side: level, then looking down, then up, and again."""
+        """Return the velocity of slow sweeps from side to side: level, then looking down, then up."""
         speed = math.radians(self._config.search)
         edge = 0.7 * (self._high[0] if self._side > 0 else self._low[0])
         if (edge - angles[0]) * self._side <= 0.02:
@@ -94,18 +94,18 @@ class HeadController:
         return np.array([self._side * speed, float(np.clip(2 * (tilt - angles[1]), -speed, speed))])
 
     def rest(self) -> None:
-        """Forget what was moving."""
+        """Forget which axes were moving."""
         self._moving[:] = False
 
     def _wanted(self, angles: Vector) -> Vector:
-        """The offset along axes that shall move, zero along those that rest."""
+        """Return the offset along the axes that must move, zero along the others."""
         size = np.abs(self.offset)
         self._moving = np.where(self._moving, size > self._config.deadband, size > self._config.start)
         self._moving &= ~self._blocked(self.offset, angles)
         return np.where(self._moving, self.offset, 0.0)
 
     def _blocked(self, offset: Vector, angles: Vector) -> Axes:
-        """Axes whose joint is at the limit in the direction in which it would have to go."""
+        """Return the axes whose joint is at its limit in the direction of the offset."""
         direction = -np.sign(offset) * (1, -1)
         margin = 1e-3
         blocked: Axes = ((direction > 0) & (angles >= self._high - margin)) | (
@@ -115,26 +115,26 @@ class HeadController:
 
 
 def off_centre(target: Vector, camera: Pose) -> Vector:
-    """Angles to the right and down, radians, at which a camera sees a point of the base."""
+    """Return the angles to the right and down, radians, at which a camera sees a point of the base."""
     x, y, z = camera[:3, :3].T @ (target - camera[:3, 3])
     return np.array([math.atan2(x, z), math.atan2(y, z)])
 
 
 class ArmController:
-    """Moves the hand to a pose before the marker: fast from afar, slowing down, resting at the goal."""
+    """Moves the hand to a pose in front of the marker: fast at first, slower near the goal, at rest there."""
 
     def __init__(self, config: ArmConfig, standoff: float) -> None:
         self.error = (math.inf, math.inf)
-        "Metres and radians from the hand to the goal at last."
+        "Last distance from the hand to the goal, metres and radians."
         self.confined = False
-        "Whether the workspace kept the hand from going on at last."
+        "Whether the workspace limited the last velocity."
         self._config = config
         self._standoff = standoff
         self._twist = np.zeros(6)
         self._resting = np.zeros(2, bool)
 
     def tune(self, config: ArmConfig) -> None:
-        """Other gains and limits from now on."""
+        """Change gains and limits."""
         self._config = config
 
     def goal(self, marker: Pose) -> Pose:
@@ -142,14 +142,14 @@ class ArmController:
         return marker @ geometry.pose(HAND_ON_MARKER, (0.0, 0.0, self._standoff))
 
     def inside(self, position: Vector) -> bool:
-        """Whether a point lies in the workspace."""
+        """Return whether a point lies in the workspace."""
         low, high = self._config.workspace
         return bool(((low <= position) & (position <= high)).all())
 
     def approach(self, hand: Pose, marker: Pose, seconds: float, velocity: Vector | None = None) -> Vector:
-        """The twist (base, m/s and rad/s) for the next `seconds`; zero where the goal is outside.
+        """Return the twist (base, m/s and rad/s) for the next `seconds`; zero if the goal is outside.
 
-        `velocity` is the marker's, m/s, for a hand that follows it; None for one that goes where it rests.
+        `velocity` is the marker's, m/s, if the hand follows it; None if the hand approaches a resting marker.
         """
         goal = self.goal(marker)
         error = geometry.diff(hand, goal)
@@ -174,7 +174,7 @@ class ArmController:
             acceleration *= FOLLOW_ACCELERATION
             wanted[:3] = self._following(error[:3], velocity)
         limit = np.repeat((acceleration, math.radians(config.turn_acceleration)), 3) * seconds
-        # Speeding up is gradual; slowing down is never delayed.
+        # Limit only the increase of speed, never the decrease.
         faster = np.abs(wanted) > np.abs(self._twist)
         change = wanted - self._twist
         self._twist = np.where(faster, self._twist + np.clip(change, -limit, limit), wanted)
@@ -182,19 +182,19 @@ class ArmController:
 
     @property
     def arrived(self) -> bool:
-        """Whether hand and goal were near enough at last."""
+        """Whether the hand was near enough to its goal at the last measurement."""
         return self.error[0] <= self._config.reached and self.error[1] <= math.radians(
             self._config.reached_turn
         )
 
     def rest(self) -> Vector:
-        """Zero, and the next approach starts slowly."""
+        """Return a zero twist; the next approach starts slowly."""
         self._twist = np.zeros(6)
         self._resting[:] = False
         return np.zeros(6)
 
     def measure(self, hand: Pose, marker: Pose) -> None:
-        """Only look how far it is."""
+        """Measure the distance only."""
         error = geometry.diff(hand, self.goal(marker))
         self.error = (float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])))
 
@@ -202,7 +202,7 @@ class ArmController:
         self, which: int, error: Vector, fastest: float, acceleration: float, deadband: float
     ) -> Vector:
         size = float(np.linalg.norm(error))
-        # A resting hand starts again only when it is clearly off, so that noise does not make it tremble.
+        # A resting hand starts again only at twice the deadband, so that noise does not make it tremble.
         self._resting[which] = size <= (2 * deadband if self._resting[which] else deadband)
         if self._resting[which]:
             return np.zeros(3)
@@ -210,7 +210,7 @@ class ArmController:
         return error / size * speed
 
     def _following(self, error: Vector, velocity: Vector) -> Vector:
-        """The target's velocity and what brings the hand nearer, m/s, no faster than is allowed."""
+        """Return the target's velocity plus a correction of the error, m/s, limited to `[arm] follow`."""
         size = float(np.linalg.norm(error))
         nearer = min(FOLLOW_GAIN, math.sqrt(self._config.acceleration / max(size, 1e-9))) * error
         wanted: Vector = velocity + nearer
@@ -221,7 +221,7 @@ class ArmController:
         """Limit the velocity so that the hand reaches the workspace's edge no sooner than in `AHEAD_S`."""
         low, high = self._config.workspace
         ahead, here = max(seconds, AHEAD_S), hand[:3, 3]
-        # A hand that is outside may come back, but not go further.
+        # A hand that is outside may return, but not go further.
         slowest, fastest = np.minimum(low - here, 0.0) / ahead, np.maximum(high - here, 0.0) / ahead
         velocity = np.clip(twist[:3], slowest, fastest)
         self.confined = bool((velocity != twist[:3]).any())

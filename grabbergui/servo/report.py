@@ -1,6 +1,6 @@
-"""The report of a run: report.json, plots.png and a video with everything drawn on it.
+"""The report of a run: report.json, plots.png and a video with the overlays.
 
-Curves over time are drawn with OpenCV: no window and no plotting library needed.
+OpenCV draws the curves, so no window and no plotting library is needed.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ log = logging.getLogger(__name__)
 VIDEO_FPS = 15.0
 VIDEO_NAME = "video.mp4"
 _LONGEST = 100_000
-"Turns that are kept: more than half an hour."
+"Number of control cycles that are kept: more than half an hour's."
 
 
 class Recorder:
-    """Collects a run. Use from the loop's thread; `finish` afterwards."""
+    """Records a run. Use `add` on the loop's thread, `finish` afterwards."""
 
     def __init__(self, folder: Path, calibration: Callable[[int, int], Calibration]) -> None:
-        """Makes the folder. Raises UsageError where that cannot be."""
+        """Create the folder. Raises UsageError if that fails."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -56,7 +56,7 @@ class Recorder:
         self._pictures = 0
 
     def add(self, cycle: ControlCycle, frame: Frame | None, sighting: Sighting | None) -> None:
-        """Note a cycle, and now and then its image."""
+        """Record a cycle, and its image at the video's rate."""
         if len(self.cycles) < _LONGEST:
             self.cycles.append(cycle)
         if frame is not None and cycle.time >= self._next_picture:
@@ -65,12 +65,12 @@ class Recorder:
                 calibration = self._calibration(frame.width, frame.height)
                 self._write(overlay.draw(frame.rgb(), cycle, sighting, calibration), cycle.time)
             except (GrabberError, OSError) as error:
-                # A full disk, for instance, must not end the run that is reported.
+                # A full disk, for instance, must not end the run.
                 log.warning("the report's video ends here: %s", error)
                 self._next_picture = math.inf
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
-        """Write everything; `facts` is merged into the report, which is returned."""
+        """Write the report with `facts` in it, and return it."""
         self._finish_video()
         report = summary(self.cycles) | facts
         report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
@@ -93,7 +93,7 @@ class Recorder:
 
     def _write(self, picture: np.ndarray, time: float) -> None:
         if self._video is None:
-            # On demand: FFmpeg's libraries are loaded only where a report is written.
+            # On demand, as it loads FFmpeg's libraries.
             from grabbergui.recording.movie_writer import MovieFile
 
             path = self._folder / VIDEO_NAME
@@ -130,7 +130,7 @@ def summary(cycles: list[ControlCycle]) -> dict[str, Any]:
 
 
 def plot(cycles: list[ControlCycle]) -> np.ndarray:
-    """Error, offset, twist and head speed over time, on the colours of the states."""
+    """Plot error, offset, twist and head speed over time, on the states' colours."""
     start = cycles[0].time
     plots = [
         Plot(title, unit, tuple(Curve(name, [float(read(one)) for one in cycles]) for name, read in curves))
@@ -143,7 +143,7 @@ def plot(cycles: list[ControlCycle]) -> np.ndarray:
 
 
 def _changes(cycles: list[ControlCycle]) -> list[ControlCycle]:
-    """The first cycle, and every one that came to another state than the one before."""
+    """Return the first cycle, and each one whose state differs from the previous one's."""
     return [
         cycle
         for before, cycle in zip([None, *cycles], cycles, strict=False)
@@ -189,11 +189,11 @@ _PLOTS: tuple[tuple[str, str, _Curves], ...] = (
         tuple((name, partial(_head_velocity, axis)) for axis, name in enumerate(("pan", "tilt"))),
     ),
 )
-"""Title, unit, and what each curve shows of a cycle."""
+"""Title, unit, and each curve's name and value in a cycle."""
 
 
 def _plain(value: Any) -> Any:
-    """JSON has no NaN."""
+    """Return a value without NaN, which JSON does not have, and with rounded numbers."""
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
@@ -207,18 +207,18 @@ Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 WIDTH, HEIGHT = 960, 220
-"Of one plot, pixels."
+"Size of one plot, pixels."
 _LEFT, _RIGHT, _TOP, _BOTTOM = 70, 16, 26, 28
 LEGEND = 30
-"Height of what explains the bands, pixels."
+"Height of the bands' legend, pixels."
 _FONT, _SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.42
 PALETTE: tuple[Colour, ...] = ((200, 60, 50), (40, 140, 60), (50, 90, 210), (160, 110, 20))
-"Red, green, blue of first, second … curve."
+"Red, green, blue of the curves in turn."
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a plot; gaps where a value is not finite."""
+    """One line of a plot, with gaps at values that are not finite."""
 
     name: str
     values: Sequence[float]
@@ -243,13 +243,13 @@ class Band:
 
 
 def sheet(plots: Sequence[Plot], times: Sequence[float], bands: Sequence[Band]) -> Picture:
-    """Plots one below the other, RGB, and below them what the bands' colours mean."""
+    """Draw plots one below the other, RGB, and below them the legend of the bands."""
     drawn = [_draw(plot, np.asarray(times, np.float64), bands) for plot in plots]
     return np.vstack([*drawn, _legend(bands)])
 
 
 def ticks(low: float, high: float, count: int = 5) -> list[float]:
-    """Round numbers within a range, about `count` of them."""
+    """Return about `count` round numbers within a range."""
     if not high > low:
         return [low]
     step = 10.0 ** math.floor(math.log10((high - low) / count))

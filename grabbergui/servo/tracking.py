@@ -1,18 +1,17 @@
-"""From detections in single images to targets that may be moved for, and to where they are by now. No clock.
+"""From detections in single images to targets that the robot may move for, and their present place. No clock.
 
-A target is usable while it was seen in each of the last few images, in one place, by an image that is fresh.
-Anything else (a detection that comes and goes, a second marker of the same id, an ambiguous pose or one that
-flipped) interrupts it at once: such a view counts as not seen.
+A target is usable while each of the last few images showed it in one place and the newest image is fresh.
+Anything else (a flickering detection, a second marker of the same id, an ambiguous or flipped pose)
+interrupts it: such a view counts as not seen.
 
 A marker's pose in the robot's base is filtered, where a moving head does not move a marker. Views are
 weighted by their covariances, as in a Kalman filter with fading memory: at rest the newest view gets the
-weight `smoothing`, and while the marker is seen to move it gets nearly all. A view whose pose is the other of
-a plane's two solutions (a flip) is recognised, and is no measurement.
+weight `smoothing`, and while the marker moves it gets nearly all. A view whose pose is the other of a plane's
+two solutions (a flip) is recognised and ignored.
 
-An image shows where the target was when it was exposed, tens of milliseconds ago. A motion through the
-positions of the last moments gives place and velocity at a later moment (`TargetMotion`). It does not lag
-behind a target that speeds up or turns, as a smoothed position does; the price is noise, so a target that
-rests is not predicted at all.
+An image shows where the target was when it was exposed, tens of milliseconds ago. `TargetMotion` fits a
+motion to the last positions, which gives place and velocity at a later time. Unlike a smoothed position, it
+does not lag behind a target that speeds up or turns, but it is noisier, so a resting target is not predicted.
 """
 
 from __future__ import annotations
@@ -33,21 +32,21 @@ from grabbergui.servo.detection import Sighting
 
 # -- targets -------------------------------------------------------------------------------------
 class JointHistory:
-    """Joint angles of the last moments, to know where the head looked when an image was exposed."""
+    """Recent joint angles, from which the head's pose at an image's exposure is known."""
 
     SLACK = 0.06
-    "Seconds beyond the newest or oldest reading for which it still stands."
+    "Seconds beyond the newest or oldest reading for which it still holds."
 
     def __init__(self, length: int = 200) -> None:
         self._readings: deque[tuple[float, Vector]] = deque(maxlen=length)
 
     def add(self, time: float, angles: Vector) -> None:
-        """Note a reading; one that is no newer than the last, or not finite, is ignored."""
+        """Add a reading; ignore one that is not newer than the last, or not finite."""
         if np.isfinite(angles).all() and (not self._readings or time > self._readings[-1][0]):
             self._readings.append((time, np.array(angles, np.float64)))
 
     def at(self, time: float) -> Vector | None:
-        """The angles at a time, between readings in proportion; None where nothing is known."""
+        """Return the angles at a time, interpolated linearly; None if they are not known."""
         readings = self._readings
         if not readings or not readings[0][0] - self.SLACK <= time <= readings[-1][0] + self.SLACK:
             return None
@@ -67,7 +66,7 @@ class MarkerTrack:
 
     def __init__(self, marker_id: int, config: TrackConfig) -> None:
         self.problem = "no marker seen yet"
-        "Why it is not usable, as display text; empty if it is."
+        "Why the marker is not usable, as display text; empty if it is."
         self._id = marker_id
         self._config = config
         self._streak = 0
@@ -79,7 +78,7 @@ class MarkerTrack:
 
     @property
     def usable(self) -> bool:
-        """Whether it may be moved for, as long as its image is fresh."""
+        """Whether the robot may move for it, as long as its image is fresh."""
         return self._streak >= self._config.confirm
 
     @property
@@ -94,16 +93,16 @@ class MarkerTrack:
 
     @property
     def captured(self) -> float:
-        """When the newest image that showed it was exposed."""
+        """Time of exposure of the newest image that showed it."""
         return self._captured
 
     @property
     def seen(self) -> Pose | None:
-        """Its pose in the newest image alone, unfiltered, so without lag; None unless usable."""
+        """Its pose in the newest image alone, without the filter's lag; None unless usable."""
         return self._newest if self.usable else None
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
-        """Take in what an image showed; `camera` is where the camera was then, None if unknown."""
+        """Add an image's detections; `camera` is the camera's pose at its exposure, None if unknown."""
         self.problem = ""
         marker = sighting.only(self._id)
         if marker is None:
@@ -135,9 +134,9 @@ class MarkerTrack:
             self.problem = f"marker {self._id} is not sure yet"
 
     def _flipped(self, marker: MarkerDetection, camera: Pose) -> bool:
-        """Whether it is seen in the other of its two poses than before.
+        """Return whether the view shows the other of the marker's two poses than before.
 
-        Seen so as often in a row as a marker must be to be believed, it was the earlier pose that was wrong.
+        After more than `confirm` such views in a row, the earlier pose was the wrong one.
         """
         known = self._filter.pose
         flip = known is not None and _is_flip(marker, camera, known)
@@ -167,17 +166,17 @@ class FaceTrack:
 
     @property
     def point(self) -> Vector | None:
-        """Metres; None unless it was seen often enough in a row."""
+        """The point, metres; None unless enough images in a row showed it."""
         return self._point if self._streak >= self._config.confirm else None
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
-        """Take in what an image showed."""
+        """Add an image's detections."""
         face = sighting.nearest_face
         if face is None or camera is None or not np.isfinite(face.position).all() or face.position[2] <= 0:
             self._streak = 0
             return
         seen = camera[:3, :3] @ np.array(face.position) + camera[:3, 3]
-        # The distance is estimated from a box whose width flickers, so only the direction is compared.
+        # The box's width, from which the distance is estimated, flickers: compare only directions.
         if self._point is None or _apart(self._point, seen, camera[:3, 3]) > self._config.jump * 2:
             self._streak, self._point = 0, seen
         self._streak += 1
@@ -185,7 +184,7 @@ class FaceTrack:
 
 
 def _apart(before: Vector, after: Vector, eye: Vector) -> float:
-    """Radians between two points' directions."""
+    """Return the angle between two points' directions, radians."""
     first, second = before - eye, after - eye
     cosine = float(first @ second / (np.linalg.norm(first) * np.linalg.norm(second)))
     return math.acos(min(1.0, max(-1.0, cosine)))
@@ -198,20 +197,20 @@ Covariance = NDArray[np.float64]
 UNKNOWN = np.diag([0.003**2] * 3 + [math.radians(1.0) ** 2] * 3)
 "Covariance of a detection that comes without one."
 _TIMING_S = 0.005
-"Seconds by which a frame's time and the joints' may disagree: what a moving head makes of it is noise."
+"Seconds by which a frame's time and the joints' may disagree, which is noise while the head moves."
 _MOVED = 14.2
 "Squared innovation over its covariance that noise exceeds in 3 of 1000 views (chi-square, 3 axes)."
 
 
 class MarkerFilter:
-    """The marker's pose and how sure it is. Use from one thread."""
+    """The marker's pose and its covariance. Use from one thread."""
 
     def __init__(self, smoothing: float) -> None:
         """`smoothing` is the newest view's weight at rest, more than 0 and at most 1."""
         self.pose: Pose | None = None
         "Marker to base; None before the first view."
         self.covariance: Covariance = UNKNOWN
-        "Of `pose`."
+        "The covariance of `pose`."
         self._keep = 1 - smoothing
         self._surprises = 0
 
@@ -220,7 +219,7 @@ class MarkerFilter:
         self.pose, self._surprises = None, 0
 
     def update(self, seen: Pose, covariance: Covariance) -> Pose:
-        """Take in a view, its pose in the base and its covariance; return the filtered pose."""
+        """Add a view by its pose in the base and its covariance; return the filtered pose."""
         if self.pose is None:
             self.pose, self.covariance = seen, covariance
             return seen
@@ -230,7 +229,7 @@ class MarkerFilter:
             self._surprises += 1
         else:
             self._surprises = 0
-        if self._surprises > 1:  # one may be noise; twice in a row it moves
+        if self._surprises > 1:  # one may be noise; after two in a row, the marker moves
             before = before + np.diag(innovation**2)
         gain = np.linalg.solve(before + covariance, before).T
         self.pose = geometry.add_delta(self.pose, gain @ innovation)
@@ -239,7 +238,7 @@ class MarkerFilter:
         return self.pose
 
     def _surprising(self, innovation: Vector, spread: Covariance) -> bool:
-        """Return whether noise alone would hardly show the marker so far away, or so turned."""
+        """Return whether noise alone hardly explains the innovation."""
         return any(
             float(innovation[axes] @ np.linalg.solve(spread[axes, axes], innovation[axes])) > _MOVED
             for axes in (slice(0, 3), slice(3, 6))
@@ -260,9 +259,9 @@ def _is_flip(marker: MarkerDetection, camera: Pose, known: Pose) -> bool:
 def _covariance_in_base(
     marker: MarkerDetection, camera: Pose, before: Pose | None, seconds: float
 ) -> Covariance:
-    """Return a detection's covariance along the base's axes, with what the camera's motion adds.
+    """Return a detection's covariance along the base's axes, increased by the camera's motion.
 
-    `before` is where the camera was `seconds` ago, None if unknown.
+    `before` is the camera's pose `seconds` ago, None if unknown.
     """
     turn = np.kron(np.eye(2), camera[:3, :3])
     own = UNKNOWN if marker.covariance is None else marker.covariance
@@ -279,11 +278,11 @@ _Matrix = NDArray[np.float64]
 _WINDOW_S = 0.6
 "Seconds of positions to which the motions are fitted."
 _RECENT_S = 0.35
-"Seconds of the newest positions, which decide whether the target moves at all."
+"Seconds of the newest positions, which decide whether the target moves."
 _FEWEST_SEEN = 6
-"Fewest positions in that time from which anything is predicted."
+"Fewest positions in that time for a prediction."
 _RATES = (0.0, 1.0, 2.0, 3.0, 4.0)
-"Rad/s at which motions turn; those between them are mixtures."
+"Rad/s at which the motions turn; rates in between are mixtures."
 _TURNS = np.array(_RATES[1:])[:, None]
 "The rates of the motions that turn, in a column; the first is the parabola's."
 _NOISE_M = 0.002
@@ -293,16 +292,15 @@ AHEAD_S = 0.25
 _MOVING_SPEED = 0.03
 "Metres per second, over the recent positions, from which a target counts as moving."
 RESTS_S = 0.6
-"Seconds below that speed after which it counts as resting: one that turns back stands still for a moment."
+"Seconds below that speed after which it counts as resting: a target that turns back rests for a moment."
 
 
 class TargetMotion:
-    """Positions of one target in the robot's base, and the motions through them.
+    """Positions of one target in the robot's base, and the motions fitted to them.
 
-    Hands move to and fro and in circles. A parabola fits that for a third of a second only, which are too few
-    images to average their noise. So motions that turn at several rates are fitted over a longer time, each
-    by least squares; the better a motion explains the positions, the more it counts. At rate 0 it is a
-    parabola.
+    Hands move to and fro and in circles. A parabola fits that only for a third of a second, which has too few
+    images to average the noise. So motions that turn at several rates are fitted over a longer time, each by
+    least squares, and weighted by how well they explain the positions. At rate 0 the motion is a parabola.
     """
 
     def __init__(self) -> None:
@@ -313,17 +311,17 @@ class TargetMotion:
         self._seen: deque[tuple[float, Vector]] = deque()
         self._moved = -np.inf
         self._starts: _Matrix = np.zeros((len(_RATES), 3, 3))
-        "Of each motion: metres, m/s and m/s², in rows, at the newest position's time."
+        "Each motion's metres, m/s and m/s², in rows, at the newest position's time."
         self._weights = np.zeros(len(_RATES))
-        "How much each counts, 1 in all."
+        "Each motion's weight; their sum is 1."
 
     def restart(self) -> None:
-        """Forget the target: it was lost, or it is another one."""
+        """Forget the target, which was lost or is another one."""
         self._seen.clear()
         self.moving, self.speed = False, 0.0
 
     def add(self, time: float, position: Vector) -> None:
-        """Take in where it was, metres in the base, at a time later than the one before."""
+        """Add its position, metres in the base, at a time; ignore a time that is not later than the last."""
         if self._seen and time <= self._seen[-1][0]:
             return
         self._seen.append((time, np.array(position, np.float64)))
@@ -338,16 +336,16 @@ class TargetMotion:
         if _speed(times[recent], places[recent]) >= _MOVING_SPEED:
             self._moved = time
         self.moving = time - self._moved < RESTS_S
-        if self.moving:  # nobody asks for the motion of a target that rests
+        if self.moving:  # a resting target is not predicted
             self._fit(times, places)
         self.speed = float(np.linalg.norm(self.velocity(time)))
 
     def position(self, time: float) -> Vector | None:
-        """Where a target that moves is at a time; None for one that rests or is not known."""
+        """Return where a moving target is at a time; None if it rests or is not known."""
         return self._mixed(_places, time) if self.moving else None
 
     def velocity(self, time: float) -> Vector:
-        """Its velocity at a time, m/s; zero for a target that rests."""
+        """Return its velocity at a time, m/s; zero for a target at rest."""
         return self._mixed(_velocities, time) if self.moving else np.zeros(3)
 
     def _fit(self, times: Vector, places: _Matrix) -> None:
@@ -365,13 +363,13 @@ class TargetMotion:
 
 
 def _speed(times: Vector, places: _Matrix) -> float:
-    """Of the straight line through the places, m/s."""
+    """Return the speed along the straight line through the places, m/s."""
     mean = times.mean()
     return float(np.linalg.norm((times - mean) @ places / ((times - mean) ** 2).sum()))
 
 
 def _places(times: Vector) -> _Matrix:
-    """(motions, n, 3): how much a motion's first place, velocity and acceleration are in its places."""
+    """Return (motions, n, 3) factors of a motion's first place, velocity and acceleration in its places."""
     turned = _TURNS * times
     factors = np.ones((len(_RATES), len(times), 3))
     factors[0, :, 1], factors[0, :, 2] = times, times**2 / 2
@@ -380,7 +378,7 @@ def _places(times: Vector) -> _Matrix:
 
 
 def _velocities(times: Vector) -> _Matrix:
-    """(motions, n, 3): the same in its velocities."""
+    """Return (motions, n, 3): the same for its velocities."""
     turned = _TURNS * times
     factors = np.zeros((len(_RATES), len(times), 3))
     factors[0, :, 1], factors[0, :, 2] = 1.0, times

@@ -429,7 +429,7 @@ def test_a_setting_that_cannot_be_is_refused(text, complaint):
 
 
 def test_a_setting_before_any_section_is_named():
-    with pytest.raises(UsageError, match="'rate' stands before any section; there are "):
+    with pytest.raises(UsageError, match="'rate' precedes the first section; there are "):
         Config.parse("rate 10\n[arm]\ny_low -0.5")
 
 
