@@ -37,7 +37,7 @@ from grabbergui.servo.robots.simulated import SimRobot
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
-"Of the images: the middle of the sensor, binned; 64° wide."
+"Size of the images: the middle of the sensor, binned; 64° wide."
 OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
 OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0
@@ -49,7 +49,7 @@ Drawing takes half of that, and would otherwise come on top of what a real camer
 AT_BOARD = (-0.42, 0.1)
 "Pan and tilt, radians, at which TEO looks at the board that the person holds."
 ON_HAND = geometry.pose(geometry.rotation_from_vector((0.1, -0.2, 0.3)), (0.03, -0.05, 0.04))
-"A camera, or a target, that is screwed onto the hand."
+"Pose on the hand of a camera or a target."
 IN_VIEW_M = 0.8
 "Metres before the camera at which the simulated board is put into its view."
 SHEET_PIXELS = 960
@@ -57,7 +57,7 @@ SHEET_PIXELS = 960
 
 
 def settings(pixel_format: str = "Mono8") -> FrameSettings:
-    """Settings of the camera on the head."""
+    """Return the settings of the camera on the head."""
     ratios = (1.0, 1.0, 1.0) if pixel_format == "Mono8" else (1.6, 1.0, 1.3)
     optics = Optics(binning_horizontal=BINNING, binning_vertical=BINNING, ratios=ratios)
     return FrameSettings(
@@ -66,7 +66,7 @@ def settings(pixel_format: str = "Mono8") -> FrameSettings:
 
 
 def calibration() -> Calibration:
-    """Of that camera, exactly as it draws."""
+    """Return that camera's exact calibration."""
     return Calibration(
         WIDTH, HEIGHT, rendered_scene.pinhole(settings()), np.zeros(5), "camera on the simulated head"
     )
@@ -102,7 +102,7 @@ def mounted_camera(
     fps: float = 30.0,
     camera_at: Callable[[float], Pose] | None = None,
 ) -> FrameGrabber:
-    """A simulated camera, like any other grabber; the clock is the real one.
+    """Return a simulated camera in real time, like any other grabber.
 
     It is on the robot's head unless `camera_at` gives its pose in the room at a time.
     """
@@ -161,7 +161,7 @@ def hand_eye_camera(
 
 
 def in_base(robot: SimRobot, thing: Pose) -> Pose:
-    """A thing of the room as seen from the robot's base."""
+    """Return a pose in the room as seen from the robot's base."""
     return geometry.inverse(robot.model.stands) @ thing
 
 
@@ -180,11 +180,11 @@ class ClosedLoop:
     "Seconds from the middle of an exposure until its detections are known."
     now: float = 0.0
     loss: float = 0.0
-    "Share of the frames that never arrive."
+    "Share of the frames that are lost."
     light: Callable[[float], float] = lambda seconds: 1.0
-    "Brightness of the room at a time, of what the exposure is set for."
+    "Brightness of the room at a time, relative to the exposure's."
     seed: int = 0
-    "Of what is lost."
+    "Seed of the lost frames."
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)
@@ -203,7 +203,7 @@ class ClosedLoop:
         self._on_the_way: list[tuple[float, int, float, np.ndarray]] = []
 
     def run(self, seconds: float, until: object = None) -> ControlCycle:
-        """Let time pass; ends early once the state is `until`. The last cycle."""
+        """Let time pass, or run until the state is `until`; return the last cycle."""
         end = self.now + seconds
         while self.now < end - 1e-9:
             cycle = self.cycle()
@@ -212,7 +212,7 @@ class ClosedLoop:
         return self.cycles[-1]
 
     def cycle(self) -> ControlCycle:
-        """One cycle of the loop and the moment after it."""
+        """Run one control cycle and let its period pass; return it."""
         if self.now >= self._next_frame - 1e-9:
             self._expose(self._next_frame)
         while self._on_the_way and self._on_the_way[0][0] <= self.now + 1e-9:
@@ -229,7 +229,7 @@ class ClosedLoop:
         return cycle
 
     def true_error(self) -> tuple[float, float]:
-        """Metres and radians from the hand to where the board's true pose wants it."""
+        """Return metres and radians from the hand to the goal of the board's true pose."""
         board = self.things.board(self.now)
         if board is None:
             return math.nan, math.nan

@@ -6,9 +6,9 @@ Control boards (`remote_controlboard`, 3.x and 4.0): angles are degrees. A reque
 interface stands before the verb. Both stream encoders as a vector, and all their readings as lists, each
 followed by whether it is valid.
 
-Cartesian controllers (roboticslab's ICartesianControl): metres, radians, and rotation vectors. Streamed
-commands are obeyed once they were announced. The command for a pose is called `pose` since May 2024 and
-`movi` before.
+Cartesian controllers (roboticslab's ICartesianControl): metres, radians, and rotation vectors. They obey
+streamed commands after an announcement. The command for a pose is called `pose` since May 2024 and `movi`
+before.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from grabbergui.net.yarp.os.values import Dialect, Float32, Item, Vocab, word
 
 OK, FAIL = Vocab("ok"), Vocab("fail")
 POSITION_MODE, DIRECT_MODE, VELOCITY_MODE = Vocab("pos"), Vocab("posd"), Vocab("vel")
-"Moves by request are obeyed in the first, streamed positions in the second, velocities in the last."
+"The modes in which a drive obeys moves by request, streamed positions, and velocities."
 METHOD_FAILED = Vocab("err5")
 "A `ReturnValue` of 4.0."
 RPC_PORTS = {Dialect.YARP4: "/nws/rpc:i", Dialect.YARP3: "/rpc:i"}
-"What follows a board's name in that of its port for requests."
+"Suffix of a board's port for requests."
 
 METHODS = {
     "getAxesRPC": "get axes",
@@ -86,7 +86,7 @@ def stop_all(dialect: Dialect = Dialect.YARP3) -> Bottle:
 
 
 def succeeded(reply: Bottle | None) -> bool:
-    """Whether a reply begins or ends with `ok`: 4.0 and Cartesian controllers say it first, 3.x last."""
+    """Return whether a reply has `ok`, first as in 4.0 and Cartesian controllers, or last as in 3.x."""
     if not reply:
         return False
     first = reply[0][0] if isinstance(reply[0], list) and reply[0] else reply[0]
@@ -178,7 +178,7 @@ def extended_state(angles: Vector, modes: Sequence[Vocab], dialect: Dialect = Di
 
 # -- control boards: values ----------------------------------------------------------------------
 def numbers(items: Item | Sequence[Item], count: int) -> Vector:
-    """So many finite numbers. Raises RemoteProtocolError."""
+    """Return `count` finite numbers. Raises RemoteProtocolError."""
     if not isinstance(items, list) or len(items) != count:
         raise RemoteProtocolError(f"{count} numbers were expected, not {str(items)[:60]}")
     if not all(isinstance(item, (int, float)) for item in items):
@@ -190,7 +190,7 @@ def numbers(items: Item | Sequence[Item], count: int) -> Vector:
 
 
 def joints(items: Item | Sequence[Item], count: int) -> list[int]:
-    """Indices of joints, of which there are `count`. Raises RemoteProtocolError."""
+    """Return indices of joints, which must be less than `count`. Raises RemoteProtocolError."""
     indices = [item for item in items if isinstance(item, int)] if isinstance(items, list) else []
     if not indices or items != indices or not all(0 <= index < count for index in indices):
         raise RemoteProtocolError(f"joints are 0 to {count - 1}, not {str(items)[:60]}")
@@ -198,15 +198,15 @@ def joints(items: Item | Sequence[Item], count: int) -> list[int]:
 
 
 def degrees(angles: Vector) -> list[Item]:
-    """Radians as control boards have them."""
+    """Convert radians to a list of degrees."""
     return [float(value) for value in np.degrees(angles)]
 
 
 NOT_CONTROLLING = Vocab("ccnc")
-"A controller's state, that in which streamed commands are obeyed too."
+"A controller's state without a motion, in which it also obeys streamed commands."
 TWIST = Vocab("twst")
 POSE_WORDS = (Vocab("movi"), Vocab("pose"))
-"""The words for a streamed pose, in the order in which they are to be tried.
+"""The words for a streamed pose, in the order in which to try them.
 
 Until February 2023 there was a `pose` beside `movi`, which took its first number for an interval.
 """

@@ -1,7 +1,7 @@
 """TIAGo's kinematic model: head, arm, body and camera as its URDF has them, computed by Pinocchio.
 
-The base is the link that the torso lifts: head and arm both hang at it, so its height plays no part.
-`UrdfChain` and `UrdfBody` serve any robot that comes as URDF.
+The base is the link that the torso lifts: it carries head and arm, so its height does not matter. `UrdfChain`
+and `UrdfBody` work with any robot's URDF.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ BASE = "torso_lift_link"
 HEAD = "head_2_link"
 HEAD_JOINTS = ("head_1_joint", "head_2_joint")
 HEAD_SIGNS = np.array([1.0, -1.0])
-"Its tilt is positive upwards, ours downwards."
+"TIAGo's tilt is positive upwards, the loop's downwards."
 ARM_JOINTS = tuple(f"arm_{number}_joint" for number in range(1, 8))
 HAND = "hand_grasping_frame"
 CAMERA = "xtion_rgb_optical_frame"
 HANDS = (HAND, "gripper_grasping_frame", "arm_tool_link")
-"Frames that reach, of a Hey5 hand, of PAL's gripper, and of neither; x points out of all of them."
+"Tool frames of a Hey5 hand, of PAL's gripper, and of an arm without either; their x points outwards."
 CAMERAS = ("head_front_camera_color_optical_frame", "head_front_camera_rgb_optical_frame", CAMERA)
 "Optical frames of the camera in the head, on today's robots and on older ones."
 
 HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
-"Our hand's axes as seen from TIAGo's, whose x points out of the palm: z forward, x down at home."
+"The loop's hand axes in TIAGo's hand frame, whose x points out of the palm: z forward, x down at home."
 
 _HOW_TO_GET_IT = "Pinocchio is not installed: run pip install 'grabbergui[servo]'"
 
@@ -76,7 +76,7 @@ def model(urdf: Path | None = None, hand: str = "", camera: str = "", *, seen_in
 
 
 def _body(path: Path, model: Any, arm: UrdfChain) -> Body:
-    """By the URDF's geometry where it is on this computer, else rough shapes of our own."""
+    """Return the URDF's collision geometry if its meshes are on this computer, else rough capsules."""
     # From the base to the first joint, then joint to joint, the hand last.
     radii = (0.08, 0.08, 0.08, 0.07, 0.07, 0.06, 0.06, 0.07, 0.07)
     fixed = (
@@ -87,7 +87,7 @@ def _body(path: Path, model: Any, arm: UrdfChain) -> Body:
     try:
         return UrdfBody(path, model, arm, attached=ARM_JOINTS[:2], links=links)
     except SourceUnavailableError as error:
-        log.warning("%s; rough shapes stand for them", error)
+        log.warning("%s; rough capsules replace them", error)
         return links
 
 
@@ -157,7 +157,7 @@ class UrdfBody(Body):
             )
         except (ValueError, RuntimeError) as error:
             raise SourceUnavailableError(f"{path}: its collision geometry cannot be read: {error}") from error
-        # Distances between hulls take a hundredth of those between meshes, and are never larger.
+        # Distances between hulls take a hundredth of the time of those between meshes, and are never larger.
         for shape in self._shapes.geometryObjects:
             if hasattr(shape.geometry, "buildConvexHull"):
                 shape.geometry.buildConvexHull(True, "Qt")
@@ -206,7 +206,7 @@ class UrdfBody(Body):
 
 
 class UrdfChain(Chain):
-    """Some joints of a model between two of its frames, all others at rest."""
+    """Some joints of a model between two of its frames, with all others at rest."""
 
     def __init__(
         self,
@@ -242,14 +242,14 @@ class UrdfChain(Chain):
 
     @override
     def frames(self, angles: ArrayLike) -> list[Pose]:
-        """The z of each but first and last is its joint's axis."""
+        """Return the frames; except for the first and the last, a frame's z is its joint's axis."""
         data, tool = self._placed(angles)
         links = [link.homogeneous for link in list(data.oMi)[1:]]
         return [np.eye(4), *(self._from_world @ link for link in links), tool]
 
     @override
     def forward(self, angles: ArrayLike) -> Pose:
-        """The last of `frames`, in less than half of their time."""
+        """Return the last of `frames`, in less than half of the time."""
         return self._placed(angles)[1]
 
     def _placed(self, angles: ArrayLike) -> tuple[Any, Pose]:
