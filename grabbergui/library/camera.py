@@ -126,7 +126,7 @@ class Camera(FeatureAccess):
     def start(self) -> None:
         """Start streaming; `grab` and `frames` do so by themselves. Does nothing where it runs already.
 
-        The camera then runs free, unless this program has set its trigger. The stream goes on until `stop`.
+        The camera then runs free, unless this program has set its trigger. The stream runs until `stop`.
         """
         self._stream.keep()
         self._start()
@@ -147,7 +147,7 @@ class Camera(FeatureAccess):
         `camera.grab(ExposureTime=5000, Gain=3)` writes the settings, then returns the first frame that was
         really exposed so: by chunk data where the camera has them (they are switched on at the first such
         call), else by counting frames after the acknowledge. How many to skip is measured at the first such
-        call, which takes about a second, and kept. The stream goes on afterwards; `stop` ends it.
+        call, which takes about a second, and kept. The stream stays on; `stop` ends it.
 
         `timeout` is in seconds, by default 5 plus the exposure time. Raises FrameTimeoutError, what `write`
         raises, and DeviceLostError.
@@ -177,8 +177,8 @@ class Camera(FeatureAccess):
     def bracket(self, timeout: float | None = None, **settings: Sequence[FeatureValue]) -> list[Frame]:
         """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
 
-        Several settings are stepped together and need lists of one length. Afterwards the settings stand as
-        they stood, and automatic modes that were on are on again.
+        Several settings are stepped together and need lists of one length. Afterwards the settings
+        and automatic modes are restored.
         """
         lengths = {None if isinstance(each, str | int | float) else len(each) for each in settings.values()}
         if len(lengths) != 1 or None in lengths:
@@ -187,7 +187,7 @@ class Camera(FeatureAccess):
         steps = [dict(zip(settings, step, strict=True)) for step in zip(*settings.values(), strict=True)]
         with contextlib.ExitStack() as stack:
             for key in keys:
-                self.read(str(key))  # what cannot be read cannot be put back
+                self.read(str(key))  # a value that cannot be read cannot be restored
                 shown = key if key.selected else self._grabber.setting(key.name)
                 stack.enter_context(restored(self._grabber, shown))
             return [self.grab(timeout, **step) for step in steps]
@@ -260,7 +260,7 @@ class Camera(FeatureAccess):
         return ""
 
     def _patience(self) -> float:
-        """Seconds to wait for a frame: what the exposure takes comes on top."""
+        """Return the seconds to wait for a frame, including the exposure."""
         with contextlib.suppress(GrabberError):
             name = Role.EXPOSURE.find(self._grabber.has_feature)
             feature = self._grabber.feature(name) if name is not None else None
@@ -301,7 +301,7 @@ class Camera(FeatureAccess):
 
     # -- what happens ----------------------------------------------------------------------------
     def on(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
-        """Have a function called when something happens; the returned function ends that.
+        """Call a function whenever something happens; the returned function ends that.
 
         - `"change"`: a `frozenset[str]` of features whose value, range or access may have changed
         - `"event"`: a `DeviceEvent` that the camera sent; switch it on with EventNotification

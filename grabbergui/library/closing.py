@@ -1,4 +1,4 @@
-"""What a program does not close is closed with the last reference to it, or at the end of the program.
+"""Closes cameras that the program leaves open: with the last reference to them, or when the program exits.
 
 A GigE Vision camera that was not released refuses every program for some seconds, and a movie that was not
 finished lacks its end.
@@ -17,7 +17,7 @@ _CLOSING: set[threading.Thread] = set()
 
 
 class Closing:
-    """Closes what an object stands for, once: on request, with the object, or at the program's end."""
+    """Calls `close` once: on request, when the owner is collected, or when the program exits."""
 
     def __init__(self, owner: object, close: Callable[[], None]) -> None:
         """`close` must not refer to `owner`, which would never be collected."""
@@ -34,7 +34,7 @@ class Closing:
                 self._close_undisturbed()
             else:
                 self._close()
-        # Behind it, so that what Ctrl-C keeps from beginning is closed later.
+        # Last, so that a close that Ctrl-C interrupted before it began still happens at exit.
         self._collected.detach()
         atexit.unregister(self.now)
 
@@ -60,7 +60,7 @@ class Closing:
 
 
 def await_collected() -> None:
-    """Wait until what is being closed is closed. Not from one of their callbacks."""
+    """Wait until collected cameras are closed. Do not call it from their callbacks."""
     for thread in tuple(_CLOSING):
         if thread is not threading.current_thread():
             thread.join()

@@ -140,7 +140,7 @@ class Effects:
                 self._grabber.write_setting(key, False)
 
     def _switch_chunks_on(self) -> None:
-        """Have exposure time and gain in the chunk data, where the camera offers that."""
+        """Enable exposure time and gain in the chunk data if the camera offers them."""
         grabber = self._grabber
         if not grabber.has_feature("ChunkModeActive") or not grabber.has_feature("ChunkSelector"):
             return
@@ -216,7 +216,7 @@ def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
 
 @contextlib.contextmanager
 def restored(grabber: FrameGrabber, key: SettingKey) -> Iterator[None]:
-    """Put a setting, and the automatic mode that a write of it switches off, back behind the block.
+    """Restore a setting, and the automatic mode that writing it switches off, after the block.
 
     `key` has the selectors of the feature. Raises what reading and writing raise.
     """
@@ -240,12 +240,12 @@ class _Measurement:
         self._timeout = timeout
 
     def run(self, exposure: Feature) -> int | None:
-        standing = float(exposure.value or 0)
-        low, high = float(exposure.minimum or 1), float(exposure.maximum or standing)
+        current = float(exposure.value or 0)
+        low, high = float(exposure.minimum or 1), float(exposure.maximum or current)
         for short, long in (
-            (standing / 3, standing),
-            (standing, standing * 3),
-            (standing / 30, standing / 10),
+            (current / 3, current),
+            (current, current * 3),
+            (current / 30, current / 10),
         ):
             pair = (min(max(short, low), high), min(max(long, low), high))
             dark, bright = (self._level(value) for value in pair)
@@ -270,7 +270,7 @@ class _Measurement:
             for count, seen in enumerate(self._after(self._write(pair[which]), MOST_FRAMES)):
                 level = float(seen.mono().mean())
                 if abs(level - new) < abs(level - old):
-                    # One that we were too late for may have had the old value as well.
+                    # A frame that was dropped may have had the old value as well.
                     longest = max(longest, count + self._queue.dropped - lost)
                     break
             else:

@@ -172,9 +172,10 @@ def attribute_name(feature: str) -> str:
 class CameraFiles:
     """The files in a camera (SFNC FileAccessControl): look-up tables, shading data, user sets, firmware.
 
-    Names are those of FileSelector. Any thread may call; others use the camera meanwhile. Raises UsageError
-    for a name that the camera does not list and for a camera without files, `CameraFileError` for what the
-    camera refuses, and TransportError. Remote sources list files, and raise FeatureAccessError for all else.
+    Names are those of FileSelector. Any thread may call; a transfer does not block other calls. Raises
+    UsageError for a name that the camera does not list and for a camera without files, `CameraFileError` for
+    what the camera refuses, and TransportError. Remote sources list files, and raise FeatureAccessError for
+    all else.
     """
 
     def __init__(self, camera: FeatureAccess) -> None:
@@ -206,7 +207,7 @@ Occasion = Literal["change", "event", "lost", "back", "notice"]
 
 
 class Callbacks:
-    """Hands signals of a grabber to callbacks, on a thread that begins with the first of them."""
+    """Passes a grabber's signals to callbacks, on a thread that starts with the first callback."""
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber

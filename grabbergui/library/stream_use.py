@@ -1,4 +1,4 @@
-"""Who uses a camera's stream, so that a loop that ends does not end it for others."""
+"""Counts the users of a camera's stream, so that the end of one loop does not stop it for others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class StreamUse:
     """Switches a camera's stream on for loops, recordings and grabs, and off when it may be off again.
 
     A stream that a loop or a recording switched on is switched off with the last of them. It stays on if it
-    was on before, if the program has switched it on meanwhile (`keep`), or while a `grab` waits. Any thread
+    was on before, if the program has switched it on since (`keep`), or while a `grab` waits. Any thread
     may call.
     """
 
@@ -61,7 +61,7 @@ class StreamUse:
 
     @contextlib.contextmanager
     def grab(self) -> Iterator[None]:
-        """Have the stream left on, which the caller starts."""
+        """Keep the stream, which the caller starts, on during the block."""
         with self._lock:
             self._grabs += 1
         try:

@@ -71,7 +71,7 @@ class Twins(Fault):
     problem = "several markers 20"
 
     def begin(self, run, monkeypatch):
-        standing = RenderedScene._standing
+        standing = RenderedScene._panels
 
         def twice(scene, seconds):
             panels = standing(scene, seconds)
@@ -81,7 +81,7 @@ class Twins(Fault):
             run.things.board = before
             return panels
 
-        monkeypatch.setattr(RenderedScene, "_standing", twice)
+        monkeypatch.setattr(RenderedScene, "_panels", twice)
 
 
 class Solver(Fault):

@@ -166,9 +166,9 @@ class CameraModel:
         return plan
 
     def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
-        """Write a frame's payload into `out`, let the automatic modes see it; returns its length.
+        """Write a frame's payload into `out`, run the automatic modes on it, and return its length.
 
-        Not before the end of its exposure, even where the image was drawn ahead.
+        Returns after the end of the exposure, even if the image was drawn ahead.
         """
         settings = plan.settings
         begin = first_piece(settings, tuple(plan.chunk_values))
@@ -184,7 +184,7 @@ class CameraModel:
         )
 
     def _await_end(self, plan: FramePlan) -> None:
-        """Wait for the end of an exposure. With the lock, which is free meanwhile."""
+        """Wait for the end of an exposure. The caller holds the lock, which is released while waiting."""
         end = self._device_clock.to_monotonic(plan.timestamp_ns) + int(plan.settings.exposure_us * 1000)
         # No longer than it was early, if the device's clock was set meanwhile.
         end = min(end, self._clock() + int(self.sensor.scene.ahead * 1e9))

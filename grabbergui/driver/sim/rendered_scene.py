@@ -162,8 +162,8 @@ class RenderedScene(Scene):
         view[:3, :3] = pose[:3, :3].T
         view[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
         picture = self._empty_room(view, matrix, shape)
-        standing = self._standing(time_ns * 1e-9)
-        for panel in sorted(standing, key=lambda panel: -panel.distance_from(pose[:3, 3])):
+        panels = self._panels(time_ns * 1e-9)
+        for panel in sorted(panels, key=lambda panel: -panel.distance_from(pose[:3, 3])):
             draw(panel, picture, view, matrix)
         return picture
 
@@ -178,7 +178,7 @@ class RenderedScene(Scene):
             self._seen = seen = key, drawn
         return seen[1].copy()
 
-    def _standing(self, seconds: float) -> list[Panel]:
+    def _panels(self, seconds: float) -> list[Panel]:
         panels = []
         face, board = self.things.face(seconds), self.things.board(seconds)
         if face is not None:
@@ -300,10 +300,10 @@ class BoardScene(RenderedScene):
             return here
         return here.towards(self._holds[(int(turn) + 1) % len(self._holds)], (since - REST_S) / MOVE_S)
 
-    def _standing(self, seconds: float) -> list[Panel]:
+    def _panels(self, seconds: float) -> list[Panel]:
         pose = _CAMERA @ self.hold_at(seconds).pose
         width, height = COLUMNS * SQUARE + 2 * BORDER, ROWS * SQUARE + 2 * BORDER
-        return [*super()._standing(seconds), Panel(pose, width, height, _texture(), fine=True)]
+        return [*super()._panels(seconds), Panel(pose, width, height, _texture(), fine=True)]
 
 
 @cache

@@ -299,7 +299,7 @@ def _planes(values: NDArray[Any], settings: FrameSettings) -> tuple[NDArray[Any]
 
 
 def regulate(memory: RegisterMemory, settings: FrameSettings, values: NDArray[Any]) -> None:
-    """Let the modes that are on look at an image made with `settings`. The caller holds the lock."""
+    """Run the active automatic modes on an image made with `settings`. The caller holds the lock."""
     if settings.test_pattern not in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
         return
     if memory.integer(reg.EXPOSURE_AUTO) or memory.integer(reg.GAIN_AUTO):

@@ -11,7 +11,7 @@ from grabbergui.driver.sim.u3v.registers import PACKET_SIZE
 
 
 class PipeError(Exception):
-    """A request did not succeed; never leaves the room of the simulated camera."""
+    """A request did not succeed; never leaves the simulated camera."""
 
 
 class PipeHaltedError(PipeError):
