@@ -105,9 +105,9 @@ class Acquisition:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Stop the stream for the block and restart it afterwards."""
-        self._halt()
+        """Stop the stream for the block and restart it afterwards, also if the camera refuses to stop."""
         try:
+            self._halt()
             yield
         finally:
             self.start()

@@ -26,6 +26,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.driver import camera as camera_module
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.genapi.node_features import NodeFeature
+from grabbergui.driver.genapi.node_map import CameraNodeMap
 from patience import PATIENCE, attempts, until
 
 DESCRIPTION = (Path(__file__).parents[1] / "data" / "genapi" / "test_camera.xml").read_bytes()
@@ -161,6 +162,23 @@ def test_a_refused_format_leaves_the_stream_on(camera):
 
     queue.clear()
     assert queue.get(PATIENCE).pixel_format.name == "Mono8"
+
+
+def test_a_camera_that_refuses_to_stop_for_a_write_streams_on(camera, monkeypatch):
+    queue = camera.open_queue(2)
+    camera.start()
+
+    def refuse(nodes, name):
+        monkeypatch.undo()
+        raise FeatureAccessError("the camera is busy", name)
+
+    monkeypatch.setattr(CameraNodeMap, "execute", refuse)
+    with pytest.raises(FeatureAccessError, match="busy"):
+        camera.write_feature("Width", 128)
+
+    assert camera.streaming
+    queue.clear()
+    assert queue.get(PATIENCE).width == 64
 
 
 def test_a_value_under_its_automatic_mode_is_reported(camera):
