@@ -28,6 +28,8 @@ Points = NDArray[np.float32]
 
 _FEWEST_CORNERS = 8
 "Fewest visible corners of a ChArUco board, which may be partly outside the image."
+_SINGULAR = 1e-6
+"Below this ratio of singular values, equations count as dependent; 32-bit coordinates are exact to 1e-7."
 SEARCH_PIXELS = 1_600_000
 "Largest image in which a board is searched. Larger ones are halved until they fit."
 KINDS = ("charuco", "chessboard")
@@ -115,8 +117,7 @@ class CharucoBoard(Board):
             return None
         board, picture = self.pattern.matchImagePoints(corners, ids)
         board, picture = np.float32(board).reshape(-1, 3), np.float32(picture).reshape(-1, 2)
-        # Corners in a single row do not determine the perspective.
-        if np.ptp(board[:, 0]) == 0 or np.ptp(board[:, 1]) == 0:
+        if not _determine_perspective(board):
             return None
         picture = _refined(grey, board, picture, factor, self.square)
         return View(board, picture, np.ravel(ids).astype(np.int64))
@@ -195,6 +196,21 @@ class BoardSettings:
         if self.kind == "chessboard":
             return Chessboard(self.columns, self.rows, self.square)
         return CharucoBoard(self.columns, self.rows, self.square, self.marker, self.dictionary)
+
+
+def _determine_perspective(board: Points) -> bool:
+    """Return whether corners determine a homography; not if all, or all but one, are on one line.
+
+    Each corner gives two linear equations for the nine elements, which are determined up to a factor.
+    """
+    flat = board[:, :2].astype(np.float64)
+    flat -= flat.mean(axis=0)
+    x, y = flat.T / np.abs(flat).max()
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    across = np.stack((x, y, one, zero, zero, zero, -x * x, -x * y, -x), axis=1)
+    down = np.stack((zero, zero, zero, x, y, one, -y * x, -y * y, -y), axis=1)
+    strengths = np.linalg.svd(np.concatenate((across, down)), compute_uv=False)
+    return bool(strengths[7] > _SINGULAR * strengths[0])
 
 
 def _check(columns: int, rows: int, square: float) -> None:

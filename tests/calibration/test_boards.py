@@ -5,6 +5,7 @@ import shutil
 import struct
 import subprocess
 import zlib
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 from grabbergui.calibration import boards
 from grabbergui.calibration.boards import SEARCH_PIXELS, BoardSettings, CharucoBoard, Chessboard
+from grabbergui.calibration.collector import placed
 from grabbergui.core.errors import UsageError
 from patience import PROGRAM
 
@@ -141,3 +143,30 @@ def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_images_too(board, s
     if isinstance(board, Chessboard):  # the board does not say which corner is the first
         error = np.minimum(error, np.linalg.norm(view.picture[::-1] - (true[:2] / true[2]).T, axis=1))
     assert np.sqrt((error**2).mean()) < 0.25
+
+
+DIAGONAL = [(number, number) for number in range(1, 10)]
+ROW = [(number, 1) for number in range(1, 10)]
+
+
+@pytest.mark.parametrize(
+    ("fields", "seen"),
+    [
+        (DIAGONAL, False),
+        (ROW, False),
+        ([*DIAGONAL, (3, 1)], False),
+        ([*ROW, (3, 2)], False),
+        ([*ROW, (3, 2), (4, 2)], True),
+        ([*DIAGONAL, (3, 1), (9, 2)], True),
+    ],
+)
+def test_a_view_determines_the_perspective_of_the_board(monkeypatch, fields, seen):
+    board = CharucoBoard(12, 12, 0.03, 0.022, "5X5_100")
+    ids = np.array([[(y - 1) * 11 + x - 1] for x, y in fields], np.int32)
+    corners = np.array([[[40 * x, 40 * y]] for x, y in fields], np.float32)
+    monkeypatch.setattr(boards, "_refined", lambda grey, board, picture, factor, square: picture)
+    board._detector = SimpleNamespace(detectBoard=lambda grey: (corners, ids, (), None))
+    view = board.find(np.zeros((480, 480), np.uint8))
+    assert (view is not None) == seen
+    if view is not None:
+        assert placed(view, (480, 480)).size > 0
