@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import shlex
 import shutil
 import stat
 import sys
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -111,6 +111,10 @@ def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
     raise MissingFileError(f"there is no {what} {path}")
 
 
+_BINARY = getattr(os, "O_BINARY", 0)
+"""Without it, Windows changes the ends of lines."""
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file atomically: if writing fails, the old content stays.
 
@@ -120,20 +124,25 @@ def write_whole(path: Path, text: str) -> None:
         path.write_text(text, "utf-8")
         return
     path = path.resolve()
-    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o644
+    replaced = path.exists()
+    mode = stat.S_IMODE(path.stat().st_mode) if replaced else 0o666
+    draft = path.with_name(f".{path.name[:40]}.{secrets.token_hex(4)}")
     try:
-        descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, mode)
     except PermissionError:  # for the folder; the file itself may be writable
         path.write_text(text, "utf-8", newline="\n")
         return
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
             file.write(text)
-        Path(draft).chmod(mode)
-        Path(draft).replace(path)
+            file.flush()
+            os.fsync(file.fileno())  # otherwise a power cut after the rename may leave an empty file
+        if replaced:
+            draft.chmod(mode)
+        draft.replace(path)
     except BaseException:
         with contextlib.suppress(OSError):
-            Path(draft).unlink()
+            draft.unlink()
         raise
 
 

@@ -75,8 +75,29 @@ def test_a_file_that_is_replaced_keeps_its_place_and_mode(tmp_path):
     (link := tmp_path / "link").symlink_to(path)
     write_whole(link, "new")
     assert (path.read_text(), stat.S_IMODE(path.stat().st_mode)) == ("new", 0o600) and link.is_symlink()
-    write_whole(fresh := tmp_path / "fresh", "new")
-    assert stat.S_IMODE(fresh.stat().st_mode) == 0o644
+
+
+@pytest.mark.parametrize(("umask", "mode"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+def test_a_new_file_has_the_mode_of_the_umask(tmp_path, umask, mode):
+    before = os.umask(umask)
+    try:
+        write_whole(path := tmp_path / "camera.yaml", "new")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+def test_a_file_reaches_the_disk_before_it_replaces_the_old_one(tmp_path, monkeypatch):
+    (path := tmp_path / "camera.yaml").write_text("old")
+    synced = []
+    monkeypatch.setattr(os, "fsync", lambda file: synced.append((os.fstat(file).st_size, path.read_text())))
+    write_whole(path, "new text")
+    assert synced == [(8, "old")]
+
+
+def test_a_file_with_a_long_name_is_written(tmp_path):
+    write_whole(path := tmp_path / ("カ" * 83 + ".yaml"), "new")
+    assert path.read_text() == "new"
 
 
 def test_a_pipe_is_written_to(tmp_path):
@@ -88,10 +109,11 @@ def test_a_pipe_is_written_to(tmp_path):
 
 
 def test_a_writable_file_in_a_readonly_folder_is_written_in_place(tmp_path, monkeypatch):
-    def refuse(**_):
+    def refuse(path, flags, mode=0o777):
         raise PermissionError(13, "Permission denied")
 
     (path := tmp_path / "camera.yaml").write_text("old")
-    monkeypatch.setattr("tempfile.mkstemp", refuse)
-    write_whole(path, "new")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", refuse)
+        write_whole(path, "new")
     assert path.read_text() == "new"
