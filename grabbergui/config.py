@@ -256,6 +256,8 @@ def _switch(text: str) -> bool:
 
 # -- allowed addresses ---------------------------------------------------------------------------
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+_MAPPED_PREFIX = 96
+"""Bits before the IPv4 address in an IPv6 one such as `::ffff:10.0.0.1`."""
 
 
 class AllowedAddresses:
@@ -302,6 +304,10 @@ EVERYBODY = AllowedAddresses()
 
 def _network(text: str) -> _Network:
     try:
-        return ipaddress.ip_network(text.strip(), strict=False)
+        network = ipaddress.ip_network(text.strip(), strict=False)
     except ValueError as error:
         raise UsageError(f"--allow {text}: write an address or a network, as 10.0.0.0/24") from error
+    mapped = network.network_address.ipv4_mapped if isinstance(network, ipaddress.IPv6Network) else None
+    if mapped and network.prefixlen >= _MAPPED_PREFIX:
+        return ipaddress.IPv4Network((mapped, network.prefixlen - _MAPPED_PREFIX))
+    return network

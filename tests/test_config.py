@@ -142,6 +142,14 @@ def test_the_addresses_whose_requests_are_answered(peer, allowed):
     assert str(addresses) == "10.0.0.0/24, 192.168.1.7/32, fd00::/64"
 
 
+@pytest.mark.parametrize("text", ["::ffff:10.0.0.1", "::ffff:10.0.0.0/120"])
+@pytest.mark.parametrize("peer", ["10.0.0.1", "::ffff:10.0.0.1"])
+def test_an_ipv4_address_may_be_written_as_an_ipv6_one(text, peer):
+    addresses = AllowedAddresses.parse([text])
+    assert addresses.allows(peer)
+    assert not addresses.allows("10.0.1.1")
+
+
 @pytest.mark.parametrize("text", ["10.0.0", "10.0.0.0/33", "host", ""])
 def test_an_invalid_address_is_refused(text):
     with pytest.raises(UsageError, match="write an address or a network"):
