@@ -141,7 +141,6 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
         Verdict.MOVING: "the board moves: hold it still for a moment",
         Verdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
     }
-    deadline = time.monotonic() + options.seconds
     with opened(options.source) as grabber:
         queue = grabber.open_queue(1)
         grabber.start()
@@ -152,6 +151,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
             flush=True,
         )
         said = time.monotonic()
+        deadline = said + options.seconds
         try:
             while not collector.complete and time.monotonic() < deadline:
                 frame = queue.get(min(5.0, max(0.1, deadline - time.monotonic())))

@@ -206,7 +206,7 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
 
 
 def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
-    monkeypatch.setattr(calibrate, "REMIND", 0.1)
+    monkeypatch.setattr(calibrate, "REMIND", 0.0)
     chosen = options("sim:?width=320&height=240&fps=50", "--seconds", "1", "--out", "/dev/null")
     with pytest.raises(UsageError, match="0 different views"):
         chosen.run(chosen)
