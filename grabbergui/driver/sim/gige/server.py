@@ -64,7 +64,7 @@ class GigeCamera:
         self._power_on = {reg.DEVICE_SERIAL_NUMBER: reg.serial_at(address), **(power_on or {})}
         self._power_on[reg.DEVICE_TL_TYPE] = int(reg.TransportLayer.GIGE_VISION)
         if bandwidth:
-            self._power_on[reg.DEVICE_LINK_SPEED] = int(bandwidth)
+            self._power_on[reg.DEVICE_LINK_SPEED] = max(int(bandwidth), 1)
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT_MODE, 1)
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, max(int(bandwidth * _PAYLOAD_SHARE), 1))
         self._scene = scene
