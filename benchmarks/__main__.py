@@ -1,4 +1,4 @@
-"""Runs all benchmarks, or the named ones, and writes docs/benchmarks.md.
+"""Runs all benchmarks, or the named one, and writes docs/benchmarks.md; reliability writes docs/reliability.md.
 
     python -m benchmarks [NAME [OPTION …]] [--only-write]
 
@@ -16,7 +16,7 @@ import traceback
 from typing import Any
 
 import benchmarks
-from benchmarks import _document
+from benchmarks import _document, reliability
 from benchmarks._results import Section
 
 
@@ -30,12 +30,16 @@ def main() -> None:
         epilog="Options after a NAME are that benchmark's own: python -m benchmarks.NAME --help.",
     )
     parser.add_argument("name", nargs="?", metavar="NAME", choices=names, help=f"of {', '.join(names)}")
-    parser.add_argument("--only-write", action="store_true", help="measure nothing; write what was kept")
+    parser.add_argument(
+        "--only-write", action="store_true", help="measure nothing; write the pages from what was kept"
+    )
     options, rest = parser.parse_known_args()
     if rest and not options.name:
         parser.error(f"{' '.join(rest)}: name the benchmark that this is for")
     chosen = [options.name] if options.name else names
     failed = []
+    if options.only_write and "reliability" in chosen:
+        reliability.write()
     for name in [] if options.only_write else chosen:
         print(f"== {name}", flush=True)
         began = time.monotonic()

@@ -26,10 +26,21 @@ def order_faults() -> None:
     FAULTS.update(ordered)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def load_faults() -> None:
+    """Import the faults of all modules."""
     for module in MODULES:
         importlib.import_module(f"benchmarks.{module}")
     order_faults()
+
+
+def write() -> None:
+    """Write the page from the stored outcomes."""
+    load_faults()
+    DOCUMENT.write_text(document(kept()), encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    load_faults()
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.reliability",
         description=__doc__,
@@ -57,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             flush=True,
         )
         failed += [] if outcome.survived else [name]
-    DOCUMENT.write_text(document(kept()), encoding="utf-8")
+    write()
     if failed:
         raise SystemExit(f"not survived: {', '.join(failed)}")
 

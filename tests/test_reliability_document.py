@@ -1,6 +1,9 @@
 from pathlib import Path
 
-from benchmarks import _faults, reliability
+import pytest
+
+from benchmarks import __main__ as all_benchmarks
+from benchmarks import _document, _faults, reliability
 from benchmarks._faults import Outcome, document, keep, kept
 
 
@@ -62,3 +65,14 @@ def test_the_page_is_the_same_whichever_module_was_imported_first(capsys):
         faults = dict(_faults.FAULTS)
         _faults.FAULTS.clear()
         _faults.FAULTS.update({name: faults[name] for name in listed})
+
+
+@pytest.mark.parametrize("arguments", [["reliability", "--only-write"], ["--only-write"]])
+def test_the_page_is_written_with_the_other_one(tmp_path, monkeypatch, arguments):
+    monkeypatch.setattr(reliability, "DOCUMENT", tmp_path / "reliability.md")
+    monkeypatch.setattr(_document, "rewrite", lambda: None)
+    monkeypatch.setattr("sys.argv", ["benchmarks", *arguments])
+
+    all_benchmarks.main()
+
+    assert "Measured on" in (tmp_path / "reliability.md").read_text()
