@@ -15,8 +15,9 @@ IMAGES = "images/benchmarks"
 "Of the charts, from the document."
 PREAMBLE = """# Benchmarks
 
-Figures are of one machine in one run: compare the rows of one table, not tables with each other. `make bench`
-measures everything again and rewrites this page; `python -m benchmarks NAME` does so for one of its sections.
+The figures of a table come from one run on one machine: compare its rows with each other, not with those of
+other tables. `make bench` measures everything again and rewrites this page; `python -m benchmarks NAME` does
+so for one section.
 """
 ORDER = (
     "Tuning",
@@ -24,11 +25,11 @@ ORDER = (
     "USB3 Vision",
     "Both networks at once",
     "The DDS profile",
-    "Beside another ROS 2 driver",
+    "Compared with camera_aravis2",
     "YARP ports",
     "Painting",
     "Recording",
-    "Converting pictures",
+    "Converting images",
     "The simulated sensor",
 )
 """Sections in the order in which they are read; others follow."""
@@ -60,7 +61,7 @@ def _summary(sections: list[Section], titles: list[str]) -> list[str]:
         return []
     missed = [(title, goal) for title, goal in goals if not goal.met]
     missed.sort(key=lambda one: titles.index(one[0]))
-    lines = [f"Of the {len(goals)} goals that the tables below judge, {len(goals) - len(missed)} are met."]
+    lines = [f"Of the {len(goals)} goals in the tables below, {len(goals) - len(missed)} are met."]
     if missed:
         lines[0] += " Not met:"
         lines += ["", *(f"- {title}: {goal.asked}: {goal.measured}" for title, goal in missed)]
@@ -78,7 +79,7 @@ def markdown(section: Section) -> str:
     parts = [f"## {section.title}", f"```sh\n{section.program}\n```", section.method.strip()]
     if section.goals:
         rows = [[goal.asked, goal.measured, "yes" if goal.met else "**no**"] for goal in section.goals]
-        parts.append(table(Table(["asked for", "measured", "met"], rows)))
+        parts.append(table(Table(["goal", "measured", "met"], rows)))
     parts += [f"![{chart.title}]({IMAGES}/{chart.name}.svg)" for chart in section.charts]
     for each in section.tables:
         parts += [each.title, table(each)] if each.title else [table(each)]

@@ -44,7 +44,7 @@ def on_this_machine_only() -> None:
 
 def rounds_text(rounds: int) -> str:
     """Explain that each row shows its best round."""
-    return f", {rounds} rounds of all rows, of which each row's best counts" if rounds > 1 else ""
+    return f", in {rounds} rounds, of which each row's best counts" if rounds > 1 else ""
 
 
 def process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> Connection:

@@ -92,7 +92,7 @@ def machine() -> str:
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     model = models[0] if models else platform.processor()
     load = os.getloadavg()[0]
-    busy = "; others kept it busy" if load > 0.6 * (os.cpu_count() or 1) else ""
+    busy = "; the machine was busy" if load > 0.6 * (os.cpu_count() or 1) else ""
     # os.nice(0) changes nothing; Windows has no such number.
     niceness = os.nice(0) if hasattr(os, "nice") else 0
     priority = f"; measured at nice {niceness}" if niceness else ""

@@ -21,26 +21,26 @@ from benchmarks._results import Chart, Goal, Section, Table, machine
 
 READERS = (1, 4)
 NETWORKS = ("YARP", "ROS 2", "both")
-METHOD = """One simulated camera ({pixel_format}, 10 ms exposure), one serving process, each reader a
-process of its own, joining for {seconds:g} seconds{rounds}. YARP readers get RGB over `fast_tcp`, ROS 2
-readers `image_raw` over Fast DDS with our transport profile, best effort."""
+METHOD = """One simulated camera ({pixel_format}, 10 ms exposure) and one serving process; each reader is a
+process of its own that reads for {seconds:g} seconds{rounds}. YARP readers receive RGB over `fast_tcp`, ROS
+2 readers `image_raw` over Fast DDS with our transport profile, best effort."""
 READING = [
-    "**delivered**: pictures with the stamp of a frame exposed in that time that the *worst* reader has.",
-    "**latency**: from the exposure's stamp to the whole picture in the reader's hands, over all readers; "
-    "the exposure itself takes 10 ms of it.",
-    "**CPU**: of the serving process, in hundredths of one core; *sensor* is what the simulation of the "
-    "camera takes of that. *Per frame* is without the sensor; *a reader* is a process of its own, of YARP "
-    "and of ROS 2. **Memory** is resident, of the serving process.",
-    "The readers share the machine with the server: four of each are nine processes, and a reader that gets "
-    "no core in time loses pictures. Four readers of 8.8 MP on both networks ask for more than 3 GB/s in "
-    "all to be copied out and in.",
-    "Of what 8.8 MP cost the server on YARP, 3.3 ms are OpenCV's demosaicing (once, however many read) and "
-    "3 ms a reader the kernel's copying of 26 MB of RGB.",
+    "**delivered**: how many of the frames exposed in that time the *worst* reader received.",
+    "**latency**: from the time stamp of the exposure to the whole image in the reader's hands, over all "
+    "readers; the exposure accounts for 10 ms of it.",
+    "**CPU**: of the serving process, in percent of one core; *sensor* is the part that simulating the "
+    "camera takes. *Per frame* excludes the sensor; *per reader* is one reader's process, on YARP and on "
+    "ROS 2. **Memory** is the resident size of the serving process.",
+    "The readers share the machine with the server: four of each are nine processes, and a reader that "
+    "gets no core in time loses images. Four readers of 8.8 MP on both networks require more than 3 GB/s "
+    "to be copied out and in.",
+    "Of the server's time for 8.8 MP on YARP, 3.3 ms are OpenCV's demosaicing (once, for any number of "
+    "readers) and 3 ms per reader the kernel's copying of 26 MB of RGB.",
 ]
 HEADER = [
-    "picture", "networks", "readers on each", "delivered YARP", "delivered ROS 2",
-    "latency YARP, median / p99", "latency ROS 2, median / p99", "camera", "its own loss",
-    "CPU, all", "CPU, sensor", "CPU per frame", "CPU, a reader", "memory",
+    "image", "networks", "readers on each", "delivered YARP", "delivered ROS 2",
+    "latency YARP, median / p99", "latency ROS 2, median / p99", "camera rate", "camera loss",
+    "CPU", "CPU, sensor", "CPU per frame", "CPU per reader", "memory",
 ]  # fmt: skip
 
 
@@ -163,7 +163,7 @@ def charts(rows: list[Row]) -> list[Chart]:
         Chart(
             "networks-cpu",
             "CPU of the serving process, the simulated sensor included",
-            "hundredths of one core",
+            "percent of one core",
             labels,
             {networks: series(networks, "cpu") for networks in chosen},
             100.0,
@@ -171,7 +171,7 @@ def charts(rows: list[Row]) -> list[Chart]:
         ),
         Chart(
             "networks-latency",
-            "From the exposure to the reader's hands, median",
+            "Latency from the exposure to the reader, median",
             "milliseconds",
             labels,
             {way: series(networks, f"{kind} median") for way, (networks, kind) in ways.items()},
@@ -179,7 +179,7 @@ def charts(rows: list[Row]) -> list[Chart]:
         ),
         Chart(
             "networks-delivered",
-            "Frames that the worst reader has",
+            "Frames received by the worst reader",
             "percent",
             labels,
             {way: series(networks, f"{kind} share") for way, (networks, kind) in ways.items()},
@@ -215,7 +215,7 @@ def goals(rows: list[Row]) -> list[Goal]:
     lost = {name: sum(row.run.served.lost for row in rows if row.networks == name) for name in NETWORKS}
     if any(row.networks == "both" for row in rows):
         text = f"{lost['YARP']} frames on YARP alone, {lost['both']} on both"
-        asked = "adding ROS 2 to YARP raises the camera's own loss by nothing"
+        asked = "adding ROS 2 to YARP costs the camera no frames"
         found.append(Goal(asked, text, lost["both"] <= lost["YARP"]))
     return found
 

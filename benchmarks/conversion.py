@@ -23,10 +23,11 @@ WIDTH, HEIGHT = 2448, 2048
 VIEW = (1200, 1000)
 "The window's picture view on a full-HD screen, roughly."
 
-METHOD = """{width}×{height} pixels of noise on one core, the shortest of many times. *Peer* is the least
-that anybody could do: a plain copy where nothing but bytes move, OpenCV's own conversion of 8-bit pixels
-that are unpacked already for colour. *For the view* is what the window needs: reduced to {columns}×{rows}
-before colour is computed. With numba (the extra `fast`); `--without-numba` measures the slower ways."""
+METHOD = """{width}×{height} pixels of noise on one core; the shortest of many runs counts. *Peer* is the
+least possible work: a plain copy if only bytes move, otherwise OpenCV's own conversion of 8-bit pixels that
+are already unpacked. *For the view* is what the window needs: the image is reduced to {columns}×{rows}
+before its colour is computed. Measured with numba (the extra `fast`); `--without-numba` measures the slower
+ways."""
 
 MEASURED = {
     *("Mono8", "Mono10", "Mono10p", "Mono12", "Mono12p", "Mono12Packed", "Mono14p", "Mono16", "RGB8", "BGR8"),
@@ -80,18 +81,18 @@ def measure(argv: list[str] | None = None) -> Section:
         rows.append([pixel_format.name, *figures, f"{view:.1f} ms", per_second(view)])
     header = [
         "format",
-        "unpacked",
+        "unpacking",
         "× copy",
         "RGB",
         "peer",
-        "it takes",
+        "peer's time",
         "RGB × peer",
         "for the view",
         "views/s",
     ]
     return Section(
-        "Converting pictures",
-        "python -m benchmarks conversion          # a quarter of a minute",
+        "Converting images",
+        "python -m benchmarks conversion          # 15 seconds",
         METHOD.format(width=WIDTH, height=HEIGHT, columns=VIEW[0], rows=VIEW[1]),
         [Table(header, rows)],
         goals=[

@@ -58,17 +58,18 @@ PATIENCE = 20.0
 "Seconds in which a server must have come up."
 SETTLING = 2.0
 "Seconds of streaming before anything counts."
-HEADER = ["server", "frames/s", "latency, median", "95 %", "CPU, of one core", "CPU a frame"]
-METHOD = """The simulated camera sends {width}×{height} Mono8 at {rate:g} frames/s, paced as by gigabit
-Ethernet, packets of {packet} bytes each sent singly; a server takes them and sends the images over
-`fast_tcp`; the same reader, a process of its own, gets them. Servers take turns for {seconds:g} seconds,
-{rounds} rounds, of which the median counts; ratios compare runs of one round. {peer}CPU is the server's
+HEADER = ["server", "frames/s", "latency, median", "95 %", "CPU", "CPU per frame"]
+METHOD = """The simulated camera sends {width}×{height} Mono8 at {rate:g} frames/s, paced as by Gigabit
+Ethernet, in packets of {packet} bytes, each sent singly. A server receives them and sends the images over
+`fast_tcp` to a reader in a process of its own. The servers take turns of {seconds:g} seconds in {rounds}
+rounds, of which the median counts; ratios compare runs of the same round. {peer}CPU is that of the server
 alone, kernel included."""
 READING = [
-    "*latency*: from the last payload packet's leaving the camera to the image in the reader's hands.",
-    "Both receive through a packet socket's ring if they may (CAP_NET_RAW), ours unless `packet_ring=0` is"
-    " asked for: the kernel then copies packets in the sender's time, which is not the server's. In this run"
-    " they {raw}.",
+    "*latency*: from the moment the last payload packet leaves the camera to the image in the reader's "
+    "hands.",
+    "Both receive through the ring of a packet socket if they may (CAP_NET_RAW), ours unless "
+    "`packet_ring=0` is set: the kernel then copies packets in the sender's time, which does not count as "
+    "the server's. In this run they {raw}.",
 ]
 
 
@@ -110,7 +111,9 @@ def measure(arguments: list[str] | None = None) -> Section:
             for server in servers:
                 run = observe(server, names, options.seconds)
                 runs[server].append(run)
-                print(f"{server}: {run.cpu_per_frame:.1f} ms of CPU a frame, {run.median:.1f} ms", flush=True)
+                print(
+                    f"{server}: {run.cpu_per_frame:.1f} ms of CPU per frame, {run.median:.1f} ms", flush=True
+                )
     there = THEIRS in servers
     peer = f"AravisCamera's YARP is {real_version()}. " if there else "**AravisCamera was not there.** "
     method = METHOD.format(
@@ -250,7 +253,7 @@ def goals(runs: dict[str, list[Run]]) -> list[Goal]:
         ratio = statistics.median(figure(ours) / figure(theirs) for ours, theirs in rounds)
         return Goal(f"{server}: no more {what} than AravisCamera", f"{ratio:.2f} times", ratio <= 1)
 
-    return [goal(OURS, "CPU a frame", cpu_per_frame), goal(OURS, "latency", median)]
+    return [goal(OURS, "CPU per frame", cpu_per_frame), goal(OURS, "latency", median)]
 
 
 if __name__ == "__main__":

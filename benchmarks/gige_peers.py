@@ -39,21 +39,22 @@ PACKET_SIZES = (1400, 8164)
 LOSSES = (0.001, 0.01, 0.05)
 REFERENCE = "Aravis"
 METHOD = """The simulated camera sends {width}×{height} {format} over the loopback from a process of its own.
-The receivers take turns, so that whatever else the machine does meets them all: this driver, Aravis 0.8
-(`arv-camera-test-0.8 --no-packet-socket -a`, which sizes its socket buffer to the picture) and
-viva-genicam, {runs} runs of {seconds:g} seconds each. Medians; CPU is the receiving process's, kernel
+The receivers take turns, so that other load on the machine affects them all: this driver, Aravis 0.8
+(`arv-camera-test-0.8 --no-packet-socket -a`, which sizes its socket buffer to the image) and viva-genicam,
+{runs} runs of {seconds:g} seconds each. Figures are medians; CPU is that of the receiving process, kernel
 included.
 
-The camera lets the kernel cut packets out of large sends (UDP segmentation), and this driver lets it join
-packets that follow each other (UDP_GRO): between the two they are never taken apart. A network card's
-packets are joined where its driver can; where nothing joins them, the rows *sent singly* hold. Those are
-received through a packet ring if this process may open one, and with `packet_ring=0` by system calls."""
+The camera lets the kernel cut packets out of large sends (UDP segmentation), and this driver lets the kernel
+join consecutive packets (UDP_GRO): on the loopback they are never taken apart in between. A network card's
+packets are joined if its driver supports that; if not, the rows *sent singly* apply. This driver receives
+those through a packet ring if the process may open one, and with `packet_ring=0` by system calls."""
 READING = [
-    "*incomplete*: frames that began, or by their ids should have, and did not get complete. At full speed"
-    " the camera does not wait for a receiver.",
-    "Under loss, packets that are sent again are lost like any other.",
-    "*latency*: from the last payload packet's leaving the camera to the frame in the consumer's hands; of"
-    " Aravis through its Python binding. *memory*: the largest resident size, of ours with Python and NumPy.",
+    "*incomplete*: frames that began, or that are missing from the sequence of ids, and were not "
+    "completed. At full speed the camera does not wait for a receiver.",
+    "Resent packets are lost at the same rate as others.",
+    "*latency*: from the moment the last payload packet leaves the camera to the frame in the consumer's "
+    "hands; Aravis's through its Python binding. *memory*: the largest resident size; ours includes "
+    "Python and NumPy.",
 ]
 
 
@@ -139,7 +140,16 @@ def share(runs: list[Run]) -> float:
 
 # -- tables ------------------------------------------------------------------------------------------
 def rates_table(found: dict[Case, Results]) -> Table:
-    header = ["case", "receiver", "frames/s", "of the runs", "× Aravis", "incomplete", "CPU s/GB", "× Aravis"]
+    header = [
+        "case",
+        "receiver",
+        "frames/s",
+        "range of the runs",
+        "× Aravis",
+        "incomplete",
+        "CPU s/GB",
+        "× Aravis",
+    ]
     rows = []
     for case, results in found.items():
         for name, runs in results.items():
@@ -156,7 +166,7 @@ def rates_table(found: dict[Case, Results]) -> Table:
                     _times(ratio(results, cost, name)),
                 ]
             )
-    return Table(header, rows, "How fast, and at what cost:")
+    return Table(header, rows, "Rate and cost:")
 
 
 def loss_table(found: dict[float, Results]) -> Table:
@@ -166,8 +176,8 @@ def loss_table(found: dict[float, Results]) -> Table:
             counts = [f"{median(runs, rate):.1f}", str(sum(run.incomplete for run in runs))]
             cells = [f"{share(runs):.2f} %", f"{median(runs, cost):.2f}"]
             rows.append([f"{100 * loss:g} %", name, *counts, *cells])
-    header = ["loss", "receiver", "frames/s", "incomplete, all runs", "complete, of all", "CPU s/GB"]
-    return Table(header, rows, "Packets lost on purpose, 1400 bytes at 125 MB/s:")
+    header = ["loss", "receiver", "frames/s", "incomplete, all runs", "complete", "CPU s/GB"]
+    return Table(header, rows, "With simulated packet loss, 1400 bytes at 125 MB/s:")
 
 
 def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
@@ -199,11 +209,11 @@ def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
         ]
         if {"ours", REFERENCE} <= figures.keys():
             ours, theirs = figures["ours"], figures[REFERENCE]
-            for what, mine, reference in zip(("median", "99 of 100"), ours, theirs, strict=True):
+            for what, mine, reference in zip(("median", "99 %"), ours, theirs, strict=True):
                 asked = f"latency, {what}, no more than Aravis's: {size} bytes"
                 goals.append(Goal(asked, f"{mine:.2f} and {reference:.2f} ms", mine <= reference))
-    header = ["packet", "receiver", "latency, median", "99 of 100 within", "memory"]
-    return Table(header, rows, "How soon a frame is there, at 125 MB/s:"), goals
+    header = ["packet", "receiver", "latency, median", "99 % within", "memory"]
+    return Table(header, rows, "Latency and memory at 125 MB/s:"), goals
 
 
 def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
@@ -217,8 +227,8 @@ def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
         rows.append([label, f"{run.seconds:.0f} s", *counts, f"{run.cpu / run.seconds:.2f}"])
         asked = f"no frame lost in {seconds:g} s at 125 MB/s with 1400-byte packets, {label}"
         goals.append(Goal(asked, f"{run.incomplete} of {run.complete + run.incomplete}", not run.incomplete))
-    header = ["this driver", "for", "frames", "lost", "packets sent again", "painted a second", "cores"]
-    return Table(header, rows, "For a while, 1400 bytes at 125 MB/s:"), goals
+    header = ["this driver", "duration", "frames", "lost", "packets resent", "images painted/s", "cores"]
+    return Table(header, rows, "A long run, 1400 bytes at 125 MB/s:"), goals
 
 
 def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal]:
@@ -232,7 +242,7 @@ def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal
             asked = f"CPU per GB no more than Aravis's: {case.name}"
             made.append(Goal(asked, f"{times_cost:.2f} times", times_cost <= 1))
         else:
-            asked = f"complete frames, 1.5 times Aravis's: {case.name}"
+            asked = f"complete frames, at least 1.5 times Aravis's: {case.name}"
             made.append(Goal(asked, f"{times_rate:.2f} times", times_rate >= 1.5))
     for loss, results in losses.items():
         if loss <= 0.01:
@@ -247,7 +257,7 @@ def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal
 
 def singly_goal(results: Results) -> list[Goal]:
     """The cost of packets sent singly; they come through a packet ring, if this process may open one."""
-    asked = f"packets of 1400 bytes sent singly take at most {MOST_COST} CPU s/GB"
+    asked = f"at most {MOST_COST} CPU s/GB: packets of 1400 bytes, sent singly"
     spent = median(results["ours"], cost)
     return [Goal(asked, f"{spent:.2f} s/GB", spent <= MOST_COST)]
 
@@ -269,8 +279,8 @@ def fast_run() -> tuple[Table, list[Goal]]:
             run.cpu_per_gb <= MOST_COST_FAST,
         ),
     ]
-    header = ["this driver", "for", "complete frames", "lost", "CPU s/GB"]
-    return Table(header, [row], "As fast as 25 Gigabit Ethernet:"), goals
+    header = ["this driver", "duration", "complete frames", "lost", "CPU s/GB"]
+    return Table(header, [row], "At the rate of 25 Gigabit Ethernet:"), goals
 
 
 def _charts(found: dict[Case, Results]) -> list[Chart]:
@@ -284,8 +294,8 @@ def _charts(found: dict[Case, Results]) -> list[Chart]:
         }
 
     return [
-        Chart("gige-cost", "CPU seconds a GB, less is better", "s/GB", groups, series(cost)),
-        Chart("gige-rate", "Complete frames a second", "frames/s", groups, series(rate)),
+        Chart("gige-cost", "CPU seconds per GB, less is better", "s/GB", groups, series(cost)),
+        Chart("gige-rate", "Complete frames per second", "frames/s", groups, series(rate)),
     ]
 
 

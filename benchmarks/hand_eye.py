@@ -18,11 +18,12 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.hand_eye import solve
 
 MM, DEGREES, VIEWS = 1.5, 0.15, 30
-METHOD = f"""TEO's head and arm, every joint off by 0.2° one way or the other, the camera some 7 mm and
-2.5° from where a drawing has it. {VIEWS} views of a board with 35 corners (15 × 10 cm), 1280×960 at 62°, in
-poses that are proposed for the nominal robot; corners with 0.5 px of noise. In the lower rows each reading of
-a joint is noisy besides (0.2°, standard deviation). Errors are of the camera's pose on its mount,
-against the truth. What no image can tell from it is part of it: the offset of the last joint."""
+METHOD = f"""TEO's head and arm, with every joint off by 0.2° in either direction, and the camera some 7 mm
+and 2.5° from its place in the drawing. {VIEWS} views of a board with 35 corners (15 × 10 cm), 1280×960 at
+62°, in poses that are proposed for the nominal robot; corners have 0.5 px of noise. In the lower rows each
+joint reading is noisy as well (0.2°, standard deviation). Errors are those of the camera's pose on its
+mount, against the truth. The offset of the last joint counts as part of that pose, since no image can
+separate the two."""
 
 
 def measure(argv: list[str] | None = None) -> Section:
@@ -61,7 +62,7 @@ def measure(argv: list[str] | None = None) -> Section:
         "Hand–eye calibration",
         "python -m benchmarks hand_eye          # half a minute",
         METHOD,
-        [Table(["arrangement", "error, median", "error, worst", "uncertainty it states", "seconds"], rows)],
+        [Table(["arrangement", "error, median", "error, worst", "stated uncertainty", "seconds"], rows)],
         goals=[
             Goal(
                 f"camera within {MM:g} mm and {DEGREES:g}° of the truth",

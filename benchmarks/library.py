@@ -20,13 +20,13 @@ from benchmarks._results import Goal, Section, Table, machine
 DEAREST = 1.03
 "Goal: CPU of the iterator beside the queue."
 
-METHOD = """A simulated GigE camera of another process, which sends frames of 4 MiB at 4 Gbit/s, read for
-{seconds:g} s by turns by `queue.get()` in a bare loop and by `for frame in camera.frames()`; medians of
-{rounds} turns. CPU is of the reading process, driver included, per frame, and of the reading thread
-alone: the rest does not know who reads, and varies by more than what the thread takes. The goal compares the
-threads' difference with all that a frame costs. *With a setting* is
-`camera.grab(ExposureTime=…)` at 100 frames/s with a sensor that obeys two frames later: from the call to the
-frame that was really exposed so. The first call switches chunk data on or measures the latency."""
+METHOD = """A simulated GigE camera in another process sends frames of 4 MiB at 4 Gbit/s. They are read for
+{seconds:g} s in turn by a bare loop over `queue.get()` and by `for frame in camera.frames()`; medians of
+{rounds} turns. CPU is that of the reading process, driver included, per frame, and that of the reading
+thread alone: the rest does not depend on the reader, and varies by more than the thread takes. The goal
+compares the threads' difference with the whole cost of a frame. *With a setting* is
+`camera.grab(ExposureTime=…)` at 100 frames/s with a sensor that applies settings two frames later: from the
+call to the first frame with that exposure. The first call switches chunk data on or measures the latency."""
 
 
 class Turn(NamedTuple):
@@ -61,14 +61,14 @@ def measure(argv: list[str] | None = None) -> Section:
     ratio = 1 + (frames.thread - queue.thread) / queue.process
     goal = Goal(f"CPU of the iterator at most {DEAREST:g} × the queue's", f"{ratio:.3f} ×", ratio <= DEAREST)
     delays = Table(
-        ["a frame with a setting", "median", "longest", "the first"],
+        ["a frame with a setting", "median", "longest", "first call"],
         [_delay("ExposureTime", "by chunk data"), _delay("BlackLevel", "by counting")],
     )
     return Section(
         "The Python library",
         "python -m benchmarks library             # half a minute",
         METHOD.format(seconds=options.seconds, rounds=options.rounds),
-        [Table(["read by", "frames/s", "CPU a frame", "of the reading thread"], rows), delays],
+        [Table(["read by", "frames/s", "CPU per frame", "CPU of the reading thread"], rows), delays],
         goals=[goal],
         machine=before,
     )

@@ -34,13 +34,13 @@ from grabbergui.ui.views.picture_view import PictureView
 
 WARM = 30
 """Pictures that are painted before anything is counted: the controls are there by then."""
-METHOD = """The whole window ({window}, as it opens) without a screen, on the simulated camera at its own
-rate for {seconds:g} seconds: frames that came, pictures that were painted, and CPU of the process without
-the camera's own thread. The camera shows a still pattern; nothing is kept from one frame to the next.
+METHOD = """The whole window ({window}, as it opens), offscreen, on the simulated camera at the camera's own
+rate for {seconds:g} seconds: frames received, images painted, and CPU of the process without the camera's
+own thread. The camera shows a still pattern; nothing is reused from one frame to the next.
 
-Then the picture's view alone, fed as fast as it paints ({view}, OpenCV on one thread): each frame converted
-to what the view shows, set, and painted before the next. *ImageItem* is pyqtgraph's, given the finished RGB
-picture, with conversion left out."""
+Then the image view alone, fed as fast as it paints ({view}, OpenCV on one thread): each frame is converted
+to what the view shows, set, and painted before the next. *ImageItem* is pyqtgraph's; it receives the
+finished RGB image, so its figures exclude the conversion."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Case:
     rate: float
     "Frames per second."
     asked: bool = False
-    "Whether it has to be watched with less than one core."
+    "Whether it has to be shown with less than one core."
 
     @property
     def title(self) -> str:
@@ -110,8 +110,8 @@ def measure(argv: list[str] | None = None) -> Section:
         [
             Chart(
                 "painting-cpu",
-                "The whole window watching a camera at its rate",
-                "hundredths of one core",
+                "The whole window showing a camera at its rate",
+                "percent of one core",
                 [case.title for case in CASES],
                 {"CPU without the camera": [100 * watched[case].cores for case in CASES]},
                 100.0,
@@ -125,8 +125,8 @@ def measure(argv: list[str] | None = None) -> Section:
 
 def _goal(case: Case, seen: Watched) -> Goal:
     return Goal(
-        f"{case.title} watched with less than one core",
-        f"{seen.painted:.1f} painted a second of {seen.came:.1f} that came, {seen.cores:.0%}",
+        f"{case.title} shown with less than one core",
+        f"{seen.painted:.1f} of {seen.came:.1f} frames/s painted, {seen.cores:.0%}",
         seen.cores < 1 and seen.painted >= 0.95 * case.rate,
     )
 
@@ -143,7 +143,7 @@ def _watched_table(watched: dict[Case, Watched]) -> Table:
         ]
         for case, seen in watched.items()
     ]
-    header = ["camera", "came, fps", "painted, fps", "CPU", "CPU per picture", "the camera's CPU"]
+    header = ["camera", "received, fps", "painted, fps", "CPU", "CPU per image", "CPU of the camera"]
     return Table(header, rows, "The whole window:")
 
 
@@ -152,8 +152,8 @@ def _alone_table(alone: dict[Case, tuple[float, float, float]]) -> Table:
         [case.title, f"{rate:.0f}", f"{cpu * 1e3:.1f} ms", f"{peer:.0f}", f"{rate / peer:.1f}"]
         for case, (rate, cpu, peer) in alone.items()
     ]
-    header = ["camera", "view alone, fps", "CPU per picture", "ImageItem, fps", "ratio"]
-    return Table(header, rows, "The picture's view alone, as fast as it goes:")
+    header = ["camera", "view alone, fps", "CPU per image", "ImageItem, fps", "ratio"]
+    return Table(header, rows, "The image view alone, as fast as it paints:")
 
 
 # -- the whole window --------------------------------------------------------------------------------

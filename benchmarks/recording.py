@@ -33,19 +33,21 @@ from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingProgress, RecordingWriter, create_writer
 
-METHOD = """Frames of the simulated sensor with its noise, written as fast as each kind of recording takes
-them into a folder {where}. CPU is of the whole process, all threads. Then the simulated camera's stream for
-{seconds:g} seconds, by the recorder of the window and of `grabbergui record`{rounds}. *21 frames a second* is
-what an 8.8 MP camera sends over USB3. OpenCV's movies are what recordings were before."""
+METHOD = """Frames of the simulated sensor, noise included, are written as fast as each kind of recording
+accepts them to a folder {where}. CPU is that of the whole process, all threads. Then the simulated camera's
+stream is recorded for {seconds:g} seconds with the recorder of the window and of
+`grabbergui record`{rounds}. *21 frames per second* is what an 8.8 MP camera sends over USB3. The OpenCV rows
+show how movies were written in earlier versions."""
 READING = [
-    "MCAP and TIFF are bounded by the disk: 8.8 MP at 21 frames a second are 186 MB/s.",
-    "PNG is compressed on up to four cores, since one takes 8.8 MP some 55 ms; with fewer than two cores to "
-    "spare it does not keep up with 8.8 MP at 21 frames a second. A Bayer pattern is kept as it is.",
-    "Lossless H.264 keeps each frame by itself, which is faster than differences. FFV1 makes smaller files; "
-    "it and HEVC are for smaller frames or lower rates.",
-    "A movie of a Bayer camera is of its colours, which are computed first.",
-    "What is too slow loses frames at the recorder's queue, which counts and shows them; the camera and the "
-    "window do not notice.",
+    "The disk limits MCAP and TIFF: 8.8 MP at 21 frames per second are 186 MB/s.",
+    "PNG is compressed on up to four cores, since 8.8 MP take one core some 55 ms; with fewer than two "
+    "cores to spare it does not keep up with 8.8 MP at 21 frames per second. A Bayer pattern is kept as "
+    "it is.",
+    "Lossless H.264 stores each frame by itself, which is faster than differences. FFV1 makes smaller "
+    "files; it and HEVC suit smaller frames or lower rates.",
+    "A movie of a Bayer camera is in colour, which is computed first.",
+    "A recording that is too slow loses frames at the recorder's queue, which counts and shows them; the "
+    "camera and the window are not affected.",
 ]
 
 
@@ -222,7 +224,7 @@ def _table(speeds: dict[tuple[str, Row], Speed]) -> Table:
         for (size, row), speed in speeds.items()
     ]
     return Table(
-        ["frame", "recording", "pixel format", "frames/s", "CPU a frame", "size a frame", "written"], rows
+        ["frame", "recording", "pixel format", "frames/s", "CPU per frame", "size per frame", "written"], rows
     )
 
 
@@ -230,7 +232,7 @@ def _chart(speeds: dict[tuple[str, Row], Speed]) -> Chart:
     sizes = dict.fromkeys(size for size, _ in speeds)
     return Chart(
         "recording-speed",
-        f"Frames a second that a recording takes, {os.cpu_count()} cores",
+        f"Frames per second that a recording accepts, {os.cpu_count()} cores",
         "frames/s",
         [row.title for row in ROWS],
         {size: [speeds[size, row].rate for row in ROWS] for size in sizes},
@@ -245,13 +247,13 @@ def _live_table(live: dict[Row, RecordingProgress]) -> Table:
         [row.title, row.pixel_format, str(progress.frames), str(progress.dropped), progress.reason]
         for row, progress in live.items()
     ]
-    title = f"The camera at {CAMERA_RATE:g} frames a second, 8.8 MP:"
+    title = f"The camera's stream, 8.8 MP at {CAMERA_RATE:g} frames per second:"
     return Table(["recording", "pixel format", "frames", "lost", "ended by itself"], rows, title)
 
 
 def _goal(row: Row, progress: RecordingProgress) -> Goal:
     return Goal(
-        f"8.8 MP {row.pixel_format} at {CAMERA_RATE:g} frames a second recorded as {row.title}, none lost",
+        f"8.8 MP {row.pixel_format} at {CAMERA_RATE:g} frames per second recorded as {row.title}, none lost",
         f"{progress.frames} recorded, {progress.dropped} lost",
         progress.dropped == 0 and progress.frames > 0,
     )

@@ -58,31 +58,32 @@ distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
 rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
 projection_matrix: {rows: 3, cols: 4, data: [1500, 0, 960, 0, 0, 1500, 540, 0, 0, 0, 1, 0]}
 """
-METHOD = """One simulated GigE Vision camera (Mono8, {packet} bytes a packet, each sent singly, 10 ms
-exposure; 30 frames a second at 1080p, 10 at 8.8 MP, which is what Gigabit Ethernet carries) in a process of
-its own on the loopback, and one driver at a time, {rounds} rounds in turn of {seconds:g} seconds each:
-`grabbergui serve gige:… --ros2 /camera`, and Fraunhofer IOSB's `camera_aravis2` (a C++ node over Aravis 0.8).
-Readers and operator are plain rclpy processes with the default quality of service (reliable, 10 deep), the
-same for both drivers. Both drivers run without the system's capabilities, as an ordinary user's programs.
+METHOD = """One simulated GigE Vision camera (Mono8, packets of {packet} bytes, each sent singly, 10 ms
+exposure; 30 frames per second at 1080p, 10 at 8.8 MP, which is what Gigabit Ethernet carries) runs in a
+process of its own on the loopback. One driver at a time receives from it, in turn, in {rounds} rounds of
+{seconds:g} seconds each: `grabbergui serve gige:… --ros2 /camera`, and Fraunhofer IOSB's `camera_aravis2` (a
+C++ node over Aravis 0.8). Readers and operator are plain rclpy processes with the default quality of service
+(reliable, depth 10), the same for both drivers. Both drivers run without capabilities, like an ordinary
+user's programs.
 
-camera_aravis2 1.2 was built from its sources with rclcpp 29.3 over the Fast DDS 3.2 of rclpy's wheels. Of
-image_transport it has the raw transport only."""
-WITHOUT = (
-    "\n\n**`camera_driver_gv` was not found here (CAMERA_ARAVIS2, PATH), so that ours is measured alone.**"
-)
+camera_aravis2 1.2 was built from source with rclcpp 29.3 over the Fast DDS 3.2 of rclpy's wheels. Of
+image_transport it has only the raw transport."""
+WITHOUT = "\n\n**`camera_driver_gv` was not found here (CAMERA_ARAVIS2, PATH), so ours is measured alone.**"
 READING = [
-    "**delivered**: pictures exposed in that time, over all rounds, that the *worst* reader has; pictures are"
-    " distinguished by their first pixel. *None in N rounds*: a reader got no picture within 30 s.",
-    "On a busy machine the camera exposes fewer pictures than asked for, and latency and CPU a picture grow"
-    " for the driver that is measured at that moment.",
-    "**latency**: from the start of the exposure, by the camera's own clock, until a reader has the"
-    " whole picture, over all readers; the exposure takes 10 ms of it, the wire 17 ms at 1080p and 71 ms at"
-    " 8.8 MP.",
-    "**CPU a picture**: of the driver's process, the kernel's part included; *CPU, a reader* is the share of"
-    " a core that one reader's process takes.",
-    "*our DDS profile*: `FASTDDS_DEFAULT_PROFILES_FILE=resources/ros2/fastdds.xml`, which our server sets by"
-    " itself.",
-    "**Gain**: from the operator's `set_parameters` to the camera's register, and to the answer.",
+    "**delivered**: how many of the frames exposed in that time, over all rounds, the *worst* reader "
+    "received; frames are identified by their first pixel. *None in N rounds*: a reader received no image "
+    "within 30 s.",
+    "On a busy machine the camera exposes fewer frames than requested, and latency and CPU per image rise "
+    "for the driver that is measured at that moment.",
+    "**latency**: from the start of the exposure, by the camera's own clock, to the whole image in a "
+    "reader's hands, over all readers; the exposure takes 10 ms of it, the wire 17 ms at 1080p and 71 ms "
+    "at 8.8 MP.",
+    "**CPU per image**: of the driver's process, kernel included; *CPU per reader* is the share of a core "
+    "that one reader's process takes.",
+    "*our DDS profile*: `FASTDDS_DEFAULT_PROFILES_FILE=resources/ros2/fastdds.xml`, which our server sets "
+    "by itself.",
+    "**Gain**: from the operator's `set_parameters` to the write of the camera's register, and to the "
+    "answer.",
 ]
 
 
@@ -307,8 +308,8 @@ def stream_table(runs: dict[Key, Runs]) -> Table:
                 f"{statistics.median(run.reader_cores or [float('nan')]):.0%}",
             ]
         )
-    header = ["picture", "readers", "driver", "delivered", "latency, median / p99", f"× {PEER}"]
-    return Table([*header, "CPU a picture", f"× {PEER}", "CPU, a reader"], rows)
+    header = ["image", "readers", "driver", "delivered", "latency, median / p99", f"× {PEER}"]
+    return Table([*header, "CPU per image", f"× {PEER}", "CPU per reader"], rows)
 
 
 def gain_table(gains: dict[str, Gains]) -> Table:
@@ -317,7 +318,7 @@ def gain_table(gains: dict[str, Gains]) -> Table:
         for driver, one in gains.items()
     ]
     header = ["driver", "register written, median / p99", "answered, median / p99"]
-    return Table(header, rows, f"Gain, set {WRITES} times a round while one reader has 1080p:")
+    return Table(header, rows, f"Gain, set {WRITES} times per round while one reader receives 1080p:")
 
 
 def _middle(times: list[float]) -> str:
@@ -347,7 +348,7 @@ def charts(runs: dict[Key, Runs]) -> list[Chart]:
     return [
         Chart(
             "ros2-drivers-latency",
-            "From the exposure to the reader's hands, median",
+            "Latency from the exposure to the reader, median",
             "milliseconds",
             labels,
             series(lambda run: run.age(0.5)),
@@ -355,7 +356,7 @@ def charts(runs: dict[Key, Runs]) -> list[Chart]:
         ),
         Chart(
             "ros2-drivers-cpu",
-            "CPU of the driver for a picture",
+            "CPU of the driver per image",
             "milliseconds",
             labels,
             series(lambda run: run.cpu),
@@ -373,20 +374,20 @@ def goals(runs: dict[Key, Runs], gains: dict[str, Gains]) -> list[Goal]:
         ours = runs[size, OURS, count]
         who = f"{size}, {count} reader{'s' * (count > 1)}"
         counts = f"{ours.counts}, {PEER} {theirs.counts}"
-        found.append(Goal(f"{who}: as many pictures delivered", counts, ours.share >= theirs.share))
+        found.append(Goal(f"{who}: as many frames delivered", counts, ours.share >= theirs.share))
         mine, other = ours.age(0.5), theirs.age(0.5)
         latency = f"{_text(mine)} and {_text(other)} ms"
         soon = mine is not None and (other is None or mine <= other)
-        found.append(Goal(f"{who}: latency no longer", latency, soon))
+        found.append(Goal(f"{who}: latency no higher", latency, soon))
         found.append(
             Goal(
-                f"{who}: CPU no more",
-                f"{ours.cpu:.1f} and {theirs.cpu:.1f} ms a picture",
+                f"{who}: no more CPU",
+                f"{ours.cpu:.1f} and {theirs.cpu:.1f} ms per image",
                 ours.cpu <= theirs.cpu,
             )
         )
     if OURS in gains and PEER in gains:
-        asked = "Gain in the register no later"
+        asked = "Gain written to the register no later"
         mine, other = (statistics.median(gains[driver].written or [float("inf")]) for driver in (OURS, PEER))
         found.append(Goal(asked, f"{mine:.2f} and {other:.2f} ms", mine <= other))
     return found
@@ -408,7 +409,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     runs, gains = measured(drivers, sizes, options.seconds, options.rounds)
     method = METHOD.format(packet=PACKET_SIZE, rounds=options.rounds, seconds=options.seconds)
     return Section(
-        "Beside another ROS 2 driver",
+        "Compared with camera_aravis2",
         "python -m benchmarks ros2_drivers          # nine minutes; CAMERA_ARAVIS2=…/camera_driver_gv",
         method + ("" if peer() else WITHOUT),
         [stream_table(runs), gain_table(gains)],

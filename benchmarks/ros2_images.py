@@ -32,10 +32,10 @@ CASES = {
     "both sides": (True, True),
 }
 "Whether the server and the readers have the profile."
-METHOD = """1080p BayerRG8 at 30 frames a second from `serve` to rclpy readers on the same machine, best
-effort, each a process of its own, for {seconds:g} seconds{rounds}: with Fast DDS as it comes, with
-`resources/ros2/fastdds.xml` on the camera's side only (which our own server sets by itself), and on the
-readers' too (`FASTDDS_DEFAULT_PROFILES_FILE=…/fastdds.xml`)."""
+METHOD = """1080p BayerRG8 at 30 frames per second from `serve` to rclpy readers on the same machine, best
+effort, each a process of its own, for {seconds:g} seconds{rounds}: with Fast DDS's defaults, with
+`resources/ros2/fastdds.xml` on the camera's side only (our server sets it by itself), and on the readers'
+side too (`FASTDDS_DEFAULT_PROFILES_FILE=…/fastdds.xml`)."""
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -58,10 +58,10 @@ def measure(arguments: list[str] | None = None) -> Section:
         rate = f"{run.rate * run.ros2.share / 100:.1f} fps"
         cells = [run.ros2.counts(), rate, run.ros2.latency(), f"{run.cores:.0%}", f"{run.ros2.cores:.0%}"]
         rows.append([name, str(count), *cells])
-    header = ["profile on", "readers", "delivered", "rate", "latency, median / p99", "CPU", "CPU, a reader"]
+    header = ["profile on", "readers", "delivered", "rate", "latency, median / p99", "CPU", "CPU per reader"]
     chart = Chart(
         "ros2-profile",
-        "1080p to the worst ROS 2 reader, by who has the DDS profile",
+        "1080p frames received by the worst ROS 2 reader, by use of the DDS profile",
         "percent of the frames",
         [f"{count} reader{'s' * (count > 1)}" for count in options.readers],
         {

@@ -41,21 +41,21 @@ SETTLING = 2.0
 GOAL_MM = 15.0
 FOLLOW = 0.3
 CONFIG = replace(Config(), arm=ArmConfig(follow=FOLLOW), safety=SafetyConfig(picture_timeout=0.18))
-METHOD = f"""Simulated robots in simulated time, through rendered pictures and their detection, from 50
-random starts each. A person shows a marker: to TIAGo anywhere as in the closed loop above, to TEO within 6 cm
-and 9° of the demonstration's place, as few circles elsewhere fit into the reach of its six joints. Images
-come {1e3 * DELAY:.0f} ms after their exposure, {100 * LOSS:.0f} % of them are lost, and the light swells and
-fades between a third and one and a half of what the exposure is set for, with a lamp that is switched every
-few seconds. Once the hand has reached the resting marker, the marker moves at {SPEED} m/s for
-{SETTLING + FOLLOWED:.0f} s, in its own plane: on a circle with a radius of {1e2 * RADIUS:.0f} cm or, in every
-other start, to and fro (a sine of the same size, whose highest speed that is). Only paths are shown that the
-robot can follow: at every place of them the arm is neither stretched nor near the body, its joints can move
-the hand along the path a tenth faster than the marker goes, the hand would stay inside the workspace for
-{AHEAD_S} s more at that speed, as the gate demands, and the head can turn so that it has the marker in its
-picture. Every such start counts. Errors while following count from {SETTLING:.0f} s after the marker has
-begun to move, in each cycle of the loop, whatever state it is in. Settings: `[arm] follow {FOLLOW}`,
-`[safety] picture_timeout {CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s of
-the last image: a single lost image does not end the motion, two in a row do, until the next one comes."""
+METHOD = f"""Simulated robots in simulated time, with rendered images and their detection, from 50 random
+starts each. A person shows a marker: to TIAGo anywhere, as in the closed loop above; to TEO within 6 cm and
+9° of the demonstration's place, as few circles elsewhere are within reach of its six joints. Images arrive
+{1e3 * DELAY:.0f} ms after their exposure, {100 * LOSS:.0f} % of them are lost, and the light varies between
+a third and one and a half of what the exposure is set for, with a lamp that is switched every few seconds.
+Once the hand has reached the resting marker, the marker moves at {SPEED} m/s for {SETTLING + FOLLOWED:.0f} s
+in its own plane: on a circle with a radius of {1e2 * RADIUS:.0f} cm or, in every other start, to and fro (a
+sine of that amplitude, with that speed as its maximum). Only paths that the robot can follow are shown:
+everywhere on them the arm is neither stretched nor near the body, its joints can move the hand along the
+path a tenth faster than the marker, the hand would stay inside the workspace for another {AHEAD_S} s at that
+speed, as the gate demands, and the head can turn so that its camera sees the marker. Every such start
+counts. Errors while following are measured from {SETTLING:.0f} s after the marker begins to move, in each
+control cycle, whatever state the loop is in. Settings: `[arm] follow {FOLLOW}`,
+`[safety] picture_timeout {CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s
+of the last image: a single lost image does not end the motion; two in a row do, until the next one comes."""
 Path = Callable[[float], Vector]
 "Seconds since it began to how far the marker has gone, in its own axes, metres."
 
@@ -216,7 +216,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         METHOD,
         [Table(["", *(f"{name}, simulated" for name in found)], rows)],
         goals=goals(found, reached),
-        reading=["Median of the starts, and behind it the worst of them, unless noted."],
+        reading=["Each cell has the median and the worst of the starts, unless noted."],
         machine=machine(),
     )
 

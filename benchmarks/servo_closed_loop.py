@@ -29,11 +29,11 @@ from grabbergui.servo.state_machine import State
 
 Result = dict[str, Any]
 """The result of a start: `reached`, `violations`, `state`, and each of MEASURES that applies."""
-METHOD = """Simulated robots in simulated time, through rendered pictures and their detection, from 50 random
-starts each. A person stands somewhere before the robot, sways, and after two seconds shows a marker, in any
-pose that the arm can take from its home without being stretched, and that is in the picture of a head which
-looks at the person. Arm and head begin anywhere near their home. Errors are against the marker's true pose.
-The scene has no lens distortion and no motion blur, its marker lies exactly flat, and the simulated joints
+METHOD = """Simulated robots in simulated time, with rendered images and their detection, from 50 random
+starts each. A person stands somewhere in front of the robot, sways, and shows a marker after two seconds, in
+any pose that the arm can reach from its home without being stretched and that a head which looks at the
+person has in view. Arm and head begin anywhere near their home. Errors are against the marker's true pose.
+The scene has no lens distortion and no motion blur, its marker is perfectly flat, and the simulated joints
 follow their commands within 30 ms: a real robot is less kind."""
 MEASURES = (
     ("centred_s", "marker shown to centred, s", ".1f"),
@@ -171,9 +171,9 @@ def measure(arguments: list[str] | None = None) -> Section:
         [Table(["", *(f"{name}, simulated" for name in found)], rows)],
         goals=goals(found, reached),
         reading=[
-            "Median, and behind it the worst of those that were reached.",
-            "The time to centre counts from the moment the marker is shown, a search for it included.",
-            f"Jitter is the hand's deviation over {REST:g} s at rest; overshoot is along its way.",
+            "Each cell has the median and the worst of the starts that reached the marker.",
+            "The time to centre begins when the marker is shown, and includes a search for it.",
+            f"Jitter is the hand's deviation over {REST:g} s at rest; overshoot is along its path.",
         ],
         machine=machine(),
     )
@@ -189,7 +189,7 @@ def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> l
     return [
         Goal("at least 98 % reached", f"{len(everyone)} of {starts}", min(shares) >= 0.98),
         Goal("final error under 10 mm", f"worst {worst['error_mm']:.1f} mm", worst["error_mm"] < 10),
-        Goal("and under 2°", f"worst {worst['error_deg']:.2f}°", worst["error_deg"] < 2),
+        Goal("final error under 2°", f"worst {worst['error_deg']:.2f}°", worst["error_deg"] < 2),
         Goal("no limit violated", str(violations), violations == 0),
     ]
 

@@ -35,15 +35,14 @@ HEADS_AT = {1.2: 430, 2.0: 258}
 "Distances of rendered heads, metres, and the pixels of a square around one at a field of view of 60°."
 HEADS_HEADER = ("heads at", "face", "cascade", "others", "YuNet", "others")
 HEADS_METHOD = """faces laid on an ellipsoid, in 30 poses (yaw up to ±40°, pitch up to ±25°) and three
-lights, in 1080p with noise: a drawn face, and with `--faces FOLDER` photographs, for instance those in the
-tests of the package face-recognition. *Others* are boxes where no head is."""
-HEADER = ("picture", "what", "median, ms", "95 %, ms", "found", "corner error, px", "smallest, px")
-METHOD = """One picture of each size, OpenCV on one thread: six markers, each a twelfth of the picture wide
-and turned by a few degrees, and a face, before clouds, lines and noise. *Reduced search* is what servoing
-uses: the picture is halved until it has no more than 0.7 MP, markers are searched in that, and their corners
-found again in the full picture; *full picture* searches all of it. Each includes poses. Times are the
-processor's for that thread: the clock's, where nothing else runs. Errors are of the corners against where
-they were drawn."""
+lights, in 1080p with noise: a drawn face and, with `--faces FOLDER`, photographs, such as those in the tests
+of the package face-recognition. *Others* are boxes without a head."""
+HEADER = ("image", "detector", "median, ms", "95 %, ms", "found", "corner error, px", "smallest, px")
+METHOD = """One image of each size, OpenCV on one thread: six markers, each a twelfth of the image wide and
+turned by a few degrees, and a face, before clouds, lines and noise. *Reduced search* is what servoing uses:
+the image is halved until it has no more than 0.7 MP, markers are searched in that, and their corners are
+located again in the full image; *full image* searches all of it. Times include the poses, and are CPU times
+of that thread. Errors are those of the corners against where they were drawn."""
 
 
 def measure(argv: list[str] | None = None) -> Section:
@@ -59,7 +58,7 @@ def measure(argv: list[str] | None = None) -> Section:
         grey, corners = busy_picture(width, height)
         finders: tuple[tuple[str, ArucoDetector | FaceDetector], ...] = (
             ("ArUco, reduced search", ArucoDetector(DICTIONARY, 0.1, calibration)),
-            ("ArUco, full picture", ArucoDetector(DICTIONARY, 0.1, calibration, search_pixels=1 << 30)),
+            ("ArUco, full image", ArucoDetector(DICTIONARY, 0.1, calibration, search_pixels=1 << 30)),
             *face_detectors(calibration),
         )
         for name, finder in finders:
@@ -101,9 +100,10 @@ def measure(argv: list[str] | None = None) -> Section:
         goals,
         [
             "*smallest*: how many pixels wide a marker must be, alone and seen from the front, to be found "
-            "wherever it lies; a marker of 10 cm is so wide at 10 cm × focal length in pixels / distance.",
+            "anywhere in the image; the width of a marker of 10 cm is 10 cm × focal length in pixels / "
+            "distance.",
             f"Heads: {HEADS_METHOD}",
-            "While a marker is seen no heads are looked for, so a frame costs one or the other and, while "
+            "While a marker is seen, heads are not searched, so a frame costs one or the other and, while "
             "waiting for the marker, both.",
         ],
         before,

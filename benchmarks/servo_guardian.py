@@ -38,12 +38,12 @@ BUSY_S = 600
 "Seconds after which a busy program ends by itself, whatever becomes of this one."
 PATIENCE = 30.0
 "Seconds within which a program moves, and a hand rests."
-METHOD = f"""A program with the real robot client, gate and guardian, but without a camera, drives the hand at
-{SPEED} m/s by a command every 20 ms. The simulated robot runs in another process and obeys its last command
-for ever, as velocity drives do. Its drives follow a command with a time constant of 30 ms, which alone is
-{1e3 * SPEED * 0.03:.1f} mm. The program gets the signal at full speed, and the distance is that between the
-hand's true places then and at rest. Busy programs compute without a pause meanwhile. The guardian takes
-real-time priority where the machine allows it, as it did here unless noted; robot and program
+METHOD = f"""A program with the real robot client, gate and guardian, but without a camera, drives the hand
+at {SPEED} m/s with a command every 20 ms. The simulated robot runs in another process and obeys its last
+command for ever, as velocity drives do. Its drives follow a command with a time constant of 30 ms, which
+alone accounts for {1e3 * SPEED * 0.03:.1f} mm. The program receives the signal at full speed; the distance
+is that between the hand's true positions then and at rest. The busy programs compute without a pause. The
+guardian takes real-time priority if the machine allows it, as it did here unless noted; robot and program
 get it too, as a robot's controllers have a computer of their own."""
 
 
@@ -197,7 +197,7 @@ def busy(programs: int, *, elsewhere: bool = False) -> Iterator[None]:
             program.wait()
 
 
-COLUMNS = ["robot", "the program is", "busy programs", "times", "median, mm", "worst, mm"]
+COLUMNS = ["robot", "the program is", "busy programs", "runs", "median, mm", "worst, mm"]
 ROBOTS: dict[str, Callable[[], AbstractContextManager[tuple[SimRobot, list[str]]]]] = {
     "TEO over YARP": teo_on_yarp,
     "TIAGo over ROS 2": tiago_on_ros2,

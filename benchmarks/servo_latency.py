@@ -46,21 +46,21 @@ WINDOW_WARM_UP = 150
 LOADS = 0, 2
 TIAGO = bool(importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"))
 "Whether its simulation can be run here."
-METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512: an image arrives, is
-searched, and is answered by a command. Robot and camera are a process of their own with real-time priority,
-as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2 topic (RGB8),
-and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins in the true
-middle of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms), by the
-simulated camera's own clock, and ends when the command was given to the robot's connection. The rest of the
-exposure and transport are in it: *image here* is how much passes until the loop has the image. Drawing is
-not, as a sensor has its image when the exposure ends: it begins {1e3 * closed_loop.DRAWN_AHEAD_S:g} ms
-before that, for where the robot will be by then. But its processor time is taken from the same two cores.
-*face*: no marker is there, and the head follows a face; *marker, face*: faces are searched although a
-marker is seen, which the program never does.
+METHOD = f"""The whole loop in real time at {FPS} images per second of 608×512: an image arrives, is
+searched, and is answered with a command. Robot and camera run in a process of their own with real-time
+priority, as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2
+topic (RGB8), and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins
+in the true middle of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms),
+by the simulated camera's own clock, and ends when the command has been given to the robot's connection. It
+includes the rest of the exposure and the transport: *image here* is the time until the loop has the image.
+It excludes rendering, as a sensor has its image when the exposure ends: rendering begins
+{1e3 * closed_loop.DRAWN_AHEAD_S:g} ms before that, for where the robot will be by then. But rendering takes
+its CPU time from the same two cores. *face*: there is no marker, and the head follows a face; *marker,
+face*: faces are searched although a marker is seen, which the program never does.
 
-Two busy programs compute without a pause beside it. From *other terminals* they are in scheduling groups of
+Two busy programs compute without a pause beside it. Those from *other terminals* are in scheduling groups of
 their own; Linux shares the processor's time between such groups first (autogroup, or a desktop's control
-groups). From the *same terminal*, every thread of the loop competes with each of them alone."""
+groups). Those from the *same terminal* compete with every thread of the loop."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         here = f"{statistics.median(arrivals):.1f}"
         rows.append([case.robot, case.seen, window, beside, str(len(latencies)), here, *numbers])
         print(rows[-1], flush=True)
-    header = ["robot", "seen", "program", "busy programs", "pictures", "image here, ms", "median, ms"]
+    header = ["robot", "seen", "program", "busy programs", "images", "image here, ms", "median, ms"]
     header += ["95 %", "99 %", "worst"]
     return Section(
         "Servoing, photon to command",

@@ -20,9 +20,9 @@ from grabbergui.driver.sim.settings import FrameSettings, Optics
 
 FRAMES = 20
 RATE = 21.0
-METHOD = """The whole sensor, {width}×{height} pixels, of the wandering studio with exposure, gain, black
-level and noise, on one core: the least that a benchmark with the simulated camera pays for its source.
-Still test patterns cost one copy of the picture."""
+METHOD = """The whole sensor, {width}×{height} pixels, of the moving studio scene with exposure, gain, black
+level and noise, on one core: the least that the source costs a benchmark with the simulated camera. Still
+test patterns cost one copy of the image."""
 
 
 def seconds_of_cpu(sensor: Sensor, pixel_format: PixelFormat) -> float:
@@ -54,7 +54,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         seconds = taken[pixel_format.name] = seconds_of_cpu(sensor, pixel_format)
         share = f"{seconds * RATE:.0%}"
         rows.append([pixel_format.name, f"{seconds * 1e3:.1f} ms", f"{1 / seconds:.0f}", share])
-    asked = f"8.8 MP at {RATE:g} frames a second for well under one core (a quarter)"
+    asked = f"8.8 MP at {RATE:g} frames per second with less than a quarter of a core"
     goals = [
         Goal(f"{asked}: {name}", f"{taken[name] * RATE:.0%}", taken[name] * RATE < 0.25)
         for name in ("Mono8", "BayerRG8")
@@ -64,7 +64,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         "The simulated sensor",
         "python -m benchmarks sim_render          # a few seconds",
         METHOD.format(width=SENSOR_WIDTH, height=SENSOR_HEIGHT),
-        [Table(["format", "CPU a picture", "pictures/s", f"of a core at {RATE:g}/s"], rows)],
+        [Table(["format", "CPU per image", "images/s", f"share of a core at {RATE:g}/s"], rows)],
         goals=goals,
         machine=before,
     )

@@ -18,19 +18,20 @@ from benchmarks._tuning_window import DRAG_RATE, DRAG_SECONDS, HANDS, Seen, watc
 
 ROUNDS, WRITES = 3, 30
 "Of what else an operator waits for, of which medians count; writes of the gain in each round."
-METHOD = f"""The whole window, offscreen, on a camera of 3,500 nodes with ten more categories of its panel
-open, streaming {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 MB/s; GigE Vision: as fast as a link
-of 125 MB/s carries it), with its heartbeat on. The gain is changed {{repeats}} times by each means at
-random moments: the slider, an arrow key, the wheel, a number typed and Enter, each from within Qt's event
-loop. *Register*: from just before the widget's signal to the write in the camera, which notes it.
-*Picture*: to the first painted picture of other grey value; each frame's grey value says which gain it was
-exposed with. The cameras obey with the next frame; what a camera takes longer comes on top. GigE Vision, YARP
-and ROS 2 have the camera in another process; `sim:` and U3V (the protocol without a kernel's USB stack) in
-the window's own, and so has GenTL (EMVA's simulated producer, of which the frame rate is changed and no
-picture can be distinguished from another).
+METHOD = f"""The whole window, offscreen, on a camera of 3,500 nodes, with ten more categories of its panel
+open. The camera streams {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 MB/s; over GigE Vision, as
+fast as a link of 125 MB/s allows), with the heartbeat on. The gain is changed {{repeats}} times by each
+means at random moments: slider, arrow key, wheel, and a number typed and confirmed with Enter, each from
+within Qt's event loop. *Register* is the time from just before the widget's signal to the write in the
+camera, which notes it. *Image* is the time to the first painted image of another grey value; each frame's
+grey value says with which gain it was exposed. The simulated cameras apply a setting to the next frame; a
+slower camera's delay comes on top. With GigE Vision, YARP and ROS 2 the camera runs in another process; with
+`sim:`, U3V (the protocol without a kernel's USB stack) and GenTL it runs in the window's own. GenTL is
+EMVA's simulated producer: there the frame rate is changed instead of the gain, and one image cannot be told
+from another.
 
 Then the slider is dragged from end to end for {DRAG_SECONDS:g} s at {DRAG_RATE:g} signals a second. CPU is
-all of the window's process: with the stream, the painting and the camera where it is in there."""
+that of the window's whole process: the stream, the painting and, where it runs there, the camera."""
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -47,18 +48,18 @@ def measure(arguments: list[str] | None = None) -> Section:
     peer, writes = waits.aravis(ROUNDS, WRITES)
     ours |= waits.by_the_window(ROUNDS)
     reading = [
-        "*driver*: `write_feature` until the acknowledge, on a thread of the same process beside the window; "
-        "*Aravis*: its `set_float_feature_value` to the same camera, streaming, in a process of its "
-        "own.",
-        "*bare*: an empty request to the server and back, and the served camera's own write while it streams "
-        "to the window, added.",
-        "All of them are made with the slider's pauses of 0.12 to 0.24 s in between, after which every "
-        "program's code is out of the processor's caches.",
-        "Aravis's changes of format and region are stop, write, start, and the first whole frame.",
-        "GenTL's row of *Dragged* has the frame rate dragged from 1 to 200 Hz, which is what its CPU is for.",
+        "*driver*: `write_feature` until the acknowledge, on a thread of the window's process; *Aravis*: its "
+        "`set_float_feature_value` on the same streaming camera, in a process of its own.",
+        "*bare*: an empty request to the server and back, plus the served camera's own write while it "
+        "streams to the window.",
+        "All of them wait 0.12 to 0.24 s between writes, as the slider does; by then other code has replaced "
+        "theirs in the processor's caches.",
+        "Aravis changes format and region by stop, write, start, and waits for the first complete frame.",
+        "GenTL's row of the dragging table has the frame rate dragged from 1 to 200 Hz, which explains its "
+        "CPU.",
     ]
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
-        reading.append("With real-time priority, as others used the machine.")
+        reading.append("Measured with real-time priority, since the machine was busy.")
     return Section(
         "Tuning",
         "python -m benchmarks tuning          # five minutes",
@@ -70,17 +71,17 @@ def measure(arguments: list[str] | None = None) -> Section:
                 "Register, ms (median / 99 %):",
             ),
             Table(
-                ["source", "frame period", *HANDS], _rows(seen, _picture_row), "Picture, ms (median / 99 %):"
+                ["source", "frame period", *HANDS], _rows(seen, _picture_row), "Image, ms (median / 99 %):"
             ),
             Table(
-                ["source", "signals", "writes", "last written after", "picture", "CPU"],
+                ["source", "signals", "writes", "last write after", "image", "CPU"],
                 _rows(seen, _drag_row),
-                "Dragged, ms:",
+                "Dragging the slider, ms:",
             ),
             Table(
                 ["GigE Vision", "ours, ms", "Aravis, ms"],
                 _wait_rows(ours, peer, own_writes, writes),
-                "What else one waits for:",
+                "Other waits:",
             ),
         ],
         goals=[goal for source in seen for goal in _goals(source, seen[source], own_writes, writes)],
@@ -135,16 +136,16 @@ def _wait_rows(
     ours: dict[str, float], peer: dict[str, float], own_writes: Sequence[float], writes: Sequence[float]
 ) -> list[list[str]]:
     labels = {
-        "open first": "open a camera whose description was never seen",
+        "open first": "open a camera with an unknown description",
         "open": "open",
         "start": "start, to the first frame",
-        "pixel format": "another pixel format while streaming, to its first frame",
-        "region": "another region while streaming, to its first frame",
+        "pixel format": "change the pixel format while streaming, to the first such frame",
+        "region": "change the region while streaming, to the first such frame",
         "stop": "stop",
         "start and stop": "start and stop",
         "take control": "take control from another program",
-        "switch": "switch to another open camera, to its first painted picture",
-        "program start": "start of the program with a known camera, to the first painted picture",
+        "switch": "switch to another open camera, to its first painted image",
+        "program start": "start the program with a known camera, to the first painted image",
     }
     rows = [
         [label, f"{1e3 * ours[name]:.0f}", f"{1e3 * peer[name]:.0f}" if name in peer else "–"]
@@ -202,9 +203,9 @@ def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[fl
     period = seen.frame_period
     if pictures:
         goals.append(
-            _goal(f"{source}: picture, median under two periods", statistics.median(pictures), 2 * period)
+            _goal(f"{source}: image, median under two frame periods", statistics.median(pictures), 2 * period)
         )
-        goals.append(_goal(f"{source}: picture, 99 % under three periods", _late(pictures), 3 * period))
+        goals.append(_goal(f"{source}: image, 99 % under three frame periods", _late(pictures), 3 * period))
     return goals + _drag_goals(source, seen)
 
 
@@ -212,7 +213,7 @@ def _drag_goals(source: str, seen: Seen) -> list[Goal]:
     dragged, period = seen.dragged, seen.frame_period
     assert dragged is not None
     landed = Goal(
-        f"{source}: dragged, the last value is written within three periods",
+        f"{source}: dragged, last value written within three frame periods",
         f"{1e3 * dragged.last:.1f} ms",
         0 <= dragged.last < 3 * period,
     )
@@ -223,7 +224,7 @@ def _drag_goals(source: str, seen: Seen) -> list[Goal]:
     met = middle < 2 * period and late < 3 * period
     return [
         landed,
-        Goal(f"{source}: dragged, picture within two periods, 99 % within three", measured, met),
+        Goal(f"{source}: dragged, image: median within two frame periods, 99 % within three", measured, met),
         Goal(f"{source}: dragged, under half a core", f"{dragged.cores:.0%}", dragged.cores < 0.5),
     ]
 

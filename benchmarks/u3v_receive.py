@@ -44,12 +44,12 @@ NO_GUEST = 77
 """Exit code of `usbvm` where no virtual machine can be had."""
 MARK = "@result "
 """Before each result on the guest's standard output."""
-METHOD = """Each host streams in turn from the simulated camera, as fast as it goes (a still pattern, no
-frame rate asked for), for {seconds:g} seconds; in the virtual machine {rounds} rounds in turn, of which
-each host's median counts. *{guest}*: a real Linux USB stack under software emulation, the camera on
-vhci-hcd, Aravis by `arv-camera-test-0.8` with both of its `--usb-mode` settings; the camera is Python in
-the same guest and bounds them all, so only the ratios mean something. *{process}*: no kernel between,
-camera and host together."""
+METHOD = """The hosts take turns to stream from the simulated camera, which sends a still pattern as fast as
+it can, for {seconds:g} seconds each; in the virtual machine in {rounds} rounds, of which each host's median
+counts. *{guest}*: a real Linux USB stack under software emulation, the camera on vhci-hcd, Aravis by
+`arv-camera-test-0.8` with both of its `--usb-mode` settings. The camera is Python in the same guest and
+limits them all, so only the ratios mean something. *{process}*: camera and host in one process, without a
+kernel in between."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     guest = [result for result in results if result.where == IN_GUEST]
     return Section(
         "USB3 Vision",
-        "python -m benchmarks u3v_receive          # ten minutes; with --no-vm a quarter of one",
+        "python -m benchmarks u3v_receive          # ten minutes; 15 seconds with --no-vm",
         METHOD.format(
             seconds=options.seconds,
             rounds=ROUNDS,
@@ -259,7 +259,7 @@ def _table(results: list[Result]) -> Table:
         figures = [f"{result.rate:.1f}", f"{result.bytes_per_second / 1e6:.0f}", speed]
         figures += [f"{result.cpu_per_gb:.2f}", cost]
         rows.append([result.where, result.picture, result.host, *figures])
-    header = ["where", "picture", "host", "frames/s", "MB/s", "× Aravis", "CPU s/GB", "× Aravis"]
+    header = ["where", "image", "host", "frames/s", "MB/s", "× Aravis", "CPU s/GB", "× Aravis"]
     return Table(header, rows)
 
 
@@ -270,7 +270,7 @@ def _chart(results: list[Result]) -> Chart:
     return Chart(
         "u3v-throughput",
         "USB3 Vision through vhci-hcd in the virtual machine",
-        "MB/s (the simulated camera bounds them all)",
+        "MB/s (the simulated camera limits them all)",
         pictures,
         {host: [by_key.get((host, picture)) for picture in pictures] for host in hosts},
     )

@@ -44,12 +44,12 @@ ANSWERERS = {OURS: _yarp_ends.answer_ours, REAL: _yarp_ends.answer_real}
 PACE = 30.0
 """Pictures a second where their age is measured."""
 CONTEXT = multiprocessing.get_context("spawn")
-METHOD = """RGB pictures from one process to another on the loopback, each sent when the one before is gone,
-for {seconds:g} seconds, {rounds} rounds in turn. Rates are those of the best round. *× YARP* compares runs of
-one round, which follow each other within seconds, and is the median of the rounds: what else the machine does
-hits both. *YARP* is {version}; its ports are C++, controlled from Python. {without}CPU is of both
-processes."""
-WITHOUT = "**It could not be imported here (`import yarp`), so that ours is only compared with ours.** "
+METHOD = """RGB images from one process to another on the loopback, each sent as soon as the previous one is
+gone, for {seconds:g} seconds, in {rounds} rounds. Rates are those of the best round. *× YARP* compares runs
+of the same round, which follow each other within seconds, so that other load on the machine affects both;
+the median of the rounds counts. *YARP* is {version}; its ports are C++, controlled from Python. {without}CPU
+is that of both processes."""
+WITHOUT = "**It could not be imported here (`import yarp`), so ours is only compared with ours.** "
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     method = METHOD.format(
         seconds=options.seconds,
         rounds=options.rounds,
-        version=real_version() if with_real else "the real one",
+        version=real_version() if with_real else "the original",
         without="" if with_real else WITHOUT,
     )
     return Section(
@@ -210,10 +210,10 @@ def _process(stack: ExitStack, target: Callable[..., None], *arguments: Any, end
 def real_version() -> str:
     """As its own program says, where that is on the path."""
     if shutil.which("yarp") is None:
-        return "the real one"
+        return "the original"
     done = subprocess.run(["yarp", "version"], capture_output=True, text=True, check=False)
     found = re.search(r"[Vv]ersion (\d[\w.]*)", done.stdout)
-    return f"the real one, {found[1]}" if found else "the real one"
+    return f"the original, {found[1]}" if found else "the original"
 
 
 # -- how it is shown ---------------------------------------------------------------------------------
@@ -234,7 +234,7 @@ def _stream_table(streams: Measured) -> Table:
                 f"{run.sent - len(run.received.ages)} of {run.sent}",
             ]
         )
-    header = ["picture", "carrier", "from → to", "frames/s", "× YARP", ""]
+    header = ["image", "carrier", "from → to", "frames/s", "× YARP", "throughput"]
     return Table([*header, "CPU s/GB", "× YARP", "not delivered"], rows)
 
 
@@ -251,7 +251,7 @@ def _age_table(ages: dict[tuple[str, str], Stream]) -> Table:
         [f"{sender} → {reader}", f"{run.late(0.5):.2f} ms", f"{run.late(0.99):.2f} ms"]
         for (sender, reader), run in ages.items()
     ]
-    title = f"1080p RGB over fast_tcp at {PACE:g} pictures a second, from the stamp to the reader's hands:"
+    title = f"Latency of 1080p RGB over fast_tcp at {PACE:g} images per second, from stamp to reader:"
     return Table(["from → to", "median", "p99"], rows, title)
 
 
@@ -260,7 +260,7 @@ def _trip_table(trips: dict[tuple[str, str], list[float]]) -> Table:
     for (asker, answerer), times in trips.items():
         median, late = statistics.median(times), times[int(len(times) * 0.99)]
         rows.append([f"{asker} asks {answerer}", f"{median:.3f} ms", f"{late:.3f} ms"])
-    return Table(["requests", "median", "p99"], rows, "Requests of a few words, one after the other:")
+    return Table(["requests", "median", "p99"], rows, "Consecutive requests of a few words:")
 
 
 def _chart(streams: Measured, carrier: str) -> Chart:

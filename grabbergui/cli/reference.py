@@ -51,7 +51,7 @@ is the cost of the conversion:
 - **look-up**: one look-up a byte.
 - **numpy**: several passes; range images, masks and formats that cameras rarely send.
 
-[Benchmarks](../benchmarks.md#converting-pictures) has figures.
+[Benchmarks](../benchmarks.md#converting-images) has figures.
 """
 _FAMILIES = {
     Family.MONO: "One value a pixel",
