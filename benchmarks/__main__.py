@@ -1,4 +1,4 @@
-"""Runs all benchmarks, or the named one, and writes docs/benchmarks.md; reliability writes docs/reliability.md.
+"""Runs all benchmarks, or the named one, and writes docs/benchmarks.md and docs/reliability.md.
 
     python -m benchmarks [NAME [OPTION …]] [--only-write]
 

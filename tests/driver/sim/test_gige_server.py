@@ -194,12 +194,15 @@ def test_packets_that_did_not_leave_yet_are_not_sent_early(stage):
 
 @pytest.mark.parametrize("bandwidth", [0.5, 10.0, 500e3, 125e6, 1e12])
 def test_a_link_of_any_speed_keeps_values_in_their_ranges(bandwidth):
-    with closing(GigeCamera(address := free_address(), bandwidth=bandwidth)):
-        with closing(sources.create(f"gige:{address}")) as camera:
-            camera.open()
-            for name in ("DeviceLinkThroughputLimit", "AcquisitionFrameRate"):
-                feature = camera.feature(name)
-                assert feature.minimum <= feature.value <= feature.maximum
+    address = free_address()
+    with (
+        closing(GigeCamera(address, bandwidth=bandwidth)),
+        closing(sources.create(f"gige:{address}")) as camera,
+    ):
+        camera.open()
+        for name in ("DeviceLinkThroughputLimit", "AcquisitionFrameRate"):
+            feature = camera.feature(name)
+            assert feature.minimum <= feature.value <= feature.maximum
 
 
 def test_a_slow_link_does_not_delay_the_end(stage):
