@@ -53,7 +53,7 @@ SIZES = (
 
 @dataclass(frozen=True)
 class Row:
-    """One measurement and what it was of."""
+    """One measurement and its conditions."""
 
     size: Size
     networks: str
@@ -149,7 +149,7 @@ def charts(rows: list[Row]) -> list[Chart]:
     by_key = {(row.networks, row.size.name, row.readers): row.run for row in served}
 
     def series(networks: str, value: str) -> list[float | None]:
-        """One value a group."""
+        """Return one value per group."""
         runs = [by_key.get((networks, *group)) for group in groups]
         return [None if run is None else _VALUES[value](run) for run in runs]
 
@@ -201,7 +201,7 @@ _VALUES: dict[str, Callable[[Run], float | None]] = {
 
 
 def goals(rows: list[Row]) -> list[Goal]:
-    """Judge the rows by what was asked for, as far as they show it."""
+    """Judge the rows by the goals, as far as they show them."""
     found = []
     for row in rows:
         run = row.run

@@ -1,4 +1,4 @@
-"""Unpacking, converting and reducing pictures, per pixel format, beside what OpenCV needs for its own part.
+"""Unpacking, converting and reducing images, per pixel format, compared with OpenCV.
 
 python -m benchmarks conversion [--seconds 0.15] [--without-numba]
 """
@@ -104,7 +104,7 @@ def measure(argv: list[str] | None = None) -> Section:
 
 
 def _judged(pixel_format: PixelFormat, unpacking: float, colour: float) -> list[tuple[str, float]]:
-    """The goals that a format counts for, and the ratios of it."""
+    """Return the goals that a format counts for, with its ratios."""
     found = []
     if pixel_format.packed and pixel_format.depth >= 10:
         found.append((UNPACKING, unpacking))
@@ -116,7 +116,7 @@ def _judged(pixel_format: PixelFormat, unpacking: float, colour: float) -> list[
 
 
 def random_frame(pixel_format: PixelFormat, width: int, height: int) -> Frame:
-    """Noise of the right size: no conversion is quicker or slower for what the picture shows."""
+    """Return noise of the right size: the speed of no conversion depends on the content."""
     size = pixel_format.image_bytes(width, height)
     payload = np.random.default_rng(0).integers(0, 256, size, np.uint8)
     return Frame(payload, width, height, pixel_format)
@@ -142,7 +142,7 @@ def peer_of(frame: Frame) -> tuple[str, Callable[[], object]]:
 
 
 def best_ms(function: Callable[[], object], seconds: float) -> float:
-    """The shortest of the runs that fit into `seconds`, in milliseconds; at least three."""
+    """Return the shortest of the runs that fit into `seconds`, in milliseconds; at least three."""
     function()
     best, runs, end = float("inf"), 0, time.perf_counter() + seconds
     while runs < 3 or time.perf_counter() < end:
@@ -153,7 +153,7 @@ def best_ms(function: Callable[[], object], seconds: float) -> float:
 
 
 def per_second(milliseconds: float) -> str:
-    """Frames per second, or a dash where nothing is done at all."""
+    """Return frames per second, or a dash if there is nothing to do."""
     return f"{1e3 / milliseconds:.0f}" if milliseconds > 0.01 else "–"
 
 

@@ -75,7 +75,7 @@ READING = [
 
 @dataclass(frozen=True)
 class Run:
-    """One server's turn."""
+    """One server's run."""
 
     frames: int
     seconds: float
@@ -139,7 +139,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 # -- what is measured --------------------------------------------------------------------------------
 def observe(server: str, names: str, seconds: float) -> Run:
-    """One server between the camera and the reader."""
+    """Measure one server between the camera and the reader."""
     with camera_process(CAMERA) as sent, running(server, names) as pid, ExitStack() as stack:
         pipe, theirs = CONTEXT.Pipe()
         reader = CONTEXT.Process(target=read, args=(theirs, names, SETTLING + seconds), daemon=True)
@@ -158,7 +158,7 @@ def observe(server: str, names: str, seconds: float) -> Run:
 
 @contextmanager
 def running(server: str, names: str) -> Iterator[int]:
-    """A server, up; its process id."""
+    """Run a server; yield its process id."""
     command = COMMANDS[server] + ([] if server == THEIRS else ["--nameserver", names])
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
@@ -171,7 +171,7 @@ def running(server: str, names: str) -> Iterator[int]:
 
 
 def read(pipe: Connection, names: str, seconds: float) -> None:
-    """Answer once connected, then with each image's arrival and the number in its first pixel."""
+    """Send a sign when connected, then each image's arrival and the number in its first pixel."""
     port = InputPort("/benchmark/reader", NameClient.find(names), depth=4)
     with port:
         until = time.monotonic() + PATIENCE
@@ -195,7 +195,7 @@ def read(pipe: Connection, names: str, seconds: float) -> None:
 
 
 def latency(at: float, count: int, sent: dict[int, float]) -> float | None:
-    """Seconds since the frame left whose number is `count` modulo 256; None if none such left before."""
+    """Return the seconds since the last frame with the number `count` modulo 256 left, or None."""
     left = [when for block, when in sent.items() if block % 256 == count and when <= at]
     return at - max(left) if left else None
 
@@ -208,7 +208,7 @@ def has_aravis_camera() -> bool:
 
 
 def may_open_packet_sockets() -> bool:
-    """Whether this process, and so those that it starts, has CAP_NET_RAW."""
+    """Return whether this process, and so its children, has CAP_NET_RAW."""
     lines = Path("/proc/self/status").read_text().splitlines()
     effective = next(int(line.split()[1], 16) for line in lines if line.startswith("CapEff"))
     return bool(effective >> CAP_NET_RAW & 1)
@@ -244,7 +244,7 @@ def rows(runs: dict[str, list[Run]]) -> list[list[str]]:
 
 
 def goals(runs: dict[str, list[Run]]) -> list[Goal]:
-    """Ours as multiples of AravisCamera's, round by round; none without it."""
+    """Judge ours by multiples of AravisCamera's, round by round; no goals without it."""
     if THEIRS not in runs:
         return []
 

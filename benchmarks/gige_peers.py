@@ -89,7 +89,7 @@ Results = dict[str, list[Run]]
 
 
 def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -> Results:
-    """Every receiver in turn, round after round."""
+    """Run every receiver in turn, round after round."""
     results: Results = {}
     for _ in range(runs):
         for name, receive in found.items():
@@ -105,7 +105,7 @@ def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -
 
 
 def observe(case: Case, seconds: float, receive: Receiver) -> tuple[Run, list[float]]:
-    """One run, and by how much each frame came after its last packet had left, in seconds."""
+    """Return one run, and the seconds from each frame's last sent packet to its arrival."""
     with camera_process(case.conditions) as sent:
         run = receive(case.packet_size, seconds)
     delays = [at - sent[int(block)] for block, at in run.arrivals.items() if int(block) in sent]
@@ -125,7 +125,7 @@ def cost(run: Run) -> float:
 
 
 def ratio(results: Results, figure: Callable[[Run], float], name: str = "ours") -> float | None:
-    """A figure of one receiver as a multiple of Aravis's; None without Aravis."""
+    """Return a figure of one receiver as a multiple of Aravis's; None without Aravis."""
     if REFERENCE not in results or name not in results:
         return None
     reference = median(results[REFERENCE], figure)
@@ -133,7 +133,7 @@ def ratio(results: Results, figure: Callable[[Run], float], name: str = "ours") 
 
 
 def share(runs: list[Run]) -> float:
-    """Complete frames of all that there should have been, in percent."""
+    """Return the percentage of complete frames."""
     complete, incomplete = sum(run.complete for run in runs), sum(run.incomplete for run in runs)
     return 100 * complete / max(complete + incomplete, 1)
 
@@ -181,7 +181,7 @@ def loss_table(found: dict[float, Results]) -> Table:
 
 
 def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
-    """The receivers in turn, round after round; the figures are of the frames of all rounds."""
+    """Run the receivers in turn, round after round; the figures cover the frames of all rounds."""
     rows, goals = [], []
     for size in PACKET_SIZES:
         delays: dict[str, list[float]] = {}
@@ -217,7 +217,7 @@ def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
 
 
 def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
-    """Ours for a minute, alone and with the window painting."""
+    """Run ours for long, alone and with the window painting."""
     rows, goals = [], []
     case = Case(1400, Conditions())
     for label, name in (("alone", "ours"), ("window painting, the kernel's own buffer limit", "window")):
@@ -256,14 +256,14 @@ def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal
 
 
 def singly_goal(results: Results) -> list[Goal]:
-    """The cost of packets sent singly; they come through a packet ring, if this process may open one."""
+    """Judge the cost of packets sent singly, received through a packet ring if this process may open one."""
     asked = f"at most {MOST_COST} CPU s/GB: packets of 1400 bytes, sent singly"
     spent = median(results["ours"], cost)
     return [Goal(asked, f"{spent:.2f} s/GB", spent <= MOST_COST)]
 
 
 def fast_run() -> tuple[Table, list[Goal]]:
-    """Ours at the rate of 25 Gigabit Ethernet."""
+    """Run ours at the rate of 25 Gigabit Ethernet."""
     run, _ = observe(FAST, FAST_SECONDS, lambda *a: in_child("ours", *a))
     speed, lost = run.frames_per_second * PAYLOAD / 1e9, run.incomplete
     row = [FAST.name, f"{run.seconds:.0f} s", f"{speed:.2f} GB/s", str(lost), f"{run.cpu_per_gb:.2f}"]

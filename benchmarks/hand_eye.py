@@ -1,4 +1,4 @@
-"""Hand–eye calibration: how near it comes to the truth when joints are off and corners are noisy.
+"""Hand–eye calibration: its error with joint offsets and noisy corners.
 
 python -m benchmarks hand_eye [--runs 10]
 """

@@ -1,4 +1,4 @@
-"""Watching a camera: the whole window at the camera's rate, and how fast the picture's view could go.
+"""Showing a camera: the whole window at the camera's rate, and the image view alone as fast as it paints.
 
     python -m benchmarks painting [--seconds 4] [--window 1600x1000]
 
@@ -33,7 +33,7 @@ from grabbergui.core.pixels import Region
 from grabbergui.ui.views.picture_view import PictureView
 
 WARM = 30
-"""Pictures that are painted before anything is counted: the controls are there by then."""
+"""Images painted before the measurement begins; the controls are there by then."""
 METHOD = """The whole window ({window}, as it opens), offscreen, on the simulated camera at the camera's own
 rate for {seconds:g} seconds: frames received, images painted, and CPU of the process without the camera's
 own thread. The camera shows a still pattern; nothing is reused from one frame to the next.
@@ -206,7 +206,7 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
 
 # -- the view alone ----------------------------------------------------------------------------------
 def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[float, float]:
-    """Frames per second through the window's picture view, and CPU seconds a frame."""
+    """Return frames per second through the window's image view, and CPU seconds per frame."""
     frames = frames_of(case)
     view = PictureView()
     seen: list[tuple[Region, tuple[int, int]]] = []
@@ -232,7 +232,7 @@ def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[fl
 
 
 def in_an_image_item(case: Case, columns: int, rows: int, seconds: float) -> float:
-    """Frames per second through pyqtgraph's ImageItem: the whole picture in 8 bits, converted outside."""
+    """Return frames per second through pyqtgraph's ImageItem: the whole image in 8 bits, converted before."""
     pictures = [pixels.for_display(frame).pixels for frame in frames_of(case)]
     view = pg.GraphicsView()
     box = pg.ViewBox(lockAspect=True, invertY=True)
@@ -252,14 +252,14 @@ def in_an_image_item(case: Case, columns: int, rows: int, seconds: float) -> flo
 
 
 def frames_of(case: Case) -> list[Frame]:
-    """Two different frames, so that nothing can be kept from the one before."""
+    """Return two different frames, so that nothing can be reused from the previous one."""
     frames = [random_frame(by_name(case.pixel_format), case.width, case.height) for _ in range(2)]
     frames[1].payload = np.roll(frames[1].payload, 12345)
     return frames
 
 
 def measured(show: Callable[[int], None], seconds: float, widget: QWidget) -> tuple[float, float]:
-    """Frames per second and CPU seconds a frame of showing one after the other."""
+    """Return frames per second and CPU seconds per frame of showing one after the other."""
     for index in range(3):
         show(index)
     count, start, cpu = 0, time.perf_counter(), time.process_time()

@@ -1,4 +1,4 @@
-"""How fast recordings of each kind are written, and so which of them keep up with a camera.
+"""How fast each kind of recording is written, and which kinds keep up with a camera.
 
     python -m benchmarks recording [--frames 24] [--folder DIR]
 

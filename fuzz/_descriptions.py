@@ -1,4 +1,4 @@
-"""Descriptions of cameras put together from a fuzzer's bytes, and a camera behind them."""
+"""Camera descriptions made from a fuzzer's bytes, and a camera behind them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def formula(source: Input, tokens: int = 12) -> str:
 
 
 def description(source: Input) -> str:
-    """A description of up to 64 nodes that refer to each other at will."""
+    """Return a description of up to 64 nodes that refer to each other in any way."""
     count = source.number(1) % MOST_NODES + 1
     nodes = [_KINDS[source.number(1) % len(_KINDS)](source, f"N{index}", count) for index in range(count)]
     features = "".join(f"<pFeature>N{index}</pFeature>" for index in range(count))
@@ -41,12 +41,12 @@ class Registers:
         self._content = bytearray(content or b"\0")
 
     def read(self, address: int, length: int) -> bytes:
-        """Any bytes of the repetition."""
+        """Return bytes of the repetition."""
         begin = address % len(self._content)
         return bytes((self._content * (length // len(self._content) + 2))[begin : begin + length])
 
     def write(self, address: int, data: bytes) -> None:
-        """Keep what still fits."""
+        """Store what fits."""
         begin = address % len(self._content)
         self._content[begin : begin + len(data)] = data[: len(self._content) - begin]
 
@@ -60,7 +60,7 @@ def _value(source: Input) -> str:
 
 
 def _maybe(source: Input, element: str, count: int) -> str:
-    """A reference, a constant or nothing."""
+    """Return a reference, a constant or nothing."""
     choice = source.number(1) % 3
     if choice == 0:
         return ""

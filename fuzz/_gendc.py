@@ -1,4 +1,4 @@
-"""Containers of the simulated camera, and what holds for whatever is read from a container."""
+"""Containers of the simulated camera, and checks of what is read from a container."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from grabbergui.driver.sim.settings import settings_of
 
 
 def containers() -> list[bytes]:
-    """Whole containers, without and with chunk data."""
+    """Return whole containers, without and with chunk data."""
     return [_container(chunks) for chunks in ({}, {Chunk.GAIN: 7.0})]
 
 
 def placed(kind: type[Component | Part]) -> list[bytes]:
-    """Containers behind the two bytes that `at` reads: each header of that kind in turn."""
+    """Return containers after two bytes of offset, for each header of that kind in turn."""
     found = []
     for container in containers():
         for place in _headers(container):
@@ -35,7 +35,7 @@ def placed(kind: type[Component | Part]) -> list[bytes]:
 
 
 def check_part(part: Part, container: bytes) -> None:
-    """A part that was accepted lies in its container, and its size is one that a frame may have."""
+    """Check that an accepted part lies in its container and has a size that a frame may have."""
     if not 0 <= part.data_offset <= part.data_offset + part.data_size <= len(container):
         raise AssertionError(part)
     if min(part.width, part.height, part.padding_x, part.padding_y) < 0 or part.width > 0xFFFFFFFF:
@@ -47,7 +47,7 @@ def check_part(part: Part, container: bytes) -> None:
 
 
 def check_component(component: Component, container: bytes) -> None:
-    """A component that was accepted has few parts, none if it is invalid."""
+    """Check that an accepted component has few parts, and none if it is invalid."""
     if len(component.parts) > gendc.MOST_HEADERS or (component.parts and not component.valid):
         raise AssertionError(component)
     for part in component.parts:
@@ -55,7 +55,7 @@ def check_component(component: Component, container: bytes) -> None:
 
 
 def check_contents(contents: Contents, payload: NDArray[np.uint8]) -> None:
-    """Every image that was read is a view of the payload, and its pixels are made or refused."""
+    """Check that every image is a view of the payload, and that its pixels are converted or refused."""
     for part in contents.parts:
         if (part.data.size and not np.shares_memory(part.data, payload)) or part.width < 0:
             raise AssertionError(part)
@@ -78,6 +78,6 @@ def _headers(container: bytes) -> list[int]:
 
 
 def _offsets(container: bytes, end: int, count_format: str) -> list[int]:
-    """The list of offsets behind a header that ends with its length."""
+    """Return the offsets after a header that ends with their number."""
     (count,) = struct.unpack_from(count_format, container, end - struct.calcsize(count_format))
     return list(struct.unpack_from(f"<{count}Q", container, end))

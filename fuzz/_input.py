@@ -13,51 +13,51 @@ DATA = Path(__file__).parents[1] / "tests" / "data"
 
 
 class Input:
-    """Takes pieces off the front of some bytes; zeros where they end."""
+    """Takes pieces off the front of some bytes; after their end, zeros."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
 
     def take(self, count: int) -> bytes:
-        """That many bytes, or what is left."""
+        """Return that many bytes, or the rest."""
         piece, self._data = self._data[:count], self._data[count:]
         return piece
 
     def number(self, size: int) -> int:
-        """An unsigned number of so many bytes."""
+        """Return an unsigned big-endian number of that many bytes."""
         return int.from_bytes(self.take(size), "big")
 
     def rest(self) -> bytes:
-        """All that is left."""
+        """Return the rest."""
         return self.take(len(self._data))
 
     def messages(self) -> Iterator[bytes]:
-        """Pieces of two bytes' length, each behind that length."""
+        """Return pieces, each after its length in two bytes."""
         while self._data:
             yield self.take(self.number(2))
 
 
 def joined(messages: list[bytes]) -> bytes:
-    """What `messages` would split again."""
+    """Join pieces as `messages` splits them."""
     return b"".join(len(message).to_bytes(2, "big") + message for message in messages)
 
 
 def refusing(parse: Callable[..., Any], *arguments: Any) -> Any:
-    """What a parser made of its input; None where it refused as it should."""
+    """Return a parser's result, or None if it refused its input properly."""
     with contextlib.suppress(RemoteProtocolError):
         return parse(*arguments)
     return None
 
 
 def erring(call: Callable[..., Any], *arguments: Any) -> Any:
-    """As `refusing`, for what may answer with any of our errors."""
+    """Likewise, for a function that may raise any error of ours."""
     with contextlib.suppress(GrabberError):
         return call(*arguments)
     return None
 
 
 def captured(kinds: str, *, most: int = 400) -> list[bytes]:
-    """Datagrams that others wrote: C from the host, S and D from the camera, E events."""
+    """Return captured datagrams: C from the host, S and D from the camera, E events."""
     found = []
     for path in sorted((DATA / "gige").glob("*.txt")):
         lines = path.read_text().splitlines()

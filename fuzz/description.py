@@ -1,7 +1,6 @@
-"""What a camera stores or appends: URLs, archives, XML, chunks; and configuration files.
+"""Data of a camera: URLs, archives, XML, chunks; and configuration files.
 
-What the vetting lets through is loaded, read and written by GenApi here: a trap ends the fuzzer, which keeps
-the input.
+GenApi loads, reads and writes what the vetting accepts: a trap ends the fuzzer, which keeps the input.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ LONGEST = 3.0
 
 
 def seeds() -> list[bytes]:
-    """URLs as cameras have them, a small archive, a small description, chunks."""
+    """Return cameras' URLs, a small archive, a small description, and chunks."""
     xml = (DATA / "genapi" / "test_camera.xml").read_bytes()[:3000]
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as opened:
@@ -57,7 +56,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """One part's turn, by the first byte."""
+    """Feed the part that the first byte chooses."""
     source = Input(data)
     parts = (_url, _archive, _xml, _chunks, _ini, _description, _formula)
     parts[source.number(1) % len(parts)](source)
@@ -95,7 +94,7 @@ def _ini(source: Input) -> None:
 
 
 def _description(source: Input) -> None:
-    """A whole description: loaded, and every node read and written, twice."""
+    """Load a whole description, and read and write every node, twice."""
     registers = Registers(source.take(24))
     began = time.process_time()
     try:
@@ -112,7 +111,7 @@ def _description(source: Input) -> None:
 
 
 def use(node: object, value: float) -> None:
-    """Read a node and write a value to it, as far as it lets."""
+    """Read a node and write a value to it, as its access allows."""
     known = node_features.describe(getattr(node, "node", node), "")
     if known is None:
         return
@@ -124,7 +123,7 @@ def use(node: object, value: float) -> None:
 
 
 def _formula(source: Input) -> None:
-    """One integer formula with the two numbers that trap."""
+    """Evaluate one integer formula with the two numbers that trap."""
     text = without_traps(formula(source, 40)).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     nodes = genapi.NodeMap()
     constants = f'<Constant Name="A">{-(1 << 63)}</Constant><Constant Name="B">-1</Constant>'

@@ -8,12 +8,12 @@ from grabbergui.driver.gendc import Component
 
 
 def seeds() -> list[bytes]:
-    """Two bytes of offset, and a container."""
+    """Return containers, each after two bytes of offset."""
     return placed(Component)
 
 
 def one_input(data: bytes) -> None:
-    """A component is refused, or its parts lie in the container."""
+    """Check that a component is refused, or that its parts lie in the container."""
     source = Input(data)
     at, container = source.number(2), source.rest()
     component = refusing(Component.decode, container, at)

@@ -1,4 +1,4 @@
-"""GenDC: the container header, and all that it leads to."""
+"""GenDC: the container header, and everything that it refers to."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from grabbergui.driver.gendc import KNOWN_VERSIONS, MOST_HEADERS, Container
 
 
 def seeds() -> list[bytes]:
-    """Whole containers, and their first bytes."""
+    """Return whole containers, and their first bytes."""
     return [piece for whole in containers() for piece in (whole, whole[: Container.FORMAT.size], whole[:8])]
 
 
 def one_input(data: bytes) -> None:
-    """A container is refused, or has a known version and bounded, consistent headers."""
+    """Check that a container is refused, or has a known version and bounded, consistent headers."""
     container = refusing(Container.decode, data)
     if container is None:
         return

@@ -21,7 +21,7 @@ _PART = 16
 
 
 def seeds() -> list[bytes]:
-    """Containers of one to three parts in flow 0, one in several flows, and one with a wrong offset."""
+    """Return containers of one to three parts in flow 0, in several flows, and with a wrong offset."""
     image = bytes((0, 0, 0, 0, 0, 8, 0, 4)) + bytes((0, 0, 0, 32, 0, 0, 0, 0))
     other = bytes((0, 0, 1, 0, 0, 8, 0, 4)) + bytes((0, 0, 0, 32, 0, 0, 0, 0))
     wrong = bytes((0, 3, 0, 0, 0, 8, 0, 4)) + bytes((255, 255, 0, 32, 0, 0, 0, 0))
@@ -35,7 +35,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """The header's turn or a container's, by the first byte."""
+    """Feed the header or a container, as the first byte chooses."""
     source = Input(data)
     (_container, _position)[source.number(1) % 2](source)
 

@@ -8,12 +8,12 @@ from grabbergui.driver.gendc import Part
 
 
 def seeds() -> list[bytes]:
-    """Two bytes of offset, and a container."""
+    """Return containers, each after two bytes of offset."""
     return placed(Part)
 
 
 def one_input(data: bytes) -> None:
-    """A part is refused, or its data lie in the container, and its header reads the same again."""
+    """Check that a part is refused, or lies in the container and its header is encoded the same."""
     source = Input(data)
     at, container = source.number(2), source.rest()
     part = refusing(Part.decode, container, at)

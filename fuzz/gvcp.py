@@ -19,7 +19,7 @@ OTHER = ("127.0.0.2", 5001)
 
 
 def seeds() -> list[bytes]:
-    """Captured conversations, in each part's turn."""
+    """Return captured conversations, for each part."""
     commands, answers, events = captured("C"), captured("S"), captured("E")
     return [
         *(b"\0" + datagram for datagram in (*commands, *answers, *events)),
@@ -30,7 +30,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """One part's turn, by the first byte."""
+    """Feed the part that the first byte chooses."""
     source = Input(data)
     (_decode, _host, _messages, _camera)[source.number(1) % 4](source)
 

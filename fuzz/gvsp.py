@@ -1,4 +1,4 @@
-"""GVSP: every decoder; and the same datagrams one by one and by rows must make the same frames."""
+"""GVSP: every decoder; the same datagrams must make the same frames one by one and by rows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAYLOAD = 4096
 
 
 def seeds() -> list[bytes]:
-    """Captured streams, and the datagrams of some for each stride."""
+    """Return captured streams, and the datagrams of some for each stride."""
     datagrams = captured("D")
     streams = [datagrams[start : start + 9] for start in range(0, len(datagrams), 9)]
     return [
@@ -41,7 +41,7 @@ _PAYLOADS: tuple[dict[Register, float], ...] = (
 
 
 def _stream(power_on: dict[Register, float]) -> list[bytes]:
-    """The datagrams of a small frame of the simulated camera."""
+    """Return the datagrams of a small frame of the simulated camera."""
     size = {reg.WIDTH: 32, reg.HEIGHT: 16, reg.EXPOSURE_TIME: 100.0}
     model = CameraModel(power_on=size | power_on)
     model.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
@@ -53,7 +53,7 @@ def _stream(power_on: dict[Register, float]) -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """The decoders' turn or the assembler's, by the first byte."""
+    """Feed the decoders or the assembler, as the first byte chooses."""
     source = Input(data)
     (_decode, _assemble)[source.number(1) % 2](source)
 

@@ -14,7 +14,7 @@ from grabbergui.driver.sim.contents import H264Encoder
 
 
 def seeds() -> list[bytes]:
-    """Containers, images and video of the simulated camera."""
+    """Return containers, images and video of the simulated camera."""
     image = np.arange(64 * 64, dtype=np.uint32).astype(np.uint8).reshape(64, 64)
     encoded = [np.asarray(cv2.imencode(suffix, image)[1]).tobytes() for suffix in (".jpg", ".jp2")]
     video = H264Encoder()
@@ -26,7 +26,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """One reader's turn, by the first byte."""
+    """Feed the reader that the first byte chooses."""
     source = Input(data)
     (_gendc, _jpeg, _jpeg2000, _h264)[source.number(1) % 4](source.rest())
 

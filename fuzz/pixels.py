@@ -1,4 +1,4 @@
-"""Pixels: any payload under any format's code, of any size."""
+"""Pixels: any payload with any format's code and any size."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ CODES = (
 
 
 def seeds() -> list[bytes]:
-    """A little picture of each format."""
+    """Return a small image of each format."""
     return [bytes((index, 0, 4, 0, 2, 0)) + bytes(range(64)) for index in range(min(len(CODES), 0xFF))]
 
 
 def one_input(data: bytes) -> None:
-    """Every view of one frame."""
+    """Make every view of one frame."""
     source = Input(data)
     code = CODES[choice % len(CODES)] if (choice := source.number(1)) < 0xFF else source.number(4)
     width, height, flags = source.number(2), source.number(2), source.number(1)

@@ -1,4 +1,4 @@
-"""What is played back or loaded from files of anybody's: MCAP, ROS images, notes, pictures, calibrations."""
+"""Files that are played back or loaded: MCAP, ROS images, notes, image files, calibrations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 
 
 def seeds() -> list[bytes]:
-    """Small recordings of each compression, a message of each type, notes, pictures, a calibration."""
+    """Return a small recording of each compression, a message of each type, notes, images, a calibration."""
     image = RosImage(5, "camera", 4, 6, "bayer_rggb8", 0, 8, bytes(range(32)))
     pixels = np.arange(6 * 5 * 3, dtype=np.uint8).reshape(5, 6, 3)
     pictures = [cv2.imencode(kind, pixels)[1].tobytes() for kind in (".png", ".jpg", ".bmp", ".tiff")]
@@ -54,7 +54,7 @@ def _mcap(image: RosImage, compression: CompressionType) -> bytes:
 
 
 def one_input(data: bytes) -> None:
-    """One part's turn, by the first byte."""
+    """Feed the part that the first byte chooses."""
     source = Input(data)
     (_recording, _message, _notes, _picture, _calibration)[source.number(1) % 5](source)
 

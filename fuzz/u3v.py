@@ -1,4 +1,4 @@
-"""USB3 Vision: every decoder, what a host's requests may bring, and a camera's whole control side."""
+"""USB3 Vision: every decoder, the answers to a host's requests, and a camera's whole control side."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PLAN = TransferPlan(1024, 2048, 1, 1024, 0, 1024)
 
 
 def seeds() -> list[bytes]:
-    """One of each message of ours, and what captures there are."""
+    """Return one of each message of ours, and the captured ones."""
     leader = Leader(1, PayloadType.IMAGE, 5, 0x01080001, 64, 48, 0, 0).encode()
     trailer = Trailer(1, 0, 64 * 48, 48, 0).encode(PayloadType.IMAGE)
     commands = [
@@ -48,7 +48,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """One part's turn, by the first byte."""
+    """Feed the part that the first byte chooses."""
     source = Input(data)
     (_decode, _assemble, _camera)[source.number(1) % 3](source)
 

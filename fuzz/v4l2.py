@@ -1,4 +1,4 @@
-"""Webcams: whatever controls and sizes a driver lists become a description that loads and can be used."""
+"""Webcams: any controls and sizes that a driver lists become a description that loads and can be used."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = list(ControlKind)
 
 
 def seeds() -> list[bytes]:
-    """Controls of each kind, known and unknown, and both kinds of sizes."""
+    """Return controls of each kind, known and unknown, and both kinds of sizes."""
     menu = b"\4Auto\0\0\0\1\6Manual\0\0\0\2"
     controls = [
         bytes((kind, known)) + b"\x0bPower Line\0" + bytes(4) + b"\0\0\0\xff" + b"\0\0\0\1" + b"\2" + menu
@@ -31,7 +31,7 @@ def seeds() -> list[bytes]:
 
 
 def one_input(data: bytes) -> None:
-    """A device's description: made, vetted, loaded, and every node read and written."""
+    """Make, vet and load a device's description, and read and write every node."""
     source = Input(data)
     registers = Registers(source.take(24))
     codes = [CODES[byte % len(CODES)] for byte in source.take(source.number(1) % 4)]
@@ -67,5 +67,5 @@ def _control(source: Input) -> Control:
 
 
 def _text(source: Input) -> str:
-    """A name as linuxpy makes it of the driver's bytes."""
+    """Return a name as linuxpy decodes it from the driver's bytes."""
     return source.take(source.number(1) % 33).decode("latin-1").split("\0")[0]

@@ -1,4 +1,4 @@
-"""YARP: Bottles in both forms and dialects, messages on a connection and in datagrams, pictures, requests."""
+"""YARP: Bottles in both forms and dialects, messages on a connection and in datagrams, images, requests."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REQUESTS = (
 
 
 def seeds() -> list[bytes]:
-    """What our own side writes, and captured conversations."""
+    """Return messages that our side writes, and captured conversations."""
     bottle = Bottle.from_text('(a 1 2.5) [vo] {1 2 3} "text \\" more" -7 (1 2 3) () 1e300')
     texts = ["[set] [gain] 0.5", "(a (b (c)))", '"\\n"', "0x7f -0 1.", "{1 2"]
     captures = [path.read_bytes()[:4096] for path in sorted((DATA / "yarp").rglob("*")) if path.is_file()]
@@ -47,7 +47,7 @@ def seeds() -> list[bytes]:
 
 
 def _stream_of(kind: bytes) -> bytes:
-    """What an HTTP camera sends, with pictures of one byte and of two bytes a pixel where they have them."""
+    """Return what an HTTP camera sends, with images of one and of two bytes per pixel if it has them."""
     pictures: list[NDArray[Any]] = [
         np.zeros((2, 2), np.uint8),
         np.zeros((2, 2, 3), np.uint8),
@@ -62,7 +62,7 @@ def _stream_of(kind: bytes) -> bytes:
 
 
 def one_input(data: bytes) -> None:
-    """One part's turn, by the first byte."""
+    """Feed the part that the first byte chooses."""
     source = Input(data)
     parts = (_binary, _text, _connection, _image, _greeting, _datagrams, _pictures, _requests)
     parts[source.number(1) % len(parts)](source)

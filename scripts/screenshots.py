@@ -1,4 +1,4 @@
-"""Takes the pictures of the manual: each panel of the window, in the look that it runs in.
+"""Takes the manual's screenshots: each panel of the window, in the current theme.
 
     grabbergui gui --offscreen --theme dark --script scripts/screenshots.py
 
@@ -25,13 +25,13 @@ TOOLS_HEIGHT = 230
 
 
 def take(name: str, widget: QWidget | None = None) -> None:
-    """One picture, once what was asked for has been painted."""
+    """Take one screenshot, after everything has been painted."""
     app.wait(0.2)
     app.screenshot(folder / f"{name}{'-dark' if dark else ''}.png", widget)
 
 
 def draw(purpose: Purpose, first: tuple[float, float], last: tuple[float, float]) -> None:
-    """A stroke of the mouse between two places, in shares of the picture."""
+    """Drag the mouse between two places, given as fractions of the image."""
     canvas = window.picture.canvas
     width, height = canvas.pictureSize
     begin, end = (canvas.frameToView(x * width, y * height).toPoint() for x, y in (first, last))
@@ -49,7 +49,7 @@ def draw(purpose: Purpose, first: tuple[float, float], last: tuple[float, float]
 
 
 def tool(dock: QDockWidget | None) -> None:
-    """One panel below the picture, or none."""
+    """Show one panel below the image, or none."""
     for other in (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
                   window.changesDock, window.logDock):  # fmt: skip
         other.setVisible(other is dock)

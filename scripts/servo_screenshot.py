@@ -1,4 +1,4 @@
-"""Takes the manual's pictures of the servoing window and of the hand–eye calibration, on the simulated TEO.
+"""Takes the manual's screenshots of the servoing window and the hand–eye calibration, on the simulated TEO.
 
     QT_QPA_PLATFORM=offscreen python scripts/servo_screenshot.py light docs/images/servo.png
 
@@ -35,11 +35,11 @@ from grabbergui.ui.windows import FileDialogs
 
 SECONDS, SHOWN_AT = 9.4, 4.0
 SHOWN_EVERY = 4
-"""Turns from one picture in the window to the next."""
+"""Control cycles from one image in the window to the next."""
 
 
 class Follower:
-    """What the window knows of a runner, around a run in simulated time."""
+    """The part of a runner that the window uses, for a run in simulated time."""
 
     cycle_done = Signal(object, object)
     failed = Signal(str)
@@ -52,14 +52,14 @@ class Follower:
 
 
 def picture(run: closed_loop.ClosedLoop, number: int) -> Frame:
-    """What the camera sees at the moment, in colour."""
+    """Return what the camera sees now, in colour."""
     settings = closed_loop.settings("RGB8")
     out = run._sensor.render(settings, number, int(run.now * 1e9), np.empty(settings.image_bytes, np.uint8))
     return Frame(out.reshape(-1).copy(), settings.width, settings.height, settings.pixel_format, number)
 
 
 def main(theme: str, file: str) -> None:
-    """Run it and take the picture."""
+    """Run it and take the screenshot."""
     app = application()
     dress(app, Theme(theme))
     run = closed_loop.ClosedLoop(
@@ -110,7 +110,7 @@ def hand_eye(beside: Path) -> None:
 
 
 def await_that(condition: Callable[[], bool], seconds: float = 300.0) -> None:
-    """Let the window live until something holds."""
+    """Run the event loop until a condition holds."""
     until = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > until:
