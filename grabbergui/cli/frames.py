@@ -206,7 +206,7 @@ def _add_record(commands: Any) -> None:
         type=Path,
         required=True,
         metavar="PATH",
-        help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
+        help="movie.mp4, messages.mcap, or a folder of images (no ending)",
     )
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
     parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")
@@ -269,7 +269,7 @@ def _kind(options: argparse.Namespace) -> RecordingKind:
         movie = RecordingKind.LOSSLESS
     kind = kind_of(options.out, movie=movie)
     if options.tiff and kind is not RecordingKind.PNG:
-        raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
+        raise UsageError(f"--tiff is for a folder of images, not for {options.out.name}")
     if (options.lossless or options.codec) and kind is not movie:
         raise UsageError(f"--lossless and --codec are for a movie, not for {options.out.name}")
     return RecordingKind.TIFF if options.tiff else kind

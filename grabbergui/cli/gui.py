@@ -37,7 +37,7 @@ def _add_gui(commands: Any) -> None:
     )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
     parser.add_argument("--duration", type=wait_time, metavar="S", help="close the window after S seconds")
-    parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")
+    parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a screenshot of the window")
     parser.add_argument(
         "--script",
         type=Path,
