@@ -176,6 +176,26 @@ def test_blocks_in_order_are_received_in_place(
 
 
 @linux_only
+def test_as_many_packets_as_a_sender_joins_are_received_in_place() -> None:
+    """GRO joins up to 64, but a local sender up to 128 since Linux 6.9, which arrive as they were sent."""
+    bench = Bench(stride=16)
+    with ExitStack() as stack:
+        wire = Wire(stack, InPlaceSource)
+        leader, *payload, trailer = block(1, stride=16)
+        wire.send([leader])
+        wire.drain(bench, 1)
+        try:
+            wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, len(payload[0]))
+            wire.send([b"".join(payload)])
+        except OSError:
+            pytest.skip("this system does not segment, or not so many packets")
+        wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, 0)
+        wire.send([trailer])
+        (done,) = wire.drain(bench, len(payload) + 2)
+    assert is_picture(done)
+
+
+@linux_only
 def test_a_stream_out_of_order_is_not_received_in_place_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batches, "LONG", STRIDE)
     monkeypatch.setattr(batches, "LARGE", SIZE)
