@@ -8,7 +8,12 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
+from grabbergui.core.errors import (
+    FeatureAccessError,
+    FeatureError,
+    FeatureNotFoundError,
+    FeatureValueError,
+)
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
@@ -200,13 +205,20 @@ class NumberedFeatures:
         return span
 
     def set_values(self, number: int, first: float, second: float) -> None:
-        """Set white balance, red and blue."""
+        """Set white balance, red and blue. If the camera refuses blue, red is restored."""
         if number != FeatureId.WHITE_BALANCE:
             name = self._feature(number).name
             raise FeatureAccessError(f"{name} has one value, set it with one", name)
         with self._grabber.exclusive([BALANCE_SELECTOR]):
-            for key, value in ((self._balance(RED), first), (self._balance(BLUE), second)):
-                self._write(self._grabber.read_setting(key), value, key)
+            red, blue = self._balance(RED), self._balance(BLUE)
+            before = self._grabber.read_setting(red)
+            self._write(before, first, red)
+            try:
+                self._write(self._grabber.read_setting(blue), second, blue)
+            except FeatureError:
+                if before.value is not None:
+                    self._grabber.write_setting(red, before.value)
+                raise
 
     # -- modes -----------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:

@@ -185,6 +185,12 @@ def test_white_balance_is_red_and_blue(grabber: BalancedGrabber, features: Numbe
         features.set_values(FeatureId.GAIN, 1, 2)
 
 
+def test_red_is_restored_if_blue_is_refused(grabber: BalancedGrabber, features: NumberedFeatures) -> None:
+    with pytest.raises(FeatureValueError):
+        features.set_values(FeatureId.WHITE_BALANCE, 3.0, 40.0)
+    assert grabber.ratios == {"Red": 1.5, "Green": 1.0, "Blue": 2.0}
+
+
 def test_two_networks_do_not_select_between_each_others_steps(
     grabber: BalancedGrabber, features: NumberedFeatures, monkeypatch: pytest.MonkeyPatch
 ) -> None:
