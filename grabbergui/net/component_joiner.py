@@ -70,6 +70,8 @@ class _Waiting:
 class ComponentJoiner:
     """Adds to each image the components with the same `timestamp_ns`. No I/O, no clock; one thread at a time.
 
+    A component without a stamp (0) is dropped: nothing tells which image it belongs to.
+
     An image waits at most `WAIT` seconds, and only for components that were in time for earlier images. It
     gives a component up when a later image of that component arrives: its own was lost. Images are returned
     in the order of their arrival, and late components are dropped.
@@ -106,6 +108,8 @@ class ComponentJoiner:
     def component(self, name: str, frame: Frame, now: float) -> list[Frame]:
         """Take a component that arrived at `now`, named as in `kind_of`; return the complete images."""
         stamp = frame.timestamp_ns
+        if not stamp:
+            return []
         if name not in self._parts:
             if len(self._parts) >= MOST_COMPONENTS:
                 return []

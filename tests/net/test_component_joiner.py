@@ -48,6 +48,14 @@ def test_a_component_may_come_before_its_image(joiner: ComponentJoiner) -> None:
     assert kinds(frame) == ["intensity", "range"]
 
 
+def test_a_component_without_a_stamp_joins_no_image() -> None:
+    joiner = ComponentJoiner()
+    assert joiner.component("range", image(0), 0.0) == []
+    (frame,) = joiner.image(image(0), 0.5)
+    assert kinds(frame) == []
+    assert joiner.component("range", image(0), 0.51) == [] and joiner.late == 0
+
+
 def test_a_component_that_is_silent_holds_up_one_image_for_the_time_allowed(joiner: ComponentJoiner) -> None:
     assert joiner.image(image(2), 1.0) == []
     assert joiner.due(1.0 + WAIT / 2) == []
