@@ -175,12 +175,14 @@ class ChangeLog:
 
     def _note(self, names: frozenset[str]) -> None:
         with self._lock:
-            wanted = time.monotonic() - self._asked <= IDLE
-            if wanted:
+            if time.monotonic() - self._asked <= IDLE:
                 self._revision += 1
                 self._changes.append((self._revision, names))
-        if not wanted:
-            self.close()
+                return
+            # Under the same lock as the decision: a request from now on begins to listen again.
+            listening, self._listening = self._listening, False
+        if listening:
+            self._grabber.features_changed.disconnect(self._note)
 
 
 VERSION = 2

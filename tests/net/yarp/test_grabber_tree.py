@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -36,6 +38,7 @@ from grabbergui.net.tree import ChangeLog, TreeService, error_of
 from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
+from patience import PATIENCE
 
 FULL = Feature(
     name="Gain",
@@ -232,3 +235,41 @@ def test_the_log_listens_only_while_asked(grabber: ScriptedGrabber, monkeypatch:
     assert not len(grabber.features_changed)
     assert log.since(start)[1] is None
     log.close()
+
+
+class _LockWithGap:
+    """A lock that runs `between` once, right after its next release."""
+
+    def __init__(self, between: Callable[[], object]) -> None:
+        self._lock = threading.Lock()
+        self._between: Callable[[], object] | None = between
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+        between, self._between = self._between, None
+        if between is not None:
+            between()
+
+
+def test_a_request_while_the_log_becomes_idle_keeps_it_listening(
+    grabber: ScriptedGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = ChangeLog(grabber)
+    log.since(0)
+    answers: list[int] = []
+    monkeypatch.setattr(tree, "IDLE", -1.0)
+
+    def request() -> None:
+        monkeypatch.setattr(tree, "IDLE", PATIENCE)
+        answers.append(log.since(0)[0])
+
+    monkeypatch.setattr(log, "_lock", _LockWithGap(request))
+    grabber.features_changed.emit(frozenset({"Gain"}))
+    grabber.features_changed.emit(frozenset({"Width"}))
+
+    assert log.since(answers[0])[1] == ["Width"]
+    log.close()
+    assert not len(grabber.features_changed)
