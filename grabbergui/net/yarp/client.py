@@ -71,7 +71,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
 
         With `components`, frames also contain what a server of ours sends on NAME/range, NAME/confidence ….
         """
-        super().__init__(DeviceInfo(uri or f"yarp:{name}", bus=BUS, address=name, user_name=name))
+        super().__init__(DeviceInfo(uri or _uri(name), bus=BUS, address=name, user_name=name))
         self._name = name
         self._nameserver = nameserver
         self._carrier = carrier
@@ -329,6 +329,11 @@ def discover(timeout: float) -> list[DeviceInfo]:
         return [info for info in found if info is not None]
 
 
+def _uri(name: str) -> str:
+    """Return the URI that opens a port; a name such as `/camera?left` needs escapes."""
+    return str(SourceUri("yarp", name))
+
+
 def _examine(name: str, names: NameClient, deadline: float) -> DeviceInfo | None:
     left = deadline - time.monotonic()
     if left <= 0:
@@ -339,7 +344,7 @@ def _examine(name: str, names: NameClient, deadline: float) -> DeviceInfo | None
         log.debug("%s: %s", name, error)
         return None
     try:
-        info = DeviceInfo(f"yarp:{name}", bus=BUS, address=name)
+        info = DeviceInfo(_uri(name), bus=BUS, address=name)
         return link.info(info) if link.is_grabber() else None
     except GrabberError as error:
         log.debug("%s: %s", name, error)

@@ -225,3 +225,16 @@ def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
         found = client.discover(2.0)
     assert [info.uri for info in found] == ["yarp:/left/grabber", "yarp:/right/grabber"]
     assert {info.model for info in found} == {scene.grabber.info.model}
+
+
+def test_a_listed_port_with_a_question_mark_can_be_opened(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(name_client, "name_server", lambda: scene.name_server.contact)
+    with scene.share("/camera?left"):
+        (found,) = client.discover(2.0)
+        assert found.uri == "yarp:/camera%3Fleft"
+        remote = client.create(SourceUri.parse(found.uri))
+        remote.open()
+        assert (remote.info.uri, remote.info.address) == (found.uri, "/camera?left")
+        remote.close()
