@@ -304,8 +304,10 @@ class GalleryModel:
         ended = [picture.detach(max(0.0, deadline - time.monotonic())) for picture in ending]
         return all(ended)
 
-    def _on_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
+    def _on_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
         with self._lock:
+            # Two threads may emit in the wrong order: only the connection knows the present sources.
+            sources = self._connection.sources
             known = {tile.source: tile for tile in self._tiles}
             wanted = sources if len(sources) >= FEWEST else ()
             self._tiles = tuple(known.get(source) or Tile(source) for source in wanted)

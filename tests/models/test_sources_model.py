@@ -260,6 +260,12 @@ def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
     assert shown == {"sim:" + SMALL: 2, "sim:colour" + SMALL: 3}, "one in grey, one in colour"
 
 
+def test_a_late_signal_with_older_sources_removes_no_tile(open_sources):
+    connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL)
+    connection.sources_changed.emit(connection.sources[:1])
+    assert [tile.source for tile in gallery.tiles] == list(connection.sources)
+
+
 def test_tiles_convert_at_the_pace_of_their_views(open_sources):
     _, gallery = open_sources("sim:?width=64&height=48&fps=200", "sim:colour" + SMALL)
     picture = gallery.tiles[0].picture

@@ -42,6 +42,19 @@ def test_a_second_camera_opens_in_a_tile_and_the_first_stays_current(app):
     assert not app.errors
 
 
+def test_late_signals_with_older_sources_change_nothing(app):
+    two_cameras(app)
+    view, program = app.window.sources.sourceList, app.program
+
+    def connected():
+        return [view.item(row).data(SOURCE_ROLE).connected for row in range(view.count())]
+
+    app.until(lambda: connected() == [True, True])
+    program.connection.sources_changed.emit(())
+    program.source_list.changed.emit(())
+    assert connected() == [True, True] and len(app.window.gallery.tiles) == 2
+
+
 def test_the_tile_clicked_is_the_camera_that_is_tuned(app):
     first, second = two_cameras(app)
     window, status = app.window, app.window.status

@@ -114,8 +114,8 @@ class SourcesController(QObject):
             except UsageError as error:
                 log.info("a remembered source is left out: %s", error)
 
-    def _on_model_changed(self, sources: tuple[ListedSource, ...]) -> None:
-        self._view.setSources(sources)
+    def _on_model_changed(self, _: tuple[ListedSource, ...]) -> None:
+        self._view.setSources(self._model.sources)  # the emitted ones may be older
 
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         source = self._connection.source
@@ -143,7 +143,8 @@ class SourcesController(QObject):
         self._row.setText(str(pending.uri))
         self._row.cancelRequested.connect(self._connection.cancel_pending)
 
-    def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
+    def _on_connection_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
+        sources = self._connection.sources  # the emitted ones may be older than those of the last call
         known = {str(s.uri): s for s in sources if s.state.connected or s.state is LinkState.LOST}
         self._model.set_open(
             {uri: s.grabber.info for uri, s in known.items() if s.grabber is not None},
