@@ -171,7 +171,9 @@ class CameraFacts:
         playing = _value(grabber, "PlaybackActive")
         hertz = rate.value if rate is not None and isinstance(rate.value, (int, float)) else 0
         return cls(
-            trigger_source=str(_value(grabber, "TriggerSource") or "an input") if trigger else None,
+            trigger_source=str(_value(grabber, "TriggerSource") or translate("Diagnosis", "an input"))
+            if trigger
+            else None,
             stream_port=_integer(_value(grabber, "GevSCPHostPort")),
             packet_size=_integer(_value(grabber, "GevSCPSPacketSize")),
             exposure=quantity_text(exposure.value, exposure.unit)

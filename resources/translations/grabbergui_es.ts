@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="346"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="346"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="352"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="368"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="302"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="303"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="301"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="304"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="302"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="305"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="303"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="306"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="304"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="307"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="305"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="308"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="306"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="309"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="307"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="310"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="308"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="311"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="309"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="312"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="310"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="313"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="311"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="314"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="312"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="315"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="313"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="316"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="192"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="195"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="197"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="200"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="220"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="223"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -698,9 +698,27 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>CodedNumberEditor</name>
+    <message>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="211"/>
+        <source>“{0}” is not an IPv4 address</source>
+        <translation>«{0}» no es una dirección IPv4</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="213"/>
+        <source>“{0}” is not a MAC address</source>
+        <translation>«{0}» no es una dirección MAC</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="215"/>
+        <source>“{0}” is not a number</source>
+        <translation>«{0}» no es un número</translation>
+    </message>
+</context>
+<context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="91"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="92"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -781,32 +799,32 @@ It {1}.</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="235"/>
+        <location filename="../../grabbergui/models/messages.py" line="237"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="246"/>
+        <location filename="../../grabbergui/models/messages.py" line="248"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="263"/>
+        <location filename="../../grabbergui/models/messages.py" line="265"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="266"/>
+        <location filename="../../grabbergui/models/messages.py" line="268"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="271"/>
+        <location filename="../../grabbergui/models/messages.py" line="273"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="265"/>
+        <location filename="../../grabbergui/models/messages.py" line="267"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -855,119 +873,124 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="225"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="226"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="225"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="226"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="235"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="235"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="303"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="305"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="308"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="310"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="314"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="316"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="317"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="271"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="284"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="173"/>
+        <source>an input</source>
+        <translation>una entrada</translation>
     </message>
 </context>
 <context>
@@ -1021,237 +1044,237 @@ It {1}.</source>
 <context>
     <name>Drivers</name>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is lost: {0}</source>
         <translation>se perdió la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application, at {0}, took control of the camera</source>
         <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera took our control back; its heartbeat may have expired, or it has restarted</source>
         <translation>la cámara retiró el control; puede que expirase su heartbeat o que se haya reiniciado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was lost while it was opened</source>
         <translation>{0} se perdió mientras se abría</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is not open</source>
         <translation>{0} no está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was unplugged</source>
         <translation>{0} se desconectó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was not acknowledged within {1} s ({2} tries)</source>
         <translation>{0} no se confirmó en {1} s (intentos: {2})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} was not acknowledged within {1} s; the camera had asked for more time</source>
         <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} did not answer in time</source>
         <translation>{0} no respondió a tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} did not answer within {1} s</source>
         <translation>{0} no respondió en {1} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the device takes no commands; unplug it and plug it in again</source>
         <translation>el dispositivo no acepta órdenes; desconéctelo y vuelva a conectarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application at {0} controls {1}; close it there</source>
         <translation>otra aplicación en {0} controla {1}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application controls {0}; close it there</source>
         <translation>otra aplicación controla {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is in use by another application; close it there</source>
         <translation>otra aplicación usa {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is open for reading only; another application may control it</source>
         <translation>la cámara está abierta solo para lectura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera answers reads but not this write; another application may control it</source>
         <translation>la cámara responde a las lecturas pero no a esta escritura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera is served read-only</source>
         <translation>la cámara se sirve solo para lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is not there any more</source>
         <translation>{0} ya no existe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is {1} instead of {2}</source>
         <translation>{0} es {1} en lugar de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the camera did not answer for {0} s</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the target is not seen: bring it into the middle of the image first</source>
         <translation>no se ve el objetivo: llévelo primero al centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>only {0} of {1} views were possible: give the arm more room, or move the target</source>
         <translation>solo fueron posibles {0} de {1} vistas: dé más espacio al brazo o mueva el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one</source>
         <translation>solo {0} de {1} posturas muestran el objetivo y se quieren {2}: muévalo o use uno más pequeño</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>hand–eye calibration needs {0} views or more, not {1}</source>
         <translation>la calibración mano-ojo necesita {0} vistas o más, no {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the views differ too little: turn camera or target about two axes between them</source>
         <translation>las vistas se diferencian muy poco: gire la cámara o el objetivo sobre dos ejes entre ellas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the views contradict one another: check the target&apos;s size and the calibration</source>
         <translation>las vistas se contradicen: compruebe el tamaño del objetivo y la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>no image came within {0} s: check camera and cable</source>
         <translation>no llegó ninguna imagen en {0} s: compruebe la cámara y el cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>there is no camera to look with</source>
         <translation>no hay cámara con la que mirar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the robot is stopped: {0}</source>
         <translation>el robot está parado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} does not report its joints</source>
         <translation>{0} no comunica sus articulaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} does not report the angles of its arm</source>
         <translation>{0} no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} no longer reports the angles of its arm</source>
         <translation>{0} ya no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the head of {0} is not driven</source>
         <translation>la cabeza de {0} no está accionada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>the arm of {0} is not driven</source>
         <translation>el brazo de {0} no está accionado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>this is a dry run, in which the robot does not move: start without --dry-run</source>
         <translation>esto es una prueba en la que el robot no se mueve: arranque sin --dry-run</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>it would be outside the workspace</source>
         <translation>quedaría fuera del espacio de trabajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>it would leave the workspace ({0})</source>
         <translation>saldría del espacio de trabajo ({0})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} would come within {1} mm of {2}</source>
         <translation>{0} se acercaría a {1} mm de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>a pitch of {0} m must be more than the markers&apos; size, {1} m, or they would overlap</source>
         <translation>un paso de {0} m debe ser mayor que el tamaño de los marcadores, {1} m, o se solaparían</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>two poses explain it</source>
         <translation>dos posturas lo explican</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>it is seen edge-on</source>
         <translation>se ve de canto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>its corners are no square&apos;s</source>
         <translation>sus esquinas no son las de un cuadrado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>this program controls {0} already; close it first</source>
         <translation>este programa ya controla {0}; ciérrela primero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application took exclusive control of the camera</source>
         <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>another application has exclusive control of the camera at {0}; close it there</source>
         <translation>otra aplicación tiene el control exclusivo de la cámara en {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0}: its USB bus has too little bandwidth left; choose a smaller size, MJPG or a lower rate, or plug it in elsewhere</source>
         <translation>{0}: a su bus USB le queda poco ancho de banda; elija un tamaño menor, MJPG o una frecuencia más baja, o conéctela en otro puerto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="67"/>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>{0} is set to {1}, which cannot be shown; choose another PixelFormat</source>
         <translation>{0} está en {1}, que no se puede mostrar; elija otro PixelFormat</translation>
     </message>
@@ -1264,102 +1287,102 @@ It {1}.</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="79"/>
+        <location filename="../../grabbergui/models/error_text.py" line="80"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="85"/>
+        <location filename="../../grabbergui/models/error_text.py" line="86"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="89"/>
+        <location filename="../../grabbergui/models/error_text.py" line="90"/>
         <source>{0} does not take this value; allowed: {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="91"/>
+        <location filename="../../grabbergui/models/error_text.py" line="92"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="101"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="102"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="104"/>
+        <location filename="../../grabbergui/models/error_text.py" line="105"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="106"/>
+        <location filename="../../grabbergui/models/error_text.py" line="107"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="112"/>
+        <location filename="../../grabbergui/models/error_text.py" line="113"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="97"/>
+        <location filename="../../grabbergui/models/error_text.py" line="98"/>
         <source>{0} may be another camera than the one you named: {1}</source>
         <translation>{0} puede no ser la cámara que indicó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="73"/>
+        <location filename="../../grabbergui/models/error_text.py" line="74"/>
         <source>; and {0} more</source>
         <translation>; y {0} más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="62"/>
+        <location filename="../../grabbergui/models/error_text.py" line="63"/>
         <source>set as before</source>
         <translation>ajustada como antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="64"/>
+        <location filename="../../grabbergui/models/error_text.py" line="65"/>
         <source>but not as before: {0}</source>
         <translation>pero no como antes: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="66"/>
+        <location filename="../../grabbergui/models/error_text.py" line="67"/>
         <source>; changed meanwhile, not by us: {0}</source>
         <translation>; cambiado entretanto, no por nosotros: {0}</translation>
     </message>
@@ -1522,102 +1545,102 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="150"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="149"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="154"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="153"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="155"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="157"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="159"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="166"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="165"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="167"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="170"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="176"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="175"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="178"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="177"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="182"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="181"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="192"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="192"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="204"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="212"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="214"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="216"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="215"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="208"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="207"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="152"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="151"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="170"/>
         <source>1 byte of text</source>
         <translation>texto de 1 byte</translation>
     </message>
@@ -1701,17 +1724,17 @@ It {1}.</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="327"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="323"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="360"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="356"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="372"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
         <source>no images come from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
@@ -1894,22 +1917,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="154"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="162"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="181"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="187"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -3477,7 +3500,7 @@ It {1}.</source>
 <context>
     <name>Messages</name>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="212"/>
+        <location filename="../../grabbergui/models/messages.py" line="214"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
@@ -3485,7 +3508,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="213"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="212"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -3817,12 +3840,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="250"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="252"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="232"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="234"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -3868,62 +3891,62 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="192"/>
+        <location filename="../../grabbergui/models/recording.py" line="194"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="184"/>
+        <location filename="../../grabbergui/models/recording.py" line="186"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="180"/>
+        <location filename="../../grabbergui/models/recording.py" line="182"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="194"/>
+        <location filename="../../grabbergui/models/recording.py" line="196"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="194"/>
+        <location filename="../../grabbergui/models/recording.py" line="196"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="199"/>
+        <location filename="../../grabbergui/models/recording.py" line="201"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="186"/>
+        <location filename="../../grabbergui/models/recording.py" line="188"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="152"/>
+        <location filename="../../grabbergui/models/recording.py" line="154"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="155"/>
+        <location filename="../../grabbergui/models/recording.py" line="157"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="158"/>
+        <location filename="../../grabbergui/models/recording.py" line="160"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="158"/>
+        <location filename="../../grabbergui/models/recording.py" line="160"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="161"/>
+        <location filename="../../grabbergui/models/recording.py" line="163"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -4181,27 +4204,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="375"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="376"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="375"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="376"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="409"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="410"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="274"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="275"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="357"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="358"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4425,42 +4448,42 @@ It {1}.</source>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="147"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="148"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="243"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="245"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="283"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="285"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="287"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="289"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="259"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="261"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="220"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="222"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="160"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="162"/>
         <source>interrupted: {0}</source>
         <translation>interrumpido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="215"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="217"/>
         <source>the camera was lost during this write: it has either value</source>
         <translation>la cámara se perdió durante esta escritura: tiene uno de los dos valores</translation>
     </message>
@@ -4800,7 +4823,7 @@ It {1}.</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
@@ -4810,72 +4833,72 @@ It {1}.</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="291"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="290"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="293"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="292"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="324"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="327"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="325"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="326"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="327"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="333"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="289"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="288"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
     </message>
@@ -4883,32 +4906,32 @@ It {1}.</source>
 <context>
     <name>Sources</name>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="51"/>
+        <location filename="../../grabbergui/models/sources.py" line="52"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="56"/>
+        <location filename="../../grabbergui/models/sources.py" line="57"/>
         <source>lost, reconnecting</source>
         <translation>perdida, reconectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="58"/>
+        <location filename="../../grabbergui/models/sources.py" line="59"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="60"/>
+        <location filename="../../grabbergui/models/sources.py" line="61"/>
         <source>added by hand</source>
         <translation>añadida a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="68"/>
+        <location filename="../../grabbergui/models/sources.py" line="69"/>
         <source>Simulated</source>
         <translation>Simulada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="69"/>
+        <location filename="../../grabbergui/models/sources.py" line="70"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
@@ -4932,77 +4955,77 @@ It {1}.</source>
 <context>
     <name>Status</name>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <location filename="../../grabbergui/models/status.py" line="133"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <location filename="../../grabbergui/models/status.py" line="134"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <location filename="../../grabbergui/models/status.py" line="135"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <location filename="../../grabbergui/models/status.py" line="136"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <location filename="../../grabbergui/models/status.py" line="137"/>
         <source>Starting</source>
         <translation>Arrancando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <location filename="../../grabbergui/models/status.py" line="138"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <location filename="../../grabbergui/models/status.py" line="139"/>
         <source>Playing</source>
         <translation>Reproduciendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <location filename="../../grabbergui/models/status.py" line="140"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <location filename="../../grabbergui/models/status.py" line="141"/>
         <source>Waiting for trigger</source>
         <translation>Esperando disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="143"/>
+        <location filename="../../grabbergui/models/status.py" line="142"/>
         <source>No frame for {0:.0f} s</source>
         <translation>Sin imagen desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="144"/>
+        <location filename="../../grabbergui/models/status.py" line="143"/>
         <source>Lost for {0:.0f} s</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="164"/>
+        <location filename="../../grabbergui/models/status.py" line="163"/>
         <source>{0} fps</source>
         <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="166"/>
+        <location filename="../../grabbergui/models/status.py" line="165"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="175"/>
+        <location filename="../../grabbergui/models/status.py" line="174"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="177"/>
+        <location filename="../../grabbergui/models/status.py" line="176"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>
@@ -5010,47 +5033,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="304"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="305"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="349"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="349"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="354"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="355"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="356"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="357"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="358"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="359"/>
         <source>The picture goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="389"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="390"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="391"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="392"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="392"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="393"/>
         <source>frames come when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5111,62 +5134,62 @@ It {1}.</source>
 <context>
     <name>StreamHealth</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="87"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="86"/>
         <source>more arrives than this computer can take</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="112"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="111"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="117"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
         <source>Frames dropped because they were not taken in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="120"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
         <source>1 lost</source>
         <translation>1 perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
         <source>{0} lost</source>
         <translation>{0} perdidas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>1 incomplete</source>
         <translation>1 incompleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>{0} incomplete</source>
         <translation>{0} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="97"/>
         <source>{0:.1%} resent</source>
         <translation>{0:.1%} reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
         <source>1 resent</source>
         <translation>1 reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="123"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="122"/>
         <source>All waiting packets discarded: {0}×; choose larger packets or a lower frame rate</source>
         <translation>Descartados todos los paquetes en espera: {0}×; elija paquetes más grandes o una frecuencia más baja</translation>
     </message>
@@ -5187,7 +5210,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="348"/>
+        <location filename="../../grabbergui/models/tuning.py" line="351"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -5242,32 +5265,32 @@ It {1}.</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="310"/>
+        <location filename="../../grabbergui/models/one_push.py" line="309"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="316"/>
+        <location filename="../../grabbergui/models/one_push.py" line="315"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="321"/>
+        <location filename="../../grabbergui/models/one_push.py" line="320"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="354"/>
+        <location filename="../../grabbergui/models/one_push.py" line="353"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="364"/>
+        <location filename="../../grabbergui/models/tuning.py" line="367"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="368"/>
+        <location filename="../../grabbergui/models/tuning.py" line="371"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
@@ -5297,7 +5320,7 @@ It {1}.</source>
         <translation>Todo lo oscuro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría menos luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="324"/>
+        <location filename="../../grabbergui/models/one_push.py" line="323"/>
         <source>the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted; choose a grey one, in another light</source>
         <translation>la región apenas tiene verde ({0:.1%} del blanco), al que se ajustan el rojo y el azul; elija una gris, con otra luz</translation>
     </message>
@@ -5555,7 +5578,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="307"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="312"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>

@@ -8,6 +8,7 @@ from fakes import ScriptedGrabber
 from grabbergui.core.errors import TransportError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.models import language
 from grabbergui.models.diagnosis import WINDOW, CameraFacts, Health, HealthMeter, Observation, Stage, diagnose
 
 BEFORE = {"frames": 100, "packets": 100_000}
@@ -125,7 +126,7 @@ def test_frames_that_are_not_painted():
     assert diagnose(replace(RUNNING, painted=0, mean=None)).stage is Stage.DISPLAY
 
 
-def test_facts_are_read_under_the_names_that_the_camera_has():
+def test_facts_are_read_under_the_names_that_the_camera_has(monkeypatch):
     def feature(name, value, kind=FeatureKind.INTEGER, unit=""):
         return Feature(name=name, kind=kind, value=value, access=AccessMode.READ_WRITE, unit=unit)
 
@@ -142,4 +143,6 @@ def test_facts_are_read_under_the_names_that_the_camera_has():
     assert CameraFacts.read(grabber) == CameraFacts("Line1", 50010, 1400, "12.5 µs", 0.25)
     grabber.failures["TriggerSource"] = TransportError("no answer")
     assert CameraFacts.read(grabber).trigger_source == "an input"
+    monkeypatch.setattr(language, "_translator", lambda context, text: f"<{text}>")
+    assert CameraFacts.read(grabber).trigger_source == "<an input>"
     assert CameraFacts.read(ScriptedGrabber()) == CameraFacts()

@@ -19,10 +19,11 @@ from PyQt5.QtWidgets import (
     QMenu,
     QPushButton,
     QToolButton,
+    QToolTip,
     QWidget,
 )
 
-from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue
+from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue, Representation
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.numbers import nearest_allowed
 from grabbergui.models.features.shown import access_text, coded_text, parse_coded, value_text
@@ -118,6 +119,11 @@ class ReadingLabel(FeatureEditor):
         self.label.setText(value_text(feature))
 
 
+def show_hint(widget: QWidget, text: str) -> None:
+    """Show a hint below a widget, for as long as a tooltip stays."""
+    QToolTip.showText(widget.mapToGlobal(widget.rect().bottomLeft()), text, widget)
+
+
 class TextEditor(FeatureEditor):
     """A line edit for a string; Enter or leaving takes the typed text, Escape discards it."""
 
@@ -152,7 +158,7 @@ class TextEditor(FeatureEditor):
         return "" if feature.value is None else str(feature.value)
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
-        """Return the typed text as a value. Raises ValueError."""
+        """Return the typed text as a value. Raises ValueError with the reason as display text."""
         return text
 
     def _show(self) -> None:
@@ -172,8 +178,8 @@ class TextEditor(FeatureEditor):
             return
         try:
             value = self.value_of(self._feature, self.line.text())
-        except ValueError:
-            pass
+        except ValueError as error:
+            show_hint(self.line, str(error))
         else:
             if value != self._feature.value:
                 self.valueEdited.emit(value)
@@ -198,7 +204,17 @@ class CodedNumberEditor(TextEditor):
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
         """Return the nearest allowed integer."""
-        return nearest_allowed(feature, parse_coded(text, feature.representation))
+        try:
+            number = parse_coded(text, feature.representation)
+        except ValueError:
+            if feature.representation is Representation.IPV4_ADDRESS:
+                hint = self.tr("“{0}” is not an IPv4 address")
+            elif feature.representation is Representation.MAC_ADDRESS:
+                hint = self.tr("“{0}” is not a MAC address")
+            else:
+                hint = self.tr("“{0}” is not a number")
+            raise ValueError(hint.format(text)) from None
+        return nearest_allowed(feature, number)
 
 
 # -- choices -------------------------------------------------------------------------------------

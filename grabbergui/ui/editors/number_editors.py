@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShowEvent, QValidator
-from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QToolTip, QWidget
+from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QWidget
 
 from grabbergui.core.features import Feature
 from grabbergui.models.features.numbers import (
@@ -23,7 +23,7 @@ from grabbergui.models.features.numbers import (
     typed_unit,
     without_shown_unit,
 )
-from grabbergui.ui.editors.feature_editor import FeatureEditor
+from grabbergui.ui.editors.feature_editor import FeatureEditor, show_hint
 from grabbergui.ui.editors.value_slider import ValueSlider
 from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
@@ -209,8 +209,7 @@ class NumberField(QAbstractSpinBox):
         try:
             number = nearest_allowed(self._feature, self._typed_number(self._feature))
         except (ValueError, OverflowError):
-            below = self.mapToGlobal(self.rect().bottomLeft())
-            QToolTip.showText(below, self.tr("“{0}” is not a number").format(self._line.text()), self)
+            show_hint(self, self.tr("“{0}” is not a number").format(self._line.text()))
             self._stop_typing()
         else:
             self._typing = False

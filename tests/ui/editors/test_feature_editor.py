@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from PyQt5.QtCore import QPoint, QPointF, Qt
 from PyQt5.QtGui import QWheelEvent
-from PyQt5.QtWidgets import QApplication, QLabel
+from PyQt5.QtWidgets import QApplication, QLabel, QToolTip
 from sample_features import (
     ADDRESS,
     BIT,
@@ -129,6 +129,28 @@ def test_an_address_is_typed_as_an_address(take, qtbot):
     qtbot.keyClicks(line, "10.0.0.999")
     qtbot.keyClick(line, Qt.Key_Return)
     assert hand.values == [0x0A000001]
+
+
+@pytest.mark.parametrize(
+    ("representation", "typed", "hint"),
+    [
+        (R.IPV4_ADDRESS, "10.0.0.999", "“10.0.0.999” is not an IPv4 address"),
+        (R.MAC_ADDRESS, "00:11:22", "“00:11:22” is not a MAC address"),
+        (R.HEX_NUMBER, "0xfg", "“0xfg” is not a number"),
+    ],
+)
+def test_a_mistyped_address_or_hexadecimal_number_is_discarded_with_a_hint(
+    take, qtbot, monkeypatch, representation, typed, hint
+):
+    hints = []
+    monkeypatch.setattr(QToolTip, "showText", lambda place, text, widget: hints.append(text))
+    hand = take(replace(ADDRESS, representation=representation))
+    line = hand.editor.line
+    before = line.text()
+    line.selectAll()
+    qtbot.keyClicks(line, typed)
+    qtbot.keyClick(line, Qt.Key_Return)
+    assert (hints, hand.values, line.text()) == ([hint], [], before)
 
 
 def wheel(widget):
