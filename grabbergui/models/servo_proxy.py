@@ -47,7 +47,7 @@ CONFIRMATION_TIMEOUT = 0.5
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 NOT_ANSWERING = "the window does not answer"
-STOPPED_AGAIN = "stopped in the window"
+STOPPED = "stopped in the window"
 HAND_EYE = "stopped to calibrate hand and eye"
 
 
@@ -131,7 +131,7 @@ class RunnerServer:
         self._confirming = threading.Lock()
         self._starting = threading.Lock()
         self._stops = 0
-        "Number of stops that the window requested."
+        "Number of stops so far, the window's end included. An earlier start must not let the robot move."
         self._last_heartbeat: float | None = None
         self._not_answering = False
         self._threads = [
@@ -148,6 +148,7 @@ class RunnerServer:
 
     def close(self) -> None:
         """Stop sending reports; the threads end with the window. May be called twice."""
+        self._stops += 1
         self.closed.set()
         with self._starting:
             pass  # a loop that is being started runs before its owner stops it
@@ -225,9 +226,11 @@ class RunnerServer:
             elif request.kind is RequestKind.IMAGE_TAKEN:
                 self._taken = True
             elif request.kind is RequestKind.CLOSED:  # the process that showed the window stops the run
+                self._stops += 1
                 self.closed.set()
         self._last_heartbeat = None
         if not self.closed.is_set():
+            self._stops += 1
             self._runner.emergency_stop(CLOSED)
         self.closed.set()
 
@@ -237,7 +240,7 @@ class RunnerServer:
             self._confirmed = max(self._confirmed, request.number)
 
     def _start(self, stops: int) -> None:
-        """Start a loop that has ended, and let the robot move unless the window requested another stop."""
+        """Start a loop that has ended, and let the robot move unless a stop came since."""
         runner = self._runner
         with self._starting:
             if self.closed.is_set():
@@ -248,7 +251,7 @@ class RunnerServer:
             # Starting a loop takes a while.
             why_not = runner.resume() if self._stops == stops else ""
         if self._stops != stops:
-            runner.emergency_stop(STOPPED_AGAIN)
+            runner.emergency_stop(STOPPED)
         elif why_not:
             self._failures.append(why_not)
 

@@ -96,7 +96,9 @@ class Runner:
 
     def _start(self) -> None:
         # A collection among all of the program's objects takes as long as an image: 14 to 33 ms.
-        self._froze = gc.get_freeze_count() < FEW_FROZEN  # otherwise `unfreeze` would undo another's freeze
+        # If automatic collection is off, another part of the program collects: a window on its own thread.
+        # Beyond `FEW_FROZEN`, `unfreeze` would undo another's freeze.
+        self._froze = gc.isenabled() and gc.get_freeze_count() < FEW_FROZEN
         if self._froze:
             gc.collect()
             gc.freeze()

@@ -159,20 +159,54 @@ def test_start_ends_a_stop_and_a_refusal_is_reported(pair, monkeypatch):
     until(lambda: pair.failures == ["the guardian has ended"])
 
 
-def test_a_stop_while_the_loop_starts_keeps_the_robot_still(pair, monkeypatch):
+@pytest.fixture
+def starting(pair, monkeypatch):
+    """The loop is being started; returns a function that lets it start, and waits for the end of that."""
     begun, proceed = threading.Event(), threading.Event()
 
     def start_slowly():
         begun.set()
         assert proceed.wait(PATIENCE)
 
+    def finish():
+        proceed.set()
+        until(lambda: not any(thread.name == "start" for thread in threading.enumerate()))
+
     monkeypatch.setattr(pair.runner, "start", start_slowly)
     pair.proxy.resume()
     assert begun.wait(PATIENCE)
-    pair.proxy.emergency_stop("stopped in the window")
+    yield finish
     proceed.set()
-    until(lambda: not any(thread.name == "start" for thread in threading.enumerate()))
+
+
+def test_a_stop_while_the_loop_starts_keeps_the_robot_still(pair, starting):
+    pair.proxy.emergency_stop("stopped in the window")
+    starting()
     assert pair.runner.gate.halted == "stopped in the window"
+
+
+def test_a_window_that_dies_while_the_loop_starts_keeps_the_robot_still(pair, starting):
+    pair.kill_window()
+    assert pair.server.closed.wait(PATIENCE)
+    starting()
+    assert pair.runner.gate.halted
+
+
+def test_a_window_closed_while_the_loop_starts_keeps_the_robot_still(pair, starting):
+    pair.proxy._request(servo_proxy.Request(servo_proxy.RequestKind.CLOSED))
+    assert pair.server.closed.wait(PATIENCE)
+    starting()
+    assert pair.runner.gate.halted
+
+
+def test_an_interruption_while_the_loop_starts_keeps_the_robot_still(pair, starting):
+    pair.runner.emergency_stop("interrupted")
+    closing = threading.Thread(target=pair.server.close)
+    closing.start()
+    assert pair.server.closed.wait(PATIENCE)
+    starting()
+    closing.join(PATIENCE)
+    assert pair.runner.gate.halted
 
 
 def test_tuning_reaches_the_loop(pair):

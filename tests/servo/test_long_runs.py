@@ -4,6 +4,7 @@ import gc
 import threading
 import time
 import types
+import weakref
 
 import numpy as np
 import pytest
@@ -133,6 +134,16 @@ def test_a_run_frees_every_trigger_though_somebody_else_moves_their_selector(cam
             camera.stop()
 
 
+@pytest.fixture
+def collection():
+    """Automatic garbage collection, which the application of other tests may have disabled."""
+    automatic = gc.isenabled()
+    gc.enable()
+    yield
+    (gc.enable if automatic else gc.disable)()
+
+
+@pytest.mark.usefixtures("collection")
 @pytest.mark.parametrize("before", [False, True], ids=["nothing frozen", "frozen before"])
 def test_a_run_freezes_what_is_there_and_leaves_what_somebody_else_has_frozen(camera, before):
     one = Runner(camera, RecordingRobot(), lambda frame: Detector(types.SimpleNamespace(detect=lambda _: [])))
@@ -144,6 +155,31 @@ def test_a_run_freezes_what_is_there_and_leaves_what_somebody_else_has_frozen(ca
         assert gc.get_freeze_count() > runner.FEW_FROZEN
         one.stop()
         assert (gc.get_freeze_count() > runner.FEW_FROZEN) is before
+    finally:
+        one.stop()
+        set_aside_what_stays()
+
+
+class Cycle:
+    """Refers to itself."""
+
+    def __init__(self):
+        self.itself = self
+
+
+@pytest.mark.usefixtures("collection")
+def test_a_run_leaves_garbage_to_a_program_that_collects_by_itself(camera):
+    """One with a window collects in the GUI thread only: see decision 16."""
+    one = Runner(camera, RecordingRobot(), lambda frame: Detector(types.SimpleNamespace(detect=lambda _: [])))
+    gc.unfreeze()
+    gc.disable()
+    cycle = Cycle()
+    alive, frozen = weakref.ref(cycle), gc.get_freeze_count()
+    del cycle
+    try:
+        one.start()
+        assert alive() is not None
+        assert gc.get_freeze_count() == frozen
     finally:
         one.stop()
         set_aside_what_stays()

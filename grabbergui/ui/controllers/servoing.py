@@ -223,7 +223,7 @@ class ServoController(QObject):
         self._may_start = True
         "Whether it may be: not while hand and eye are calibrated, nor after `close`."
         self._stops = 0
-        "Number of stops that the user requested."
+        "Number of stops so far, `close` included. An earlier start must not let the robot move."
         self._restart: threading.Thread | None = None
         window.setHandEyeAvailable(stand is not None or runner.calibrates_hand_eye)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
@@ -249,6 +249,7 @@ class ServoController(QObject):
         """Release the runner. May be called twice."""
         self._timer.stop()
         self._may_start = False
+        self._stops += 1
         if self.calibrating is not None:
             self.calibrating.reject()
         if self.hand_eye is not None:
