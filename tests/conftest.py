@@ -75,8 +75,8 @@ def pytest_runtest_teardown() -> Iterator[None]:
     qt = sys.modules.get("PyQt5.QtCore")
     if qt is not None and (app := qt.QCoreApplication.instance()) is not None:
         qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.DeferredDelete)
-        garbage = sys.modules["grabbergui.ui.garbage"]
-        app.findChild(garbage.GuiThreadCollector).collect()
+        gui_thread = sys.modules["grabbergui.ui.gui_thread"]
+        app.findChild(gui_thread.GuiThreadCollector).collect()
 
 
 @pytest.fixture(scope="session")

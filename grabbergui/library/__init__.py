@@ -19,7 +19,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.library.camera import Camera
-from grabbergui.library.closing import await_collected
+from grabbergui.library.lifetime import await_collected
 
 AccessName = Literal["control", "monitor", "take over"]
 

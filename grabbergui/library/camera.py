@@ -25,10 +25,9 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
-from grabbergui.library.closing import Closing
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
-from grabbergui.library.stream_use import StreamUse
+from grabbergui.library.lifetime import Closing, StreamUse
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture

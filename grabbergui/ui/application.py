@@ -32,7 +32,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.language import set_translator
-from grabbergui.ui.garbage import GuiThreadCollector
+from grabbergui.ui.gui_thread import GuiThreadCollector
 from grabbergui.ui.theme import Theme, window_icon
 
 qt_log = logging.getLogger("Qt")
