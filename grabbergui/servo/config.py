@@ -191,6 +191,9 @@ class ArmConfig:
             high = low.replace("_low", "_high")
             if not getattr(self, low) < getattr(self, high):
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
+        for name in ("fastest", "fastest_turn"):
+            if not getattr(self, name):
+                raise UsageError(f"[arm] {name} is 0, so the arm could not move; allowed: more than 0")
         if self.follow > MOST_FOLLOW:
             raise UsageError(f"[arm] follow of {self.follow:g} m/s; allowed: 0 (off) to {MOST_FOLLOW:g}")
 

@@ -415,6 +415,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[head]\ngain fast", "not a number"),
         ("[head]\ngain nan", "finite"),
         ("[arm]\nfastest -1", "not negative"),
+        ("[arm]\nfastest_turn 0", "the arm could not move"),
         ("[head]\nmode jump", "velocity, direct and steps"),
         ("[head]\nstart 0.01", "never rest"),
         ("[safety]\npicture_timeout 0.5", "too long"),
