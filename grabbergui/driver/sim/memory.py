@@ -258,16 +258,19 @@ class DescribedRegisters:
     """The registers in `camera.xml`, by the name of their feature."""
 
     def __init__(
-        self, power_on: Mapping[str, PowerOn], largest: Mapping[str, float], saved: Container[str]
+        self,
+        power_on: Mapping[str, PowerOn],
+        limits: Mapping[str, tuple[float | None, float]],
+        saved: Container[str],
     ) -> None:
         """Read the description.
 
-        `power_on`: what registers hold after power-on, by feature; others hold 0, or no text. `largest`: the
-        largest values if the description computes them or has none. `saved`: features in user sets in
-        addition to those marked Streamable.
+        `power_on`: what registers hold after power-on, by feature; others hold 0, or no text. `limits`: the
+        smallest and largest values if the description computes them or has none. `saved`: features in user
+        sets in addition to those marked Streamable.
         """
         self._power_on = power_on
-        self._largest = largest
+        self._limits = limits
         self._saved = saved
         root = ElementTree.fromstring(camera_xml())
         self._nodes = {node.get("Name", ""): node for node in root}
@@ -322,8 +325,9 @@ class DescribedRegisters:
         # A feature that is converted from its register (Gain from GainRaw) has no bearing on its range.
         feature = self._feature_of.get(name + _SUFFIX, node)
         minimum, maximum = self._limit(feature, "Min"), self._limit(feature, "Max")
-        if name in self._largest:
-            minimum, maximum = minimum or 0.0, self._largest[name]
+        if name in self._limits:
+            smallest, maximum = self._limits[name]
+            minimum = minimum or smallest or 0.0
         if default is None:
             default = "" if kind is Kind.STRING else 0
         return Register(

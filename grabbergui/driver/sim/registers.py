@@ -24,6 +24,8 @@ FRAME_OVERHEAD_US = 100.0
 "Time between the readouts of two frames."
 EXPOSURE_OVERHEAD_US = 20.0
 "Time between two exposures."
+SLOWEST_RATE = 0.5
+"Hz, on a link that is fast enough."
 FASTEST_RATE = 1000.0
 "Frames per second that are never exceeded."
 
@@ -259,15 +261,16 @@ _POWER_ON: dict[str, PowerOn] = {
     "PtpStatus": PtpStatus.DISABLED,
 }
 """Contents of registers after power-on, by feature and, with a selector, by entry. Others hold 0."""
-_LARGEST = {
-    "Width": SENSOR_WIDTH,
-    "Height": SENSOR_HEIGHT,
-    "OffsetX": SENSOR_WIDTH,
-    "OffsetY": SENSOR_HEIGHT,
-    "AcquisitionFrameRate": FASTEST_RATE,
-    "GainRaw": 2400,
+_LIMITS = {
+    "Width": (None, SENSOR_WIDTH),
+    "Height": (None, SENSOR_HEIGHT),
+    "OffsetX": (None, SENSOR_WIDTH),
+    "OffsetY": (None, SENSOR_HEIGHT),
+    "AcquisitionFrameRate": (SLOWEST_RATE, FASTEST_RATE),
+    "GainRaw": (None, 2400),
 }
-"""Of features whose maximum the description computes, or that it converts."""
+"""Smallest and largest value of features whose limits the description computes, or that it converts. None:
+the description's, or 0."""
 _SAVED = {
     "DeviceTemperatureSelector",
     "TriggerSelector",
@@ -280,7 +283,7 @@ _SAVED = {
 }
 """Features in user sets in addition to those marked Streamable."""
 
-_described = DescribedRegisters(_POWER_ON, _LARGEST, _SAVED)
+_described = DescribedRegisters(_POWER_ON, _LIMITS, _SAVED)
 ALL: tuple[Register, ...] = tuple(_described)
 "Every register."
 _one, _each = _described.one, _described.each
