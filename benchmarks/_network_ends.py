@@ -48,7 +48,7 @@ class Served:
 
 
 def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
-    """Share a camera on both networks until told to end.
+    """Share a camera on both networks until `"end"` arrives.
 
     Answers `("size", width, height, rate)` with what size it became, `"begin"` with nothing, and `"end"` with
     a `Served`.

@@ -23,7 +23,7 @@ Bytes = bytes | bytearray | memoryview
 
 
 class HeaderType(IntEnum):
-    """The kinds of header. The high byte of a part's kind tells its number of dimensions."""
+    """The kinds of header. The high byte of a part's kind is its number of dimensions."""
 
     CONTAINER = 0x1000
     COMPONENT = 0x2000

@@ -44,7 +44,7 @@ class Outcome(Enum):
     "The camera has no such feature."
     CANCELLED = "cancelled"
     NOT_WRITTEN = "not written"
-    "The camera was lost before, or while it was written; the reason tells which."
+    "The camera was lost before, or while it was written; the reason says which."
 
 
 PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
@@ -136,7 +136,7 @@ def load_onto(
     Equal values are not written; selectors are restored. A running stream is stopped for the writes and
     started again with the set's trigger modes. With `dry_run` only selectors are moved. With `cancelled` set,
     the remaining settings are reported as cancelled; rolling back restores the others. If the camera is lost,
-    the report tells which settings were written before. Raises AccessDeniedError without control, and
+    the report lists the settings that were written before. Raises AccessDeniedError without control, and
     TransportError from a dry run.
     """
     cancelled = cancelled or threading.Event()

@@ -128,7 +128,7 @@ Outcome = list[tuple[int, bool, int, bytes]]
 "Of each block its id, whether it is complete, how many bytes are missing, and the payload."
 
 
-def taken_both_ways(*batches: list[bytes], **options: object) -> tuple[Bench, Outcome]:
+def check_rows_and_singles_agree(*batches: list[bytes], **options: object) -> tuple[Bench, Outcome]:
     """Feed packets singly to one assembler, as rows to another; the results are equal. Return the other."""
     one, other = (Bench(deliver_incomplete=True, buffers=100, **options) for _ in range(2))  # type: ignore[arg-type]
     done: dict[Bench, list[Block]] = {one: [], other: []}
@@ -182,7 +182,7 @@ def test_unusual_rows_are_as_good_as_single_packets(extended: bool, order: int) 
         full(range(3, 7), kind=9, extended=extended),
     ):
         for before in ([leader], [leader, rest[0]], rest[:1], []):
-            taken_both_ways(before, odd[::order], [*rest, trailer])
+            check_rows_and_singles_agree(before, odd[::order], [*rest, trailer])
 
 
 @pytest.mark.parametrize("order", [1, -1], ids=["in order", "backwards"])
@@ -190,7 +190,7 @@ def test_unusual_rows_are_as_good_as_single_packets(extended: bool, order: int) 
 def test_rows_of_another_length_than_announced_are_followed(extended: bool, order: int) -> None:
     first, second = (block(block_id, extended=extended) for block_id in (1, 2))
     batches = (first[:2], first[2:LAST][::order], first[LAST:], second)
-    bench, outcome = taken_both_ways(*batches, stride=STRIDE + 36)
+    bench, outcome = check_rows_and_singles_agree(*batches, stride=STRIDE + 36)
     assert outcome == [(1, True, 0, picture(1)), (2, True, 0, picture(2))]
     assert bench.assembler.stride == STRIDE
 
@@ -209,9 +209,9 @@ def test_after_rows_it_is_known_what_is_missing_and_what_is_to_come() -> None:
 def test_rows_that_the_device_marks_as_sent_again_are_counted() -> None:
     sent = block(1)
     again = full((5, 3, 4, 8), status=0x100)
-    bench, _ = taken_both_ways([sent[0], *again])
+    bench, _ = check_rows_and_singles_agree([sent[0], *again])
     assert bench.statistics.packets_resent == 4
-    bench, _ = taken_both_ways([*sent[:3], *again, *sent[9:]])
+    bench, _ = check_rows_and_singles_agree([*sent[:3], *again, *sent[9:]])
     assert bench.statistics.packets_resent == 4
 
 
@@ -240,4 +240,4 @@ def test_rows_are_as_good_as_single_packets(drawn: list, extended: bool) -> None
             datagrams += block(2, extended=extended)[first : first + count]
         else:
             datagrams.append(each)
-    taken_both_ways(datagrams)
+    check_rows_and_singles_agree(datagrams)
