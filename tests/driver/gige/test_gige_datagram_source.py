@@ -196,6 +196,29 @@ def test_as_many_packets_as_a_sender_joins_are_received_in_place() -> None:
 
 
 @linux_only
+def test_packets_without_a_known_place_are_read_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A trailer and a leader are read one by one, as joined packets may follow; packets sent again are not."""
+    bench = Bench(stride=16)
+    reads: list[int] = []
+    with ExitStack() as stack:
+        wire = Wire(stack, InPlaceSource)
+        slots = wire.source._slots  # type: ignore[attr-defined]
+        receive = slots.receive
+
+        def count(descriptor: int, begin: int, end: int) -> int:
+            reads.append(end - begin)
+            received: int = receive(descriptor, begin, end)
+            return received
+
+        monkeypatch.setattr(slots, "receive", count)
+        leader, *payload, _ = block(1, stride=16)
+        wire.send([*payload, leader])
+        (done,) = wire.drain(bench, len(payload) + 1)
+    assert is_picture(done)
+    assert reads.count(1) == batches.SHORT_DATAGRAMS and len(reads) < 10
+
+
+@linux_only
 def test_a_stream_out_of_order_is_not_received_in_place_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batches, "LONG", STRIDE)
     monkeypatch.setattr(batches, "LARGE", SIZE)

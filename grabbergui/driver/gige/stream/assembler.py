@@ -117,6 +117,9 @@ class BlockAssembler:
         `at` holds the indices of the rows to take in the order of arrival; None means all.
         """
         if at is None:
+            if len(rows) == 1:
+                self.receive(rows[0].data, now)
+                return
             if self._receive_in_order(rows, now):
                 return
             at = np.arange(len(rows))

@@ -36,6 +36,8 @@ MOST_DISORDER = 0.25
 "Share of the reads in place that may bring other packets than expected, as these cost more than others."
 DISORDER_PAUSE = 0.25
 "Seconds for which packets are not received in place after that."
+SHORT_DATAGRAMS = 3
+"Datagrams between the joined ones of two blocks, at most: a last packet, the trailer, the leader."
 
 
 class BatchSource(PacedSource):
@@ -59,6 +61,8 @@ class BatchSource(PacedSource):
         "Bytes of a datagram with payload, where the kernel joins packets to long ones."
         self._between_blocks = True
         "Whether short datagrams are expected: the trailer of one block, the leader of the next."
+        self._singles = 0
+        "Datagrams read one by one since the last that was received in place."
         self._disorder = 0.0
         "Share of the recent reads in place that brought other packets than expected."
         self._in_place_from = 0.0
@@ -100,7 +104,8 @@ class BatchSource(PacedSource):
             if in_place and (places := assembler.next_places()) is not None:
                 now, emptied = self._read_in_place(places, assembler, now)
             else:
-                now, emptied = self._read_into_slots(index, assembler, one=in_place and self._between_blocks)
+                one = in_place and self._between_blocks and self._singles < SHORT_DATAGRAMS
+                now, emptied = self._read_into_slots(index, assembler, one=one)
             if emptied:
                 return now
             if in_place and assembler.has_finished:
@@ -115,7 +120,7 @@ class BatchSource(PacedSource):
     def _read_in_place(self, places: Places, assembler: BlockAssembler, now: float) -> tuple[float, bool]:
         """Read packets of the block in progress; return the time, and whether the socket is empty."""
         received = self._in_place.receive(self._descriptors[0], places, assembler, now)
-        self._between_blocks = True
+        self._between_blocks, self._singles = True, 0
         if received.messages:
             self._usual_length += (received.bytes / received.messages - self._usual_length) / 8
             self._disorder += ((not received.in_order) - self._disorder) / 8
@@ -130,6 +135,7 @@ class BatchSource(PacedSource):
         now = time.monotonic()
         emptied = received < end - self._held
         self._held += received
+        self._singles += received if one else 0
         if received:
             self._newest = index
         if not emptied:

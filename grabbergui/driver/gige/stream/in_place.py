@@ -16,6 +16,7 @@ import os
 import socket
 import struct
 import sys
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,27 +96,40 @@ class InPlaceReader:
     def receive(self, descriptor: int, places: Places, assembler: BlockAssembler, now: float) -> Received:
         """Take waiting packets up to the end of the places, for the assembler. Raises OSError."""
         self._point_at(places)
-        messages, foreign, emptied = self._read(descriptor, places)
+        begin, pitch = places.first - 1, places.packet_length
+        ends, unexpected, foreign, emptied = self._read(descriptor, places)
         if foreign:
             assembler.ignore(foreign)
-        begin, pitch = places.first - 1, places.packet_length
-        full = sum(message.length // pitch for message in messages if message.packet_length == pitch)
+        full = ends[-1] - begin
+        if unexpected is not None and unexpected.packet_length == pitch:
+            full += unexpected.length // pitch
         full = min(full, len(places.lines) - begin)
         headers = self._headers[begin : begin + full]
         placed = assembler.receive_in_place(headers, places, now) if full else 0
-        displaced = [rest for message in messages if (rest := _behind(message, begin + placed, pitch))]
+        if unexpected is not None or begin + placed < ends[-1]:
+            messages = [Message(at, (end - at) * pitch, pitch) for at, end in pairwise(ends)]
+            messages += [unexpected] if unexpected is not None else []
+            self._hand_over_from(begin + placed, messages, places, assembler, now)
+        count, total = len(ends) - 1, (ends[-1] - begin) * pitch
+        if unexpected is not None:
+            count, total = count + 1, total + unexpected.length
+        return Received(total, count, placed == total // pitch, emptied)
+
+    def _hand_over_from(
+        self, end: int, messages: list[Message], places: Places, assembler: BlockAssembler, now: float
+    ) -> None:
+        """Hand over what lies in the places from index `end` on, which are not its own."""
+        displaced = [rest for message in messages if (rest := _behind(message, end, places.packet_length))]
         # All are copied before the first is handed over, which may overwrite the others.
         datagrams = [self._datagram(message, places) for message in displaced]
         for message, datagram in zip(displaced, datagrams, strict=True):
             hand_over_joined(assembler, datagram, message.packet_length, now)
-        total = sum(message.length for message in messages)
-        return Received(total, len(messages), placed == total // pitch, emptied)
 
-    def _read(self, descriptor: int, places: Places) -> tuple[list[Message], int, bool]:
+    def _read(self, descriptor: int, places: Places) -> tuple[list[int], Message | None, int, bool]:
         """Read until an unexpected message arrives, the places are full, or nothing waits.
 
-        Return the messages, of which only the last may be unexpected, how many datagrams were from strangers,
-        and whether nothing waits.
+        Return the index of the first place and that behind each expected message, the unexpected one if there
+        was one, how many datagrams were from strangers, and whether nothing waits.
         """
         call, message = self._call, ctypes.c_void_p(self._message.ctypes.data)
         vectors_at, vectors = self._vectors_at, self._vectors.ctypes.data
@@ -125,7 +139,7 @@ class InPlaceReader:
         headers, size = self._headers.data, self._headers.shape[1]
         standard = size == PacketHeader.STANDARD.size
         ending = (PacketFormat.PAYLOAD << 24 if standard else 0) + 1  # of the header of the first place
-        messages: list[Message] = []
+        ends = [at]
         foreign = 0
         for _ in range(MOST_MESSAGES):
             vectors_at.value = vectors + at * PLACE_VECTORS
@@ -135,19 +149,19 @@ class InPlaceReader:
                 code = ctypes.get_errno()
                 if code not in NO_DATAGRAM:
                     raise OSError(code, os.strerror(code))
-                return messages, foreign, True
+                return ends, None, foreign, True
             if source.value != device:
                 foreign += 1
                 continue
             joined = packet_length.value if control_length.value else length
-            messages.append(Message(at, length, joined))
             (found,) = HEADER_END.unpack_from(headers, (at + 1) * size - HEADER_END.size)
             if joined != pitch or length % pitch or found != ending + at:
-                break
+                return ends, Message(at, length, joined), foreign, False
             at += length // pitch
+            ends.append(at)
             if at >= end:
                 break
-        return messages, foreign, False
+        return ends, None, foreign, False
 
     def _datagram(self, message: Message, places: Places) -> NDArray[np.uint8]:
         """Return a copy of a message, collected from its places."""
