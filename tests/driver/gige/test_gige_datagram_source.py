@@ -197,7 +197,7 @@ def test_as_many_packets_as_a_sender_joins_are_received_in_place() -> None:
 
 @linux_only
 def test_packets_without_a_known_place_are_read_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A trailer and a leader are read one by one, as joined packets may follow; packets sent again are not."""
+    """A trailer and a leader are read singly, as joined packets may follow; packets sent again are not."""
     bench = Bench(stride=16)
     reads: list[int] = []
     with ExitStack() as stack:
