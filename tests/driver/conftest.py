@@ -1,13 +1,16 @@
-"""The virtual machine in which cameras meet the real drivers of a kernel."""
+"""A simulated camera, and the virtual machine in which cameras meet the real drivers of a kernel."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 import pytest
 from guest import Guest
 
 import isolation
+from grabbergui import sources
+from grabbergui.driver.camera import Camera
 
 
 @pytest.hookimpl(trylast=True)
@@ -28,3 +31,13 @@ def guest() -> Guest:
     if os.name != "posix":
         pytest.skip("the virtual machine is made by programs of Unix")
     return Guest(isolation.run_folder())
+
+
+@pytest.fixture
+def camera() -> Iterator[Camera]:
+    """Return an open simulated camera of small, fast images."""
+    grabber = sources.create("sim:?width=64&height=48&fps=100")
+    assert isinstance(grabber, Camera)
+    grabber.open()
+    yield grabber
+    grabber.close()

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
 from numpy.typing import NDArray
-from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.stream import batches, receiver, recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler

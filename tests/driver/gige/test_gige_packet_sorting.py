@@ -8,10 +8,10 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from block_bench import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block

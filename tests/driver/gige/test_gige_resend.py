@@ -8,7 +8,7 @@ import random
 
 import numpy as np
 import pytest
-from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
+from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader

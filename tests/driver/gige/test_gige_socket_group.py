@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from block_bench import LAST, Bench, block, ids, is_picture
 from numpy.typing import NDArray
-from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream import sockets
