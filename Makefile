@@ -24,7 +24,7 @@ setup-ros2: setup
 setup-servo: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[servo,faces]'
 
-# Without a display the same window runs offscreen for a few seconds and leaves its picture.
+# Without a display the same window runs offscreen for a few seconds and saves a screenshot.
 run: setup
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] || [ "$$(uname -s)" != Linux ]; then \
 	    $(BIN)/grabbergui; \
@@ -58,16 +58,16 @@ mutants: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check mutmut
 	$(BIN)/python scripts/mutants $(PACKAGE)
 
-# The pictures in docs/, made by the program itself.
+# The screenshots in docs/, made by the program itself.
 screenshots: setup
 	for theme in light dark; do \
 	    GRABBERGUI_INTERFACES=none $(BIN)/grabbergui gui --offscreen --theme $$theme --script scripts/screenshots.py || exit 1; \
 	done
 	for look in light: dark:-dark; do \
-	    picture=$${look#*:}.png; theme=$${look%%:*}; \
-	    QT_QPA_PLATFORM=offscreen $(BIN)/python scripts/servo_screenshot.py $$theme docs/images/servo$$picture && \
+	    image=$${look#*:}.png; theme=$${look%%:*}; \
+	    QT_QPA_PLATFORM=offscreen $(BIN)/python scripts/servo_screenshot.py $$theme docs/images/servo$$image && \
 	    QT_QPA_PLATFORM=offscreen $(BIN)/grabbergui calibrate sim:board --seconds 20 --theme $$theme \
-	        --screenshot docs/images/calibration$$picture || exit 1; \
+	        --screenshot docs/images/calibration$$image || exit 1; \
 	done
 
 # After a text has changed: resources/translations/*.ts anew, and the .qm that the program loads.

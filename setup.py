@@ -12,7 +12,7 @@ manual = [f"grabbergui.manual.{name}" for name in find_namespace_packages("docs"
 
 
 def description() -> str:
-    """Return the README without pictures, and relative links as plain text: both need the repository."""
+    """Return the README without images, and relative links as plain text: both need the repository."""
     text = Path(__file__).with_name("README.md").read_text("utf-8")
     text = re.sub(r"<picture>.*?</picture>\n*", "", text, flags=re.DOTALL)
     return re.sub(r"\[([^]]+)\]\((?!https?:)[^)]+\)", r"\1", text)

@@ -162,7 +162,7 @@ def power_lost() -> Outcome:
         f"a GigE Vision camera with {len(SETTINGS)} settings loses its power (its process gets SIGKILL)",
         f"{TIMES} times",
         f"the frames during the outage; {len(unlike)} settings other than before",
-        f"{max(waits):.1f} s at most from its power to pictures",
+        f"{max(waits):.1f} s at most from its power to images",
         not unlike and set(returns.back) == {"set as before"},
     )
 
@@ -273,7 +273,7 @@ timeout 60 {python} -m grabbergui grab file:{name} -n 25 --json
 def full_disk() -> Outcome:
     """Fill a disk in memory, in a mount namespace of its own. Needs root."""
     kept = []
-    for name in ("movie.mp4", "messages.mcap", "pictures"):
+    for name in ("movie.mp4", "messages.mcap", "images"):
         with tempfile.TemporaryDirectory() as disk:
             script = _RECORD_ON_FULL_DISK.format(
                 size=DISK_MEGABYTES,

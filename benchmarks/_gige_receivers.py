@@ -106,8 +106,8 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     window = MainWindow()
     program = Program(window, Preferences(None))
     painted: list[float] = []
-    window.picture.painted.connect(lambda: painted.append(time.monotonic()))
-    window.picture.painted.connect(lambda: app.quit() if len(painted) == 30 else None)
+    window.image.painted.connect(lambda: painted.append(time.monotonic()))
+    window.image.painted.connect(lambda: app.quit() if len(painted) == 30 else None)
     window.show()
     program.begin(f"gige:{ADDRESS}?packet_size={packet_size}")
     app.exec_()

@@ -113,7 +113,7 @@ def head(face: Face, yaw: float, pitch: float, light: Light, side: int) -> tuple
     return shown.astype(np.uint8), under > 0
 
 
-def picture(
+def scene(
     face: Face, yaw: float, pitch: float, light: Light, side: int, random: np.random.Generator
 ) -> tuple[Grey, tuple[float, float]]:
     """Return a 1080p image of a head somewhere before clouds, with noise, and the middle of the head."""

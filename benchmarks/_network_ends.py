@@ -116,7 +116,7 @@ class _Stamps:
 
 # -- the readers ---------------------------------------------------------------------------------------
 Arrivals = list[tuple[int, int]]
-"""Each picture's stamp and arrival."""
+"""Each image's stamp and arrival."""
 
 
 @dataclass(frozen=True)

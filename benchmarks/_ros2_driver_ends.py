@@ -38,7 +38,7 @@ class Watched:
     """Exposures and writes of the camera between `"begin"` and `"end"`."""
 
     exposures: list[tuple[int, int]]
-    "First pixel of each picture, and when its exposure began."
+    "First pixel of each image, and when its exposure began."
     gains: list[int]
     "When GainRaw was written."
 
@@ -58,7 +58,7 @@ def be_camera(pipe: Connection, size: Size) -> None:
     gains: list[int] = []
 
     class RecordingSensor(Sensor):
-        """Records when each picture is exposed."""
+        """Records when each image is exposed."""
 
         def render(
             self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[Any]
@@ -100,18 +100,18 @@ def be_camera(pipe: Connection, size: Size) -> None:
 # -- readers and operator ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Seen:
-    """The pictures that one reader has received since `"join"`."""
+    """The images that one reader has received since `"join"`."""
 
     arrivals: list[tuple[int, int]]
-    "First pixel of each picture, and when the reader had received all of it."
+    "First pixel of each image, and when the reader had received all of it."
     cores: float
     "CPU seconds a second."
 
 
 def read(pipe: Connection, number: int, topic: str) -> None:
-    """Read pictures as anybody's rclpy program does, with the default quality of service (reliable, 10 deep).
+    """Read images as anybody's rclpy program does, with the default quality of service (reliable, 10 deep).
 
-    `"join"` waits for the driver, and is answered when the first picture came (False: none did); `"seen"` is
+    `"join"` waits for the driver, and is answered when the first image came (False: none did); `"seen"` is
     answered with a `Seen` since then.
     """
     from sensor_msgs.msg import Image

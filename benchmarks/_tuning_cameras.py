@@ -56,7 +56,7 @@ class Tuned:
     own_write: Callable[[], float] = lambda: 0.0
     "Seconds that the served camera itself takes to be written to while it is; 0 where it is not served."
     shown: bool = True
-    "Whether a picture's grey value says which value it was exposed with."
+    "Whether an image's grey value says which value it was exposed with."
 
 
 @dataclass

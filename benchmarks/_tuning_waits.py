@@ -29,7 +29,7 @@ PEER = Path(__file__).with_name("_aravis_operator.py")
 def ours(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
     """Median seconds of each action through this driver, and the seconds of all its writes of the gain.
 
-    Actions that bring a picture end when it is in hand.
+    Actions that bring an image end when it is in hand.
     """
     gains: list[float] = []
     with gige() as tuned:
@@ -118,16 +118,16 @@ def _change(camera: FrameGrabber, queue: FrameQueue, feature: str, value: str | 
 
 _SCRIPT = """
 import statistics, time
-canvas, connection = app.window.picture.canvas, app.program.connection
-show, seen, painted = canvas.setPicture, [0], []
+canvas, connection = app.window.image.canvas, app.program.connection
+show, seen, painted = canvas.setImage, [0], []
 
-def set_picture(image, width, height):
+def set_image(image, width, height):
     seen[0] = width
     show(image, width, height)
 
-canvas.setPicture = set_picture
-app.window.picture.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
-app.until(lambda: painted, {patience}, "a picture")
+canvas.setImage = set_image
+app.window.image.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
+app.until(lambda: painted, {patience}, "an image")
 first = painted[0][0]
 connection.open_additional("sim:?width=640&height=480&fps=100")
 app.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
@@ -143,15 +143,15 @@ for number in range(20):
     switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
 print(first, statistics.median(switched))
 """
-"""Run by the window: prints when it painted its first picture, and how long a switch of cameras took."""
+"""Run by the window: prints when it painted its first image, and how long a switch of cameras took."""
 
 
 def by_the_window(rounds: int) -> dict[str, float]:
-    """Median seconds from the program's start to its first painted picture, and of a switch between cameras.
+    """Median seconds from the program's start to its first painted image, and of a switch between cameras.
 
     The program is started with the camera's address, as by its desktop entry or a shell, and compiled, as pip
     leaves it; the camera's description is known. A switch is between two open cameras, until the first
-    picture of the other one is painted, the median of 20 in each round.
+    image of the other one is painted, the median of 20 in each round.
     """
     script = _SCRIPT.format(width=WIDTH, patience=PATIENCE)
     starts, switches = [], []

@@ -1,4 +1,4 @@
-"""The window of `tuning` in a process of its own: a hand at its controls, and an eye on its picture."""
+"""The window of `tuning` in a process of its own: a hand at its controls, and an eye on its image."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Adjusted:
     """One adjustment: seconds from the hand's signal."""
 
     register: float
-    picture: float | None
-    "To the first picture painted that shows it; None where that cannot be seen in it."
+    image: float | None
+    "To the first image painted that shows it; None where that cannot be seen in it."
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,11 @@ class Dragged:
     "Seconds from the last signal to its value in the register."
     lags: list[float]
     "Seconds from each signal to the next write."
-    pictures: list[float]
-    "How old the value was that a picture showed when it was painted, seconds."
+    images: list[float]
+    "How old the value was that an image showed when it was painted, seconds."
     cores: float
     painted: float
-    "Pictures a second meanwhile."
+    "Images a second meanwhile."
 
 
 @dataclass
@@ -76,17 +76,17 @@ class Seen:
 
 
 class Eye:
-    """Notes how bright each painted picture is, and when it was."""
+    """Notes how bright each painted image is, and when it was."""
 
     def __init__(self, program: Program) -> None:
-        picture = program.window.picture
+        image = program.window.image
         self.painted: list[tuple[float, float]] = []
         self._brightness = 0.0
-        self._show = picture.canvas.setPicture
-        picture.canvas.setPicture = self._set_picture  # type: ignore[method-assign]
-        picture.painted.connect(self._on_painted)
+        self._show = image.canvas.setImage
+        image.canvas.setImage = self._set_image  # type: ignore[method-assign]
+        image.painted.connect(self._on_painted)
 
-    def _set_picture(self, image: DisplayImage, width: int, height: int) -> None:
+    def _set_image(self, image: DisplayImage, width: int, height: int) -> None:
         self._brightness = float(image.pixels[::32, ::32].max())
         self._show(image, width, height)
 
@@ -122,7 +122,7 @@ class _Operator:
         try:
             self.program.begin(self.tuned.uri)
             self._until(lambda: self.program.connection.state is LinkState.STREAMING, "the stream")
-            self._until(lambda: len(self.eye.painted) > 30, "thirty pictures")
+            self._until(lambda: len(self.eye.painted) > 30, "thirty images")
             self._open_panel()
             seen.frame_period = self._frame_period()
             for hand in HANDS:
@@ -157,9 +157,9 @@ class _Operator:
         return editor
 
     def _frame_period(self) -> float:
-        before, began = self.program.picture.received, time.monotonic()
+        before, began = self.program.image.received, time.monotonic()
         self._wait(2.0)
-        return (time.monotonic() - began) / max(self.program.picture.received - before, 1)
+        return (time.monotonic() - began) / max(self.program.image.received - before, 1)
 
     # -- the hand --------------------------------------------------------------------------------
     def _adjust(self, hand: str, repeats: int) -> list[Adjusted]:
@@ -219,7 +219,7 @@ class _Operator:
         _press(field, Qt.Key.Key_Return)
 
     def _results(self, moments: list[float]) -> list[Adjusted]:
-        """For each moment, how long until the next write and until the picture's grey value changed."""
+        """For each moment, how long until the next write and until the image's grey value changed."""
         writes, painted = self.tuned.writes(), self.eye.painted
         found = []
         for moment in moments:
@@ -253,13 +253,13 @@ class _Operator:
         lags = [
             min((at - signal for at in writes if at >= signal), default=float("inf")) for signal in signals
         ]
-        pictures = self._picture_lags(signals, levels) if self.tuned.shown else []
+        images = self._image_lags(signals, levels) if self.tuned.shown else []
         return Dragged(
-            len(signals), len(writes), writes[-1] - signals[-1], lags, pictures, cpu / took, count / took
+            len(signals), len(writes), writes[-1] - signals[-1], lags, images, cpu / took, count / took
         )
 
-    def _picture_lags(self, signals: list[float], levels: list[int]) -> list[float]:
-        """How old the value is that each picture shows, at the moment at which the picture is painted."""
+    def _image_lags(self, signals: list[float], levels: list[int]) -> list[float]:
+        """How old the value is that each image shows, at the moment at which the image is painted."""
         found = []
         for at, level in self.eye.painted:
             if signals[0] <= at <= signals[-1]:

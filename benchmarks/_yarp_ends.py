@@ -27,7 +27,7 @@ from grabbergui.net.yarp.os.values import Stamp
 
 SENDER, READER = "/benchmark/out", "/benchmark/in"
 LAST = 2**31 - 1
-"""Number of the picture that ends a stream."""
+"""Number of the image that ends a stream."""
 QUESTION = ("fgc", "get", "feat", 8)
 PATIENCE = 20.0
 
@@ -37,9 +37,9 @@ class Received:
     """The frames of a stream that a reader received."""
 
     ages: list[float]
-    "Milliseconds from each picture's stamp."
+    "Milliseconds from each image's stamp."
     seconds: float
-    "From the first picture to the last."
+    "From the first image to the last."
     cpu: float
     "Seconds of the process."
 
@@ -54,16 +54,16 @@ class Order:
     size: tuple[int, int]
     seconds: float
     rate: float = 0.0
-    "Pictures a second; 0: each when the one before is gone."
+    "Images a second; 0: each when the one before is gone."
 
 
-def picture(width: int, height: int) -> np.ndarray[Any, Any]:
+def gradient(width: int, height: int) -> np.ndarray[Any, Any]:
     return np.tile(np.arange(width * 3, dtype=np.uint8).reshape(1, -1, 3), (height, 1, 1))
 
 
 # -- ours --------------------------------------------------------------------------------------------
 def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None:
-    """Send for a while and answer count and CPU, then the last picture until the reader has it."""
+    """Send for a while and answer count and CPU, then the last image until the reader has it."""
     cpu, began, count = _cpu(), time.monotonic(), 0
     while (now := time.monotonic()) < began + order.seconds:
         if order.rate and now < began + count / order.rate:
@@ -77,7 +77,7 @@ def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None
 
 def send_ours(pipe: Connection, order: Order) -> None:
     """Answer that it is there; after the command to begin, see `_send`."""
-    header, body = image.encode(picture(*order.size), "rgb")
+    header, body = image.encode(gradient(*order.size), "rgb")
     port = OutputPort(SENDER, NameClient.find(order.names))
     with port:
         pipe.send(None)
@@ -158,7 +158,7 @@ def _open(port: Any, name: str) -> None:
 
 def send_real(pipe: Connection, order: Order) -> None:
     """See `send_ours`."""
-    yarp, pixels = _yarp(), picture(*order.size)
+    yarp, pixels = _yarp(), gradient(*order.size)
     port = yarp.BufferedPortImageRgb()
     _open(port, SENDER)
     pipe.send(None)

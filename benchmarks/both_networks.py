@@ -2,8 +2,8 @@
 
     python -m benchmarks.both_networks [--seconds 4] [--pixel-format BayerRG8] [--sizes 1080p]
 
-The server is one process; every reader is another. Latency is from the exposure's stamp to the whole picture
-in the reader's hands. A picture counts as delivered when the reader has the one with that stamp.
+The server is one process; every reader is another. Latency is from the exposure's stamp to the whole image
+in the reader's hands. An image counts as delivered when the reader has the one with that stamp.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from grabbergui.core.pfnc import FORMATS, Family, PixelFormat
 
 WIDTH, HEIGHT = 2448, 2048
 VIEW = (1200, 1000)
-"The window's picture view on a full-HD screen, roughly."
+"The window's image view on a full-HD screen, roughly."
 
 METHOD = """{width}×{height} pixels of noise on one core; the shortest of many runs counts. *Peer* is the
 least possible work: a plain copy if only bytes move, otherwise OpenCV's own conversion of 8-bit pixels that

@@ -57,7 +57,7 @@ class Result:
 
 
 class Sender:
-    """One picture's packets, prebuilt; only the block id changes from picture to picture."""
+    """One image's packets, prebuilt; only the block id changes from image to image."""
 
     def __init__(self, port: int, packet_size: int) -> None:
         stride = gvsp.payload_stride(packet_size)
@@ -82,7 +82,7 @@ class Sender:
         self._call = ctypes.CDLL(None, use_errno=True).sendmmsg
 
     def send(self, block_id: int, began: float, rate: float) -> None:
-        """One picture; packets leave no earlier than `rate` bytes a second allow (0: at once)."""
+        """One image; packets leave no earlier than `rate` bytes a second allow (0: at once)."""
         identity = block_id.to_bytes(2, "big")
         for packet in self.packets:
             packet[2], packet[3] = identity
@@ -97,7 +97,7 @@ class Sender:
             done += max(0, self._call(self._socket.fileno(), address, count, 0))
 
 
-def send_pictures(port: int, packet_size: int, rate: float, seconds: float, result: Connection) -> None:
+def send_images(port: int, packet_size: int, rate: float, seconds: float, result: Connection) -> None:
     """The sending process."""
     sender = Sender(port, packet_size)
     began = time.monotonic()
@@ -124,7 +124,7 @@ def measure(packet_size: int, rate: float, seconds: float, *, batched: bool) -> 
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(
-        target=send_pictures, args=(port, packet_size, rate, seconds, theirs), daemon=True
+        target=send_images, args=(port, packet_size, rate, seconds, theirs), daemon=True
     )
     stream = StreamReceiver(receiver, DEVICE, assembler, FrameBuilder(1_000_000_000), take, source)
     try:
@@ -151,7 +151,7 @@ def main(argv: list[str] | None = None) -> None:
     seconds = parser.parse_args(argv).seconds
     logging.basicConfig(level=logging.WARNING)
     probe = open_stream_socket(HOST, PAYLOAD)
-    print(f"pictures of {WIDTH}x{HEIGHT} Mono8; socket buffer {buffer_bytes(probe) >> 10} KiB")
+    print(f"images of {WIDTH}x{HEIGHT} Mono8; socket buffer {buffer_bytes(probe) >> 10} KiB")
     probe.close()
     print("| packet | rate | way | frames/s | MB/s | lost frames | CPU per second | CPU s per GB | ratio |")
     print("|---|---|---|---|---|---|---|---|---|")

@@ -2,7 +2,7 @@
 
     python -m benchmarks.gige_send [--seconds 5]
 
-The receiver is a process of its own that only counts. Full pictures (2448×2048 Mono8) of a test pattern,
+The receiver is a process of its own that only counts. Full images (2448×2048 Mono8) of a test pattern,
 so that the sending is measured and not the rendering.
 """
 

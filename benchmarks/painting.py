@@ -3,7 +3,7 @@
     python -m benchmarks painting [--seconds 4] [--window 1600x1000]
 
 Offscreen; nothing is said of a graphics card. The peer is pyqtgraph's ImageItem, which most Python viewers
-use, given the finished RGB picture in the same run.
+use, given the finished RGB image in the same run.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from grabbergui.core import pixels
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.pixels import Region
-from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.views.image_view import ImageView
 
 WARM = 30
 """Images painted before the measurement begins; the controls are there by then."""
@@ -182,22 +182,22 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     window.resize(*(int(side) for side in size.split("x")))
     program = Program(window, Preferences(None))
     painted = [0]
-    window.picture.painted.connect(lambda: painted.__setitem__(0, painted[0] + 1))
+    window.image.painted.connect(lambda: painted.__setitem__(0, painted[0] + 1))
     window.show()
     program.begin(
         f"sim:?width={case.width}&height={case.height}&fps={case.rate:g}"
         f"&pixel_format={case.pixel_format}&test_pattern=GreyHorizontalRamp"
     )
 
-    window.picture.painted.connect(lambda: app.quit() if painted[0] == WARM else None)
+    window.image.painted.connect(lambda: app.quit() if painted[0] == WARM else None)
     app.exec_()
-    count, came = painted[0], program.picture.received
+    count, came = painted[0], program.image.received
     cpu, sensor, began = cpu_seconds(), thread_cpu_seconds(SENSOR_THREAD), time.monotonic()
     QTimer.singleShot(round(1000 * seconds), app.quit)
     app.exec_()
     took = time.monotonic() - began
     cpu, sensor = cpu_seconds() - cpu, thread_cpu_seconds(SENSOR_THREAD) - sensor
-    came = program.picture.received - came
+    came = program.image.received - came
     pipe.send(Watched(came / took, (painted[0] - count) / took, (cpu - sensor) / took, sensor / took))
     window.close()
     program.shut_down(10)
@@ -208,7 +208,7 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
 def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[float, float]:
     """Return frames per second through the window's image view, and CPU seconds per frame."""
     frames = frames_of(case)
-    view = PictureView()
+    view = ImageView()
     seen: list[tuple[Region, tuple[int, int]]] = []
     painted = [0]
     view.viewChanged.connect(lambda region, size: seen.append((region, size)))
@@ -218,9 +218,7 @@ def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[fl
 
     def show_next(index: int) -> None:
         region, size = seen[-1] if seen else (None, (columns, rows))
-        view.setPicture(
-            pixels.for_display(frames[index % len(frames)], region, size), case.width, case.height
-        )
+        view.setImage(pixels.for_display(frames[index % len(frames)], region, size), case.width, case.height)
         before = painted[0]
         deadline = time.monotonic() + 5
         while painted[0] == before:
@@ -233,7 +231,7 @@ def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[fl
 
 def in_an_image_item(case: Case, columns: int, rows: int, seconds: float) -> float:
     """Return frames per second through pyqtgraph's ImageItem: the whole image in 8 bits, converted before."""
-    pictures = [pixels.for_display(frame).pixels for frame in frames_of(case)]
+    images = [pixels.for_display(frame).pixels for frame in frames_of(case)]
     view = pg.GraphicsView()
     box = pg.ViewBox(lockAspect=True, invertY=True)
     item = pg.ImageItem(axisOrder="row-major")
@@ -244,7 +242,7 @@ def in_an_image_item(case: Case, columns: int, rows: int, seconds: float) -> flo
     box.setRange(QRectF(0, 0, case.width, case.height), padding=0)
 
     def show_next(index: int) -> None:
-        item.setImage(pictures[index % len(pictures)], autoLevels=False, levels=(0, 255))
+        item.setImage(images[index % len(images)], autoLevels=False, levels=(0, 255))
         view.viewport().repaint()
         QApplication.processEvents()
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks recording [--frames 24] [--folder DIR]
 
-The pictures are the simulated sensor's, noise included. Without --folder they go to a folder in memory
+The images are the simulated sensor's, noise included. Without --folder they go to a folder in memory
 (/dev/shm), so that the writers are measured and not the disk.
 """
 
@@ -106,7 +106,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     before = machine()
     speeds: dict[tuple[str, Row], Speed] = {}
     for size, width, height in SIZES:
-        frames = {name: pictures(width, height, name) for name in ("Mono8", "BayerRG8")}
+        frames = {name: images(width, height, name) for name in ("Mono8", "BayerRG8")}
         for row in list(ROWS) * options.rounds:
             speed = written(row, frames[row.pixel_format], options.frames, folder)
             speeds[size, row] = max(speeds.get((size, row), speed), speed, key=lambda one: one.rate)
@@ -125,7 +125,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     )
 
 
-def pictures(width: int, height: int, name: str = "BayerRG8", count: int = 6) -> list[Frame]:
+def images(width: int, height: int, name: str = "BayerRG8", count: int = 6) -> list[Frame]:
     """Return a moment of the simulated studio."""
     sensor, pixel_format = Sensor(), by_name(name)
     left, top = (SENSOR_WIDTH - width) // 2, (SENSOR_HEIGHT - height) // 2

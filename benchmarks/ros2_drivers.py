@@ -45,7 +45,7 @@ SIZES = (Size("1080p", 1920, 1080, 30.0), Size("8.8 MP", 4096, 2160, 10.0))
 READERS = (1, 4)
 PROFILE = Path(__file__).parents[1] / "resources/ros2/fastdds.xml"
 ARRIVE = 2.0
-"Seconds in which the last pictures may still come."
+"Seconds in which the last images may still come."
 WRITES = 20
 "Of Gain, a round."
 TOPIC = "/camera/image_raw"
@@ -89,13 +89,13 @@ READING = [
 
 @dataclass
 class Runs:
-    """All rounds of one driver with one picture and so many readers."""
+    """All rounds of one driver with one image and so many readers."""
 
     delivered: list[tuple[int, int]] = field(default_factory=list)
-    "Pictures that the worst reader has, and of how many."
+    "Images that the worst reader has, and of how many."
     ages: list[list[float]] = field(default_factory=list)
     "Milliseconds, of all readers."
-    cpu_a_picture: list[float] = field(default_factory=list)
+    cpu_an_image: list[float] = field(default_factory=list)
     "Milliseconds of the driver's process."
     reader_cores: list[float] = field(default_factory=list)
     failed: int = 0
@@ -112,12 +112,12 @@ class Runs:
             ages += [(at - began) / 1e6 for began, at in arrived.items() if began >= first]
         self.delivered.append((worst, len(judged)))
         self.ages.append(sorted(ages))
-        self.cpu_a_picture.append(1e3 * cpu / max(len(judged), 1))
+        self.cpu_an_image.append(1e3 * cpu / max(len(judged), 1))
         self.reader_cores.append(statistics.median(one.cores for one in seen))
 
     @property
     def share(self) -> float:
-        """Percent of all rounds' pictures that the worst reader has."""
+        """Percent of all rounds' images that the worst reader has."""
         worst, of = self._sums()
         return 100 * worst / of if of and not self.failed else 0.0
 
@@ -130,14 +130,14 @@ class Runs:
         return sum(worst for worst, _ in self.delivered), sum(of for _, of in self.delivered)
 
     def age(self, share: float) -> float | None:
-        """Return the age that a share of pictures does not exceed, the rounds' median, or None."""
+        """Return the age that a share of images does not exceed, the rounds' median, or None."""
         rounds = [ages[min(int(len(ages) * share), len(ages) - 1)] for ages in self.ages if ages]
         return statistics.median(rounds) if rounds else None
 
     @property
     def cpu(self) -> float:
-        """Milliseconds a picture, the median of the rounds."""
-        return statistics.median(self.cpu_a_picture or [float("nan")])
+        """Milliseconds an image, the median of the rounds."""
+        return statistics.median(self.cpu_an_image or [float("nan")])
 
 
 @dataclass
@@ -149,11 +149,11 @@ class Gains:
 
 
 Key = tuple[str, str, int]
-"Picture, driver, readers."
+"Image, driver, readers."
 
 
 def _exposed(exposures: Sequence[tuple[int, int]], arrivals: Sequence[tuple[int, int]]) -> dict[int, int]:
-    """When each picture was exposed, and when it arrived: the latest before with the same first pixel."""
+    """When each image was exposed, and when it arrived: the latest before with the same first pixel."""
     by_pixel: dict[int, list[int]] = defaultdict(list)
     for pixel, began in exposures:
         by_pixel[pixel].append(began)
@@ -262,7 +262,7 @@ def watch(
     came = [reader.recv() for reader in readers]
     if not all(came):
         runs.failed += 1
-        return (f"{came.count(False)} of {len(came)} readers got no picture within {PATIENCE:g} s",)
+        return (f"{came.count(False)} of {len(came)} readers got no image within {PATIENCE:g} s",)
     _ask(camera, "begin")
     cpu = cpu_seconds_of(pid)
     camera.poll(seconds)  # nothing comes: this is the wait
@@ -271,7 +271,7 @@ def watch(
     runs.add(watched, [_ask(reader, "seen") for reader in readers], cpu)
     worst, of = runs.delivered[-1]
     ages = runs.ages[-1] or [float("nan")]
-    return f"{worst} of {of}", f"{statistics.median(ages):.1f} ms", f"{runs.cpu_a_picture[-1]:.1f} ms"
+    return f"{worst} of {of}", f"{statistics.median(ages):.1f} ms", f"{runs.cpu_an_image[-1]:.1f} ms"
 
 
 def set_gain(camera: Connection, operator: Connection, gains: Gains) -> None:

@@ -1,8 +1,8 @@
-"""The effect of our DDS profile on pictures between processes: with it, without it, at the reader only.
+"""The effect of our DDS profile on images between processes: with it, without it, at the reader only.
 
     python -m benchmarks.ros2_images [--seconds 4] [--readers 1 4]
 
-Fast DDS's own shared memory holds half a megabyte, less than a picture; with our profile it is 64.
+Fast DDS's own shared memory holds half a megabyte, less than an image; with our profile it is 64.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
-from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_picture, random_start, spread
+from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_image, random_start, spread
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.priority import single_threaded
@@ -40,7 +40,7 @@ FOLLOWED = 6.0
 SETTLING = 2.0
 GOAL_MM = 15.0
 FOLLOW = 0.3
-CONFIG = replace(Config(), arm=ArmConfig(follow=FOLLOW), safety=SafetyConfig(picture_timeout=0.18))
+CONFIG = replace(Config(), arm=ArmConfig(follow=FOLLOW), safety=SafetyConfig(image_timeout=0.18))
 METHOD = f"""Simulated robots in simulated time, with rendered images and their detection, from 50 random
 starts each. A person shows a marker: to TIAGo anywhere, as in the closed loop above; to TEO within 6 cm and
 9° of the demonstration's place, as few circles elsewhere are within reach of its six joints. Images arrive
@@ -54,7 +54,7 @@ path a tenth faster than the marker, the hand would stay inside the workspace fo
 speed, as the gate demands, and the head can turn so that its camera sees the marker. Every such start
 counts. Errors while following are measured from {SETTLING:.0f} s after the marker begins to move, in each
 control cycle, whatever state the loop is in. Settings: `[arm] follow {FOLLOW}`,
-`[safety] picture_timeout {CONFIG.safety.picture_timeout}`, the longest with which motion ends within 0.2 s
+`[safety] image_timeout {CONFIG.safety.image_timeout}`, the longest with which motion ends within 0.2 s
 of the last image: a single lost image does not end the motion; two in a row do, until the next one comes."""
 Path = Callable[[float], Vector]
 "Seconds since it began to how far the marker has gone, in its own axes, metres."
@@ -111,12 +111,12 @@ def can_move(arm: Chain, angles: Vector, velocity: Vector) -> bool:
 
 
 def can_show(model: KinematicModel, marker: Pose) -> bool:
-    """Whether a head that turns to a marker (in the base), as far as it can, has all of it in its picture."""
+    """Whether a head that turns to a marker (in the base), as far as it can, has all of it in its image."""
     head = np.zeros(2)
     for _ in range(20):
         off = off_centre(marker[:3, 3], model.camera_pose(head))
         head = model.head.clamped(head - off * (1, -1))
-    return in_picture(marker, model.camera_pose(head))
+    return in_image(marker, model.camera_pose(head))
 
 
 def start(random: np.random.Generator, model: KinematicModel, path: Path) -> tuple[Pose, Vector]:

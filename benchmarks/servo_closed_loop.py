@@ -1,4 +1,4 @@
-"""Closed loop over random starts, in simulated time, through rendered pictures and their detection.
+"""Closed loop over random starts, in simulated time, through rendered images and their detection.
 
 Errors are against the marker's true pose.
 """
@@ -52,7 +52,7 @@ def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Po
     """A board and, behind it, who holds it, in the room.
 
     The arm can take the board's goal from its home, neither stretched nor with a joint near its limit, and a
-    head that looks at the person has the board in its picture.
+    head that looks at the person has the board in its image.
     """
     arm, margin = model.arm, 0.15
     low, high = arm.low + margin * (arm.high - arm.low), arm.high - margin * (arm.high - arm.low)
@@ -70,7 +70,7 @@ def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Po
         visible = sight[0] > 0.25 and facing > math.cos(math.radians(45)) and board[2, 1] > 0.6
         if (
             visible
-            and in_picture(board, looking)
+            and in_image(board, looking)
             and math.degrees(abs(math.atan2(sight[1], sight[0]))) < 60
             and reach.inside(goal[:3, 3])
             and can_take(arm, goal, model.home)
@@ -78,7 +78,7 @@ def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Po
             return board, person
 
 
-def in_picture(board: Pose, camera: Pose) -> bool:
+def in_image(board: Pose, camera: Pose) -> bool:
     """Whether all of a board is seen, though the head may rest a little aside."""
     half = 0.08
     corners = ([x, y, 0.0, 1.0] for x in (-half, half) for y in (-half, half))

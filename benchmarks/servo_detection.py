@@ -47,7 +47,7 @@ of that thread. Errors are those of the corners against where they were drawn.""
 
 def measure(argv: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks servo_detection", description=__doc__)
-    parser.add_argument("--repeats", type=int, default=25, help="of each, in one picture")
+    parser.add_argument("--repeats", type=int, default=25, help="of each, in one image")
     parser.add_argument("--faces", type=Path, metavar="FOLDER", help="photographs whose faces are turned too")
     options = parser.parse_args(argv)
     before = machine()
@@ -55,7 +55,7 @@ def measure(argv: list[str] | None = None) -> Section:
     rows, times = [], {}
     for label, width, height in SIZES:
         calibration = Calibration.from_field_of_view(width, height, 60)
-        grey, corners = busy_picture(width, height)
+        grey, corners = busy_image(width, height)
         finders: tuple[tuple[str, ArucoDetector | FaceDetector], ...] = (
             ("ArUco, reduced search", ArucoDetector(DICTIONARY, 0.1, calibration)),
             ("ArUco, full image", ArucoDetector(DICTIONARY, 0.1, calibration, search_pixels=1 << 30)),
@@ -124,7 +124,7 @@ def recall_of_faces(photographs: Path | None) -> list[list[str]]:
     for (metres, side), face in itertools.product(HEADS_AT.items(), faces):
         counts: dict[str, list[int]] = {CASCADE: [0, 0], YUNET: [0, 0]}
         for light, (yaw, pitch) in itertools.product(_heads.LIGHTS, _heads.POSES):
-            image, middle = _heads.picture(face, yaw, pitch, light, side, random)
+            image, middle = _heads.scene(face, yaw, pitch, light, side, random)
             for name, detector in face_detectors(Calibration.from_field_of_view(1920, 1080, 60)):
                 boxes = [each.box for each in detector.detect(image)]
                 hits = sum(
@@ -163,11 +163,11 @@ def smallest_marker(finder: ArucoDetector, width: int, height: int) -> int:
     """Pixels along the edge of the smallest that is found at every one of some places."""
     random, side = np.random.default_rng(2), 8
     while side < 200:
-        picture = np.full((height, width), 120, np.float32)
+        image = np.full((height, width), 120, np.float32)
         middles = random.uniform(0.3, 0.7, (3, 2)) * (width, height)
         grey = []
         for middle in middles:
-            alone = picture.copy()
+            alone = image.copy()
             lay_marker(alone, FIRST_ID, side, (float(middle[0]), float(middle[1])), random.uniform(-20, 20))
             grey.append(np.clip(cv2.GaussianBlur(alone, (0, 0), 0.8), 0, 255).astype(np.uint8))
         if all(len(finder.detect(each)) == 1 for each in grey):
@@ -176,27 +176,27 @@ def smallest_marker(finder: ArucoDetector, width: int, height: int) -> int:
     return side
 
 
-def busy_picture(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, NDArray[np.float64]]]:
-    """The picture, and (4, 2) corners of every marker in it by id."""
+def busy_image(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, NDArray[np.float64]]]:
+    """The image, and (4, 2) corners of every marker in it by id."""
     random = np.random.default_rng(1)
-    picture = cv2.resize(random.integers(60, 190, (24, 32), np.uint8), (width, height)).astype(np.float32)
+    image = cv2.resize(random.integers(60, 190, (24, 32), np.uint8), (width, height)).astype(np.float32)
     for _ in range(60):
         ends = random.integers(0, (width, height), (2, 2))
-        cv2.line(picture, tuple(map(int, ends[0])), tuple(map(int, ends[1])), int(random.integers(0, 255)), 3)
+        cv2.line(image, tuple(map(int, ends[0])), tuple(map(int, ends[1])), int(random.integers(0, 255)), 3)
     side, corners = width // 12, {}
     for index in range(MARKERS):
         middle = side * 1.6 + index * (width - 3 * side) / MARKERS, height * (0.3 + 0.22 * (index % 3))
-        corners[FIRST_ID + index] = lay_marker(picture, FIRST_ID + index, side, middle, random.uniform(-8, 8))
+        corners[FIRST_ID + index] = lay_marker(image, FIRST_ID + index, side, middle, random.uniform(-8, 8))
     size = width // 7
     place = slice(height - size, height), slice(width // 40, width // 40 + size)
     face = cv2.resize(world.face(256), (size, size))
-    picture[place] += face[..., 3] * (255 * face[..., 1] - picture[place])
-    noisy = cv2.GaussianBlur(picture, (0, 0), 0.8) + random.normal(0, 3, (height, width))
+    image[place] += face[..., 3] * (255 * face[..., 1] - image[place])
+    noisy = cv2.GaussianBlur(image, (0, 0), 0.8) + random.normal(0, 3, (height, width))
     return np.clip(noisy, 0, 255).astype(np.uint8), corners
 
 
 def lay_marker(
-    picture: NDArray[np.float32], marker_id: int, side: int, middle: tuple[float, float], degrees: float
+    image: NDArray[np.float32], marker_id: int, side: int, middle: tuple[float, float], degrees: float
 ) -> NDArray[np.float64]:
     """Draw a marker of `side` pixels with its white border; where its corners are, (4, 2)."""
     fine, border = 4, side // 5
@@ -208,10 +208,10 @@ def lay_marker(
     centre = ((whole - 1) / 2, (whole - 1) / 2)
     turn = np.asarray(cv2.getRotationMatrix2D(centre, degrees, 1 / fine), np.float64)
     turn[:, 2] += np.array(middle) - (whole - 1) / 2
-    height, width = picture.shape
+    height, width = image.shape
     ink = cv2.warpAffine(drawn.astype(np.float32), turn, (width, height), flags=cv2.INTER_LINEAR)
     cover = cv2.warpAffine(np.ones_like(drawn, np.float32), turn, (width, height), flags=cv2.INTER_LINEAR)
-    np.copyto(picture, ink, where=cover > 0.5)
+    np.copyto(image, ink, where=cover > 0.5)
     low, high = fine * border - 0.5, fine * (border + side) - 0.5
     square = np.array([*itertools.product((low, high), repeat=2)])[[0, 2, 3, 1]]
     return np.asarray(square @ turn[:, :2].T + turn[:, 2], np.float64)

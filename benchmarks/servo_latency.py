@@ -42,7 +42,7 @@ FPS = 30
 PERIOD_MS = 1e3 / FPS
 WARM_UP = 60
 WINDOW_WARM_UP = 150
-"Pictures at the beginning that do not count: until detectors, and the window, are there."
+"Images at the beginning that do not count: until detectors, and the window, are there."
 LOADS = 0, 2
 TIAGO = bool(importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"))
 "Whether its simulation can be run here."
@@ -78,7 +78,7 @@ class Case:
 
 @contextmanager
 def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
-    """The simulated TEO in a process of its own, pictures by GigE Vision and commands over YARP."""
+    """The simulated TEO in a process of its own, images by GigE Vision and commands over YARP."""
     with ExitStack() as stack:
         there = stack.enter_context(stand(FPS, board=board))
         robot, camera = TeoOverYarp(NameClient.find(there.name_server)), sources.create(there.camera)
@@ -90,7 +90,7 @@ def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
 
 @contextmanager
 def over_ros2() -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
-    """The simulated TIAGo in a process of its own, picture and commands over rclpy."""
+    """The simulated TIAGo in a process of its own, image and commands over rclpy."""
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
     run_first()  # the simulation inherits it

@@ -1,4 +1,4 @@
-"""Tuning a camera: from the operator's hand to the register, and to the first picture that shows it.
+"""Tuning a camera: from the operator's hand to the register, and to the first image that shows it.
 
 python -m benchmarks tuning [--repeats 60] [SOURCE …]
 """
@@ -70,9 +70,7 @@ def measure(arguments: list[str] | None = None) -> Section:
                 _rows(seen, _register_row),
                 "Register, ms (median / 99 %):",
             ),
-            Table(
-                ["source", "frame period", *HANDS], _rows(seen, _picture_row), "Image, ms (median / 99 %):"
-            ),
+            Table(["source", "frame period", *HANDS], _rows(seen, _image_row), "Image, ms (median / 99 %):"),
             Table(
                 ["source", "signals", "writes", "last write after", "image", "CPU"],
                 _rows(seen, _drag_row),
@@ -119,17 +117,17 @@ def _register_row(seen: Seen) -> list[str]:
     return [*hands, _both(seen.driver_write), bare]
 
 
-def _picture_row(seen: Seen) -> list[str]:
-    pictures = (_pictures(seen, hand) for hand in HANDS)
-    return [f"{1e3 * seen.frame_period:.1f}", *(_both(values) if values else "–" for values in pictures)]
+def _image_row(seen: Seen) -> list[str]:
+    images = (_images(seen, hand) for hand in HANDS)
+    return [f"{1e3 * seen.frame_period:.1f}", *(_both(values) if values else "–" for values in images)]
 
 
 def _drag_row(seen: Seen) -> list[str]:
     dragged = seen.dragged
     assert dragged is not None
-    picture = _both(dragged.pictures) if dragged.pictures else "–"
+    image = _both(dragged.images) if dragged.images else "–"
     last = f"{1e3 * dragged.last:.1f}"
-    return [str(dragged.signals), str(dragged.writes), last, picture, f"{dragged.cores:.0%}"]
+    return [str(dragged.signals), str(dragged.writes), last, image, f"{dragged.cores:.0%}"]
 
 
 def _wait_rows(
@@ -154,8 +152,8 @@ def _wait_rows(
     return [*rows, ["write the gain (median / 99 %)", _both(own_writes), _both(writes) if writes else "–"]]
 
 
-def _pictures(seen: Seen, hand: str) -> list[float]:
-    return [one.picture for one in seen.adjusted[hand] if one.picture is not None]
+def _images(seen: Seen, hand: str) -> list[float]:
+    return [one.image for one in seen.adjusted[hand] if one.image is not None]
 
 
 def _both(values: Sequence[float]) -> str:
@@ -170,7 +168,7 @@ def _late(values: Sequence[float]) -> float:
 # -- goals -------------------------------------------------------------------------------------------
 def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[float]) -> list[Goal]:
     registers = [one.register for hand in HANDS for one in seen.adjusted[hand]]
-    pictures = [picture for hand in HANDS for picture in _pictures(seen, hand)]
+    images = [image for hand in HANDS for image in _images(seen, hand)]
     goals = []
     if source == "GigE":
         goals.append(_goal(f"{source}: register, median under 3 ms", statistics.median(registers), 3e-3))
@@ -201,11 +199,11 @@ def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[fl
             )
         )
     period = seen.frame_period
-    if pictures:
+    if images:
         goals.append(
-            _goal(f"{source}: image, median under two frame periods", statistics.median(pictures), 2 * period)
+            _goal(f"{source}: image, median under two frame periods", statistics.median(images), 2 * period)
         )
-        goals.append(_goal(f"{source}: image, 99 % under three frame periods", _late(pictures), 3 * period))
+        goals.append(_goal(f"{source}: image, 99 % under three frame periods", _late(images), 3 * period))
     return goals + _drag_goals(source, seen)
 
 
@@ -217,9 +215,9 @@ def _drag_goals(source: str, seen: Seen) -> list[Goal]:
         f"{1e3 * dragged.last:.1f} ms",
         0 <= dragged.last < 3 * period,
     )
-    if not dragged.pictures:
+    if not dragged.images:
         return [landed]  # what is dragged is the frame rate itself, up to 200 Hz
-    middle, late = statistics.median(dragged.pictures), _late(dragged.pictures)
+    middle, late = statistics.median(dragged.images), _late(dragged.images)
     measured = f"{1e3 * middle:.1f} and {1e3 * late:.1f} ms"
     met = middle < 2 * period and late < 3 * period
     return [

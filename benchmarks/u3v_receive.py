@@ -57,7 +57,7 @@ class Result:
     """One host on one camera."""
 
     where: str
-    picture: str
+    image: str
     host: str
     payload: int
     "Bytes."
@@ -172,17 +172,17 @@ def in_guest(seconds: float) -> Iterator[Result]:
     """Run every host on every format, inside the virtual machine."""
     for name, width, height in FORMATS:
         payload = by_name(name).image_bytes(width, height)
-        picture = f"{name} {width}×{height}"
+        image = f"{name} {width}×{height}"
         with camera_process(name, width, height):
             for _ in range(ROUNDS):
                 if shutil.which("arv-camera-test-0.8"):
                     for mode in ("async", "sync"):
                         label = f"Aravis, {mode}"
-                        yield Result(IN_GUEST, picture, label, payload, *aravis(mode, seconds + 1))
+                        yield Result(IN_GUEST, image, label, payload, *aravis(mode, seconds + 1))
                 for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
                     camera = Camera(U3vDevice(transfers_in_flight=transfers))
                     camera.open()
-                    yield Result(IN_GUEST, picture, label, payload, *stream(camera, seconds))
+                    yield Result(IN_GUEST, image, label, payload, *stream(camera, seconds))
                     camera.close()
 
 
@@ -240,50 +240,50 @@ def typical(results: list[Result]) -> list[Result]:
     """
     rounds: dict[tuple[str, str, str], list[Result]] = {}
     for result in results:
-        rounds.setdefault((result.where, result.picture, result.host), []).append(result)
+        rounds.setdefault((result.where, result.image, result.host), []).append(result)
     return [sorted(several, key=lambda one: one.rate)[len(several) // 2] for several in rounds.values()]
 
 
-def _reference(results: list[Result], picture: str) -> Result | None:
+def _reference(results: list[Result], image: str) -> Result | None:
     """Return Aravis's better setting."""
-    theirs = [result for result in results if result.host.startswith("Aravis") and result.picture == picture]
+    theirs = [result for result in results if result.host.startswith("Aravis") and result.image == image]
     return max(theirs, key=lambda result: result.rate, default=None)
 
 
 def _table(results: list[Result]) -> Table:
     rows = []
     for result in results:
-        reference = _reference(results, result.picture) if result.where == IN_GUEST else None
+        reference = _reference(results, result.image) if result.where == IN_GUEST else None
         speed = f"{result.bytes_per_second / reference.bytes_per_second:.2f}" if reference else ""
         cost = f"{result.cpu_per_gb / reference.cpu_per_gb:.2f}" if reference else ""
         figures = [f"{result.rate:.1f}", f"{result.bytes_per_second / 1e6:.0f}", speed]
         figures += [f"{result.cpu_per_gb:.2f}", cost]
-        rows.append([result.where, result.picture, result.host, *figures])
+        rows.append([result.where, result.image, result.host, *figures])
     header = ["where", "image", "host", "frames/s", "MB/s", "× Aravis", "CPU s/GB", "× Aravis"]
     return Table(header, rows)
 
 
 def _chart(results: list[Result]) -> Chart:
-    pictures = list(dict.fromkeys(result.picture for result in results))
+    images = list(dict.fromkeys(result.image for result in results))
     hosts = dict.fromkeys(result.host for result in results)
-    by_key = {(result.host, result.picture): result.bytes_per_second / 1e6 for result in results}
+    by_key = {(result.host, result.image): result.bytes_per_second / 1e6 for result in results}
     return Chart(
         "u3v-throughput",
         "USB3 Vision through vhci-hcd in the virtual machine",
         "MB/s (the simulated camera limits them all)",
-        pictures,
-        {host: [by_key.get((host, picture)) for picture in pictures] for host in hosts},
+        images,
+        {host: [by_key.get((host, image)) for image in images] for host in hosts},
     )
 
 
 def _goals(results: list[Result]) -> list[Goal]:
     goals = []
-    for picture in dict.fromkeys(result.picture for result in results):
-        reference = _reference(results, picture)
-        ours = [result for result in results if result.host.startswith("ours") and result.picture == picture]
+    for image in dict.fromkeys(result.image for result in results):
+        reference = _reference(results, image)
+        ours = [result for result in results if result.host.startswith("ours") and result.image == image]
         if reference and ours:
             ratio = ours[0].bytes_per_second / reference.bytes_per_second
-            asked = f"{picture}: at least the throughput of Aravis's better setting"
+            asked = f"{image}: at least the throughput of Aravis's better setting"
             goals.append(Goal(asked, f"{ratio:.2f} ×", ratio >= 1))
     return goals
 

@@ -34,7 +34,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 SIZES = {"640×480": (640, 480), "1080p": (1920, 1080), "8.8 MP": (4096, 2160)}
 CARRIERS = ("tcp", "fast_tcp", "udp", "mjpeg")
 WITH_REAL = ("tcp", "fast_tcp")
-"""Carriers on which all pairs and sizes are measured; the others lose pictures or compress them."""
+"""Carriers on which all pairs and sizes are measured; the others lose images or compress them."""
 OURS, REAL = "ours", "YARP"
 PAIRS = ((REAL, REAL), (REAL, OURS), (OURS, REAL), (OURS, OURS))
 SENDERS = {OURS: _yarp_ends.send_ours, REAL: _yarp_ends.send_real}
@@ -42,7 +42,7 @@ READERS = {OURS: _yarp_ends.read_ours, REAL: _yarp_ends.read_real}
 ASKERS = {OURS: _yarp_ends.ask_ours, REAL: _yarp_ends.ask_real}
 ANSWERERS = {OURS: _yarp_ends.answer_ours, REAL: _yarp_ends.answer_real}
 PACE = 30.0
-"""Pictures a second where their age is measured."""
+"""Images a second where their age is measured."""
 CONTEXT = multiprocessing.get_context("spawn")
 METHOD = """RGB images from one process to another on the loopback, each sent as soon as the previous one is
 gone, for {seconds:g} seconds, in {rounds} rounds. Rates are those of the best round. *× YARP* compares runs
@@ -72,7 +72,7 @@ class Stream:
         return self.cpu / (max(len(self.received.ages), 1) * self.payload / 1e9)
 
     def late(self, share: float) -> float:
-        """The age that so many pictures do not exceed, milliseconds."""
+        """The age that so many images do not exceed, milliseconds."""
         ages = sorted(self.received.ages) or [float("nan")]
         return ages[min(int(len(ages) * share), len(ages) - 1)]
 

@@ -1,4 +1,4 @@
-"""Merge three exposures into one picture of high dynamic range: python hdr_bracket.py u3v:."""
+"""Merge three exposures into one image of high dynamic range: python hdr_bracket.py u3v:."""
 
 import sys
 
@@ -11,7 +11,7 @@ EXPOSURES = [2_000, 8_000, 32_000]
 
 with grabbergui.open(sys.argv[1] if len(sys.argv) > 1 else "sim:colour") as camera:
     frames = camera.bracket(ExposureTime=EXPOSURES)  # each was really exposed so
-    pictures = [cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR) for frame in frames]
-    merged = cv2.createMergeMertens().process(pictures)
+    images = [cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR) for frame in frames]
+    merged = cv2.createMergeMertens().process(images)
     cv2.imwrite("hdr.png", np.clip(merged * 255, 0, 255).astype(np.uint8))
-    print("brightness", *(f"{picture.mean():.0f}" for picture in pictures), "merged into hdr.png")
+    print("brightness", *(f"{image.mean():.0f}" for image in images), "merged into hdr.png")

@@ -1,4 +1,4 @@
-"""Show a live picture with Matplotlib: python matplotlib_live.py sim:scene."""
+"""Show a live image with Matplotlib: python matplotlib_live.py sim:scene."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Take a picture at the moment that the program chooses: python software_trigger.py gige:."""
+"""Take an image at the moment that the program chooses: python software_trigger.py gige:."""
 
 import sys
 import time

@@ -1,4 +1,4 @@
-"""Save a picture every few seconds: python time_lapse.py gige: 10 360."""
+"""Save an image every few seconds: python time_lapse.py gige: 10 360."""
 
 import sys
 import time

@@ -12,6 +12,6 @@ with grabbergui.open_all(sys.argv[1:] or ["sim:", "sim:colour"]) as cameras:
         camera.exposure_time = 5_000
     for left, right in cameras.frames(20):
         apart = 1000 * abs(left.captured - right.captured)
-    pictures = [cv2.resize(frame.rgb(), (640, 480)) for frame in (left, right)]
-    cv2.imwrite("both.png", np.hstack(pictures)[..., ::-1])
+    images = [cv2.resize(frame.rgb(), (640, 480)) for frame in (left, right)]
+    cv2.imwrite("both.png", np.hstack(images)[..., ::-1])
     print(f"both.png: the last two frames were exposed {apart:.1f} ms apart")

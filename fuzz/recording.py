@@ -1,4 +1,4 @@
-"""Files that are played back or loaded: MCAP, ROS images, notes, image files, calibrations."""
+"""Files that are played back or loaded: MCAP, ROS images, notes, image stills, calibrations."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def seeds() -> list[bytes]:
     """Return a small recording of each compression, a message of each type, notes, images, a calibration."""
     image = RosImage(5, "camera", 4, 6, "bayer_rggb8", 0, 8, bytes(range(32)))
     pixels = np.arange(6 * 5 * 3, dtype=np.uint8).reshape(5, 6, 3)
-    pictures = [cv2.imencode(kind, pixels)[1].tobytes() for kind in (".png", ".jpg", ".bmp", ".tiff")]
+    stills = [cv2.imencode(kind, pixels)[1].tobytes() for kind in (".png", ".jpg", ".bmp", ".tiff")]
     note = FrameNote(file="0.png", width=6, height=4, pixel_format="BayerRG8", received_ns=10**18)
     return [
         *(b"\0" + _mcap(image, kind) for kind in CompressionType),
         b"\1" + image.encode(),
         b"\1" + ros_image.encode_time_reference(5, "camera", 7, "clock"),
         b"\2" + note.line().encode() * 2,
-        *(b"\3" + picture for picture in pictures),
+        *(b"\3" + still for still in stills),
         b"\4" + camera_info.dump(Calibration.from_field_of_view(64, 48)).encode(),
     ]
 
@@ -56,7 +56,7 @@ def _mcap(image: RosImage, compression: CompressionType) -> bytes:
 def one_input(data: bytes) -> None:
     """Feed the part that the first byte chooses."""
     source = Input(data)
-    (_recording, _message, _notes, _picture, _calibration)[source.number(1) % 5](source)
+    (_recording, _message, _notes, _image, _calibration)[source.number(1) % 5](source)
 
 
 def _recording(source: Input) -> None:
@@ -88,10 +88,10 @@ def _notes(source: Input) -> None:
         FILE.unlink()
 
 
-def _picture(source: Input) -> None:
-    picture = refusing(encoded_image.decode, np.frombuffer(source.rest(), np.uint8))
-    if picture is not None and picture.shape[0] * picture.shape[1] > encoded_image.MOST_PIXELS:
-        raise AssertionError(picture.shape)
+def _image(source: Input) -> None:
+    image = refusing(encoded_image.decode, np.frombuffer(source.rest(), np.uint8))
+    if image is not None and image.shape[0] * image.shape[1] > encoded_image.MOST_PIXELS:
+        raise AssertionError(image.shape)
 
 
 def _calibration(source: Input) -> None:

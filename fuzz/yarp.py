@@ -48,14 +48,14 @@ def seeds() -> list[bytes]:
 
 def _stream_of(kind: bytes) -> bytes:
     """Return what an HTTP camera sends, with images of one and of two bytes per pixel if it has them."""
-    pictures: list[NDArray[Any]] = [
+    images: list[NDArray[Any]] = [
         np.zeros((2, 2), np.uint8),
         np.zeros((2, 2, 3), np.uint8),
         np.zeros((2, 2), np.uint16),
     ]
     parts = []
-    for picture in pictures[: 3 if kind == b".png" else 2]:
-        _, encoded = cv2.imencode(kind.decode(), picture)
+    for pixels in images[: 3 if kind == b".png" else 2]:
+        _, encoded = cv2.imencode(kind.decode(), pixels)
         head = b"--boundary\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(encoded)
         parts.append(head + encoded.tobytes())
     return b"".join(parts)
@@ -64,7 +64,7 @@ def _stream_of(kind: bytes) -> bytes:
 def one_input(data: bytes) -> None:
     """Feed the part that the first byte chooses."""
     source = Input(data)
-    parts = (_binary, _text, _connection, _image, _greeting, _datagrams, _pictures, _requests)
+    parts = (_binary, _text, _connection, _image, _greeting, _datagrams, _images, _requests)
     parts[source.number(1) % len(parts)](source)
 
 
@@ -132,7 +132,7 @@ def _datagrams(source: Input) -> None:
             refusing(Bottle.decode, message.body)
 
 
-def _pictures(source: Input) -> None:
+def _images(source: Input) -> None:
     reader = image.JpegStreamReader()
     data = source.rest()
     image.find_comment(data)

@@ -16,7 +16,7 @@ from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QDockWidget, QWidget
 
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.picture_canvas import Purpose
+from grabbergui.ui.widgets.image_canvas import Purpose
 
 folder = Path(os.environ.get("SCREENSHOTS", "docs/images"))
 window, program = app.window, app.program
@@ -32,10 +32,10 @@ def take(name: str, widget: QWidget | None = None) -> None:
 
 def draw(purpose: Purpose, first: tuple[float, float], last: tuple[float, float]) -> None:
     """Drag the mouse between two places, given as fractions of the image."""
-    canvas = window.picture.canvas
-    width, height = canvas.pictureSize
+    canvas = window.image.canvas
+    width, height = canvas.imageSize
     begin, end = (canvas.frameToView(x * width, y * height).toPoint() for x, y in (first, last))
-    window.picture.draw(purpose)
+    window.image.draw(purpose)
     viewport = canvas.viewport()
     for kind, place in (
         (QEvent.MouseButtonPress, begin),
@@ -121,8 +121,8 @@ take("log", window.logDock)
 tool(None)
 
 window.actionRegion.trigger()
-take("region", window.picture)
-window.picture.drawing.cancel()
+take("region", window.image)
+window.image.drawing.cancel()
 
 settings = Path(tempfile.mkdtemp()) / "settings.yaml"
 program.settings_files.save(settings)
@@ -167,22 +167,22 @@ for source in program.connection.sources[1:]:
     program.connection.close(source)
 
 bar.playButton.click()
-app.until(window.picture.playbackBar.isVisible)
+app.until(window.image.playbackBar.isVisible)
 app.wait(0.6)
-take("playback", window.picture.playbackBar)
+take("playback", window.image.playbackBar)
 
 app.open("sim:")
 for component in ("Range", "Confidence"):
     app.set("ComponentSelector", component)
     app.set("ComponentEnable", True)
-app.until(lambda: window.picture.componentTabs.count() == 3)
-window.picture.componentTabs.setCurrentIndex(1)
-app.until(lambda: window.picture.scaleBar.isVisible())
-take("range", window.picture)
-window.picture.sideBySideBox.setChecked(True)
-app.until(lambda: len(window.picture.paneArea.panes) == 2)
+app.until(lambda: window.image.componentTabs.count() == 3)
+window.image.componentTabs.setCurrentIndex(1)
+app.until(lambda: window.image.scaleBar.isVisible())
+take("range", window.image)
+window.image.sideBySideBox.setChecked(True)
+app.until(lambda: len(window.image.paneArea.panes) == 2)
 app.wait(0.5)
-take("side-by-side", window.picture)
+take("side-by-side", window.image)
 
 window.actionLookUpTable.trigger()
 app.until(lambda: program.lut.dialog is not None)

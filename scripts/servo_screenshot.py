@@ -3,7 +3,7 @@
     QT_QPA_PLATFORM=offscreen python scripts/servo_screenshot.py light docs/images/servo.png
 
 The others go beside it, as hand-eye and hand-eye-result. The loop runs in simulated time: that makes it the
-same on a busy machine, where the loop in real time would stop for late pictures.
+same on a busy machine, where the loop in real time would stop for late images.
 """
 
 import sys
@@ -51,7 +51,7 @@ class Follower:
         self.grabber = SimpleNamespace()
 
 
-def picture(run: closed_loop.ClosedLoop, number: int) -> Frame:
+def image(run: closed_loop.ClosedLoop, number: int) -> Frame:
     """Return what the camera sees now, in colour."""
     settings = closed_loop.settings("RGB8")
     out = run._sensor.render(settings, number, int(run.now * 1e9), np.empty(settings.image_bytes, np.uint8))
@@ -71,9 +71,9 @@ def main(theme: str, file: str) -> None:
     number = 0
     while run.now < SECONDS:
         cycle, number = run.cycle(), number + 1
-        follower.cycle_done.emit(cycle, None if number % SHOWN_EVERY else picture(run, number))
+        follower.cycle_done.emit(cycle, None if number % SHOWN_EVERY else image(run, number))
         if number % SHOWN_EVERY == 0:
-            QTest.qWait(45)  # as long as the window takes for a picture
+            QTest.qWait(45)  # as long as the window takes for an image
     QTest.qWait(500)
     window.grab().save(file)
     controller.close()

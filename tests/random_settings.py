@@ -14,7 +14,7 @@ from grabbergui.models.change_tracking import every_instance
 from grabbergui.models.settings.feature_set import FeatureSet, compare
 
 NOT_WRITTEN = ("DeviceReset", "UserSet", "File", "Ptp", "Gev", "Test")
-"Beginnings of names of features that are no settings of the picture, or outlive a power loss."
+"Beginnings of names of features that are no settings of the image, or outlive a power loss."
 
 
 def differences(before: FeatureSet, after: FeatureSet) -> list[str]:

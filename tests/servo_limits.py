@@ -7,7 +7,7 @@ from dataclasses import replace
 from grabbergui.servo.config import Config
 from patience import allowance
 
-LIMITS = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck", "guardian_timeout")
+LIMITS = ("image_timeout", "robot_timeout", "command_timeout", "freeze", "stuck", "guardian_timeout")
 
 
 def patient_config() -> Config:

@@ -1,4 +1,4 @@
-"""The comparison of ROS 2 drivers counts and times pictures by their first pixel."""
+"""The comparison of ROS 2 drivers counts and times images by their first pixel."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from benchmarks.ros2_drivers import OURS, PEER, Gains, Runs, goals, stream_table
 
 MS = 1_000_000
 EXPOSURES = [(pixel % 256, number * 30 * MS) for number, pixel in enumerate(range(250, 262))]
-"Of twelve pictures; the count begins again at 256."
+"Of twelve images; the count begins again at 256."
 
 
 def runs(late_ms: int, missing: int = 0, cpu: float = 0.012) -> Runs:
@@ -26,11 +26,11 @@ def test_the_worst_reader_decides_what_was_delivered():
     assert runs(40, missing=3).share == 75
 
 
-def test_pictures_are_as_old_as_their_exposure():
+def test_images_are_as_old_as_their_exposure():
     found = runs(40)
 
     assert (found.age(0.5), found.age(0.99)) == (40, 40)
-    assert found.cpu == pytest.approx(1.0)  # ms a picture
+    assert found.cpu == pytest.approx(1.0)  # ms an image
 
 
 def test_ours_is_judged_beside_the_peer_only_where_it_was_there():

@@ -41,7 +41,7 @@ class View:
 
     board: Points
     "(n, 3) corners on the board, metres from its upper left corner."
-    picture: Points
+    image: Points
     "(n, 2) the same corners in the image, pixels."
     ids: NDArray[np.int64]
     "(n,) ids of the corners."
@@ -115,12 +115,12 @@ class CharucoBoard(Board):
         corners, ids, _, _ = self._detector.detectBoard(reduced)
         if ids is None or len(ids) < _FEWEST_CORNERS:
             return None
-        board, picture = self.pattern.matchImagePoints(corners, ids)
-        board, picture = np.float32(board).reshape(-1, 3), np.float32(picture).reshape(-1, 2)
+        board, image = self.pattern.matchImagePoints(corners, ids)
+        board, image = np.float32(board).reshape(-1, 3), np.float32(image).reshape(-1, 2)
         if not _determine_perspective(board):
             return None
-        picture = _refined(grey, board, picture, factor, self.square)
-        return View(board, picture, np.ravel(ids).astype(np.int64))
+        image = _refined(grey, board, image, factor, self.square)
+        return View(board, image, np.ravel(ids).astype(np.int64))
 
     @override
     def drawing(self) -> list[Rectangle]:
@@ -170,8 +170,8 @@ class Chessboard(Board):
         found, corners = cv2.findChessboardCornersSB(reduced, self._inner, None, cv2.CALIB_CB_ACCURACY)
         if not found:
             return None
-        picture = _refined(grey, self._board, np.float32(corners).reshape(-1, 2), factor, self.square)
-        return View(self._board, picture, np.arange(len(self._board)))
+        image = _refined(grey, self._board, np.float32(corners).reshape(-1, 2), factor, self.square)
+        return View(self._board, image, np.arange(len(self._board)))
 
     @override
     def drawing(self) -> list[Rectangle]:
@@ -243,11 +243,11 @@ def _reduced(grey: Grey) -> tuple[Grey, int]:
     return grey, factor
 
 
-def _refined(grey: Grey, board: Points, picture: Points, factor: int, square: float) -> Points:
+def _refined(grey: Grey, board: Points, image: Points, factor: int, square: float) -> Points:
     """Refine corners that were found in an image reduced by `factor`, in the full image."""
     if factor == 1:
-        return picture
-    full = ((picture + 0.5) * factor - 0.5).astype(np.float32)
+        return image
+    full = ((image + 0.5) * factor - 0.5).astype(np.float32)
     # The window must contain no other corner, so it depends on the average area of a field in the image.
     on_board = np.ascontiguousarray(board[:, :2])
     fields = max(cv2.contourArea(cv2.convexHull(on_board)) / square**2, 1.0)

@@ -69,7 +69,7 @@ class Coverage:
 
     def add(self, view: View, placement: Placement, size: tuple[int, int]) -> None:
         """Count a view in an image of `size`."""
-        places = (view.picture / size * GRID).astype(int)
+        places = (view.image / size * GRID).astype(int)
         inside = ((places >= 0) & (places < GRID)).all(axis=1)
         np.add.at(self.cells, (places[inside, 1], places[inside, 0]), 1)
         self.tilts[_third(placement.slant_y), _third(placement.slant_x)] += 1
@@ -236,7 +236,7 @@ class Collector:
         try:
             rms, matrix, distortion, _, _, deviations, _, errors = cv2.calibrateCameraExtended(
                 [self.views[number].board for number in used],
-                [self.views[number].picture for number in used],
+                [self.views[number].image for number in used],
                 size,
                 np.eye(3),
                 np.zeros(5),
@@ -262,7 +262,7 @@ class Collector:
 
 def placed(view: View, size: tuple[int, int]) -> Placement:
     """Return the placement of a board in an image of `size`."""
-    flat = cv2.findHomography(view.board[:, :2], view.picture)[0]
+    flat = cv2.findHomography(view.board[:, :2], view.image)[0]
     low, high = view.board[:, :2].min(axis=0), view.board[:, :2].max(axis=0)
     corners = np.array([[[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]])
     outline = cv2.perspectiveTransform(corners.astype(float), flat)[0]
@@ -273,7 +273,7 @@ def placed(view: View, size: tuple[int, int]) -> Placement:
     top, right, bottom, left = (
         float(np.linalg.norm(outline[(side + 1) % 4] - outline[side])) for side in range(4)
     )
-    middle = view.picture.mean(axis=0) / size
+    middle = view.image.mean(axis=0) / size
     scale = math.sqrt(abs(float(cv2.contourArea(outline.astype(np.float32)))))
     return Placement(
         float(middle[0]),
@@ -289,13 +289,13 @@ def _moved(before: View, after: View) -> float:
     _, first, second = np.intersect1d(before.ids, after.ids, return_indices=True)
     if not len(first):
         return math.inf
-    return float(np.linalg.norm(before.picture[first] - after.picture[second], axis=1).mean())
+    return float(np.linalg.norm(before.image[first] - after.image[second], axis=1).mean())
 
 
 def _residuals(view: View, calibration: Calibration) -> NDArray[np.float64]:
     _, rotation, translation = cv2.solvePnP(
-        view.board, view.picture, calibration.matrix, calibration.distortion
+        view.board, view.image, calibration.matrix, calibration.distortion
     )
     seen, _ = cv2.projectPoints(view.board, rotation, translation, calibration.matrix, calibration.distortion)
-    residuals: NDArray[np.float64] = seen.reshape(-1, 2).astype(np.float64) - view.picture
+    residuals: NDArray[np.float64] = seen.reshape(-1, 2).astype(np.float64) - view.image
     return residuals

@@ -47,7 +47,7 @@ def _add_calibrate(commands: Any) -> None:
         "--window", action="store_true", help="open a window that shows the views still missing"
     )
     parser.add_argument(
-        "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
+        "--screenshot", type=Path, metavar="FILE", help="save a screenshot of the window after --seconds"
     )
     add_theme(parser)
     parser.add_argument(
@@ -137,7 +137,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
     from grabbergui.calibration.collector import Verdict
 
     waiting = {
-        Verdict.NOT_SEEN: "no board is seen: bring all of it into the picture, lit and in focus",
+        Verdict.NOT_SEEN: "no board is seen: bring all of it into the image, lit and in focus",
         Verdict.MOVING: "the board moves: hold it still for a moment",
         Verdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
     }

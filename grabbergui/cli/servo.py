@@ -55,7 +55,7 @@ def add_commands(commands: Any) -> None:
         "--until-reached", action="store_true", help="headless: end when the marker is reached"
     )
     parser.add_argument(
-        "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
+        "--screenshot", type=Path, metavar="FILE", help="save a screenshot of the window after --seconds"
     )
     add_theme(parser)
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
@@ -253,7 +253,7 @@ def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
 
 def _timing(runner: Runner) -> dict[str, float | None]:
     return {
-        "pictures": runner.pictures,
+        "images": runner.images,
         "detection_ms_median": statistics.median(runner.detection_ms) if runner.detection_ms else None,
         "photon_to_command_ms_median": statistics.median(runner.latency_ms) if runner.latency_ms else None,
         "commands_sent": runner.gate.sent,

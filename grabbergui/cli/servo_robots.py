@@ -72,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--field-of-view",
         type=float,
         metavar="DEGREES",
-        help="do without a calibration: what the picture's width sees; distances are then rough",
+        help="do without a calibration: what the image's width sees; distances are then rough",
     )
 
 
@@ -98,7 +98,7 @@ def add_tiago(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--hand-frame", metavar="FRAME", help="frame of the end effector (hand_grasping_frame)"
     )
-    group.add_argument("--camera-frame", metavar="FRAME", help="of the pictures (that of camera_info)")
+    group.add_argument("--camera-frame", metavar="FRAME", help="of the images (that of camera_info)")
     group.add_argument("--arm-topic", metavar="/TOPIC", help="its twists (/servo_node/delta_twist_cmds)")
     group.add_argument(
         "--head-topic", metavar="/TOPIC", help="its trajectories (/head_controller/joint_trajectory)"

@@ -177,7 +177,7 @@ def _add_teo(commands: Any) -> None:
     )
     parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
     add_name_server_options(parser)
-    parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    parser.add_argument("--fps", type=float, default=30.0, help="images per second (30)")
     parser.add_argument(
         "--yarp", choices=("3.x", "4.0"), default="3.x", help="the version of YARP to imitate (3.x)"
     )
@@ -209,9 +209,9 @@ def _simulate_teo(options: argparse.Namespace) -> int:
         ports = TeoPorts(robot, names, options.name, Dialect(options.yarp))
         ports.open()
         stack.callback(ports.close)
-        pictures = YarpGrabberServer(camera, f"{options.name}/camera", names=names)
-        pictures.start()
-        stack.callback(pictures.stop)
+        images = YarpGrabberServer(camera, f"{options.name}/camera", names=names)
+        images.start()
+        stack.callback(images.stop)
         print(f"{options.name} is on the name server at {names.server.host}:{names.server.port}", flush=True)
         stop.wait()
     return 0
@@ -225,7 +225,7 @@ def _add_tiago(commands: Any) -> None:
         example="grabbergui simulate-tiago --ros2 /camera",
     )
     parser.add_argument("--ros2", default="/camera", metavar="/NAME", help="the camera's node (/camera)")
-    parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    parser.add_argument("--fps", type=float, default=30.0, help="images per second (30)")
     parser.add_argument(
         "--stock",
         action="store_true",
@@ -258,14 +258,14 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         # A copy: set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
         camera_info.save(closed_loop.calibration(), calibration)
-        pictures = Ros2GrabberServer(
+        images = Ros2GrabberServer(
             camera,
             options.ros2,
             frame_id=topics.camera_frame,
             calibration=FittedCalibration(camera, calibration),
         )
-        pictures.start()
-        stack.callback(pictures.stop)
+        images.start()
+        stack.callback(images.stop)
         controllers = TiagoTopics(robot, topics, stock=options.stock)
         controllers.open()
         stack.callback(controllers.close)

@@ -138,8 +138,8 @@ class Component:
         """Return a copy of the component that does not occupy a buffer of the stream."""
         return replace(self, data=self.data.copy(), _conversions=Conversions())
 
-    def _decoded(self) -> _Picture:
-        return _Picture(
+    def _decoded(self) -> _DecodedImage:
+        return _DecodedImage(
             self.payload, self.width, self.height, self.pixel_format, self.padding_x, self.big_endian
         )
 
@@ -161,7 +161,7 @@ def further_components(parts: Sequence[Component]) -> Iterator[tuple[str, Compon
 
 
 @dataclass(eq=False)
-class _Picture:
+class _DecodedImage:
     """A component's uncompressed pixels, in the form that `core.pixels` takes."""
 
     payload: NDArray[np.uint8]

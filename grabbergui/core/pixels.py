@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core import colour, unpacking
 from grabbergui.core.pfnc import Family
-from grabbergui.core.unpacking import SensorPicture
+from grabbergui.core.unpacking import SensorImage
 
 
 @dataclass(frozen=True)
@@ -56,23 +56,23 @@ class DisplayImage:
     "The part of the frame that `pixels` covers, edge to edge, in the frame's pixels."
 
 
-def to_raw(frame: SensorPicture) -> NDArray[Any]:
+def to_raw(frame: SensorImage) -> NDArray[Any]:
     """Return the values of `Frame.raw`. Raises PixelFormatError."""
     return unpacking.lines(frame)
 
 
-def to_mono(frame: SensorPicture) -> NDArray[np.uint8]:
+def to_mono(frame: SensorImage) -> NDArray[np.uint8]:
     """Return the image of `Frame.mono`: luma of colour, the eight highest bits of deeper formats."""
     return colour.to_grey(_eight_bit_lines(frame), frame.pixel_format)
 
 
-def to_rgb(frame: SensorPicture) -> NDArray[np.uint8]:
+def to_rgb(frame: SensorImage) -> NDArray[np.uint8]:
     """Return the image of `Frame.rgb`; `core.colour` describes how each family becomes RGB."""
     return colour.to_rgb(_eight_bit_lines(frame), frame.pixel_format)
 
 
 def for_display(
-    frame: SensorPicture, region: Region | None = None, size: tuple[int, int] | None = None
+    frame: SensorImage, region: Region | None = None, size: tuple[int, int] | None = None
 ) -> DisplayImage:
     """Return an 8-bit image of a region (the whole frame if None), never larger than `size`.
 
@@ -105,7 +105,7 @@ def for_display(
     return DisplayImage(image, region)
 
 
-def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
+def value_at(frame: SensorImage, x: int, y: int) -> tuple[float, ...]:
     """Return the sensor's values of a pixel: one for mono and mosaics, (R, G, B[, alpha]) or (Y, U, V).
 
     The order does not depend on the one in memory, except for BiColor and coordinates. Values are integers
@@ -132,7 +132,7 @@ _RANGE_SAMPLES = 256
 "Lines and columns, at least, on which the range of a frame is measured."
 
 
-def _bounds(frame: SensorPicture) -> tuple[float, float] | None:
+def _bounds(frame: SensorImage) -> tuple[float, float] | None:
     """Return the range of a frame for display, the same for all its regions; None if the format has its own.
 
     For coordinates it is the range of the last one. It is measured on a sample of lines and columns.
@@ -144,14 +144,14 @@ def _bounds(frame: SensorPicture) -> tuple[float, float] | None:
     return colour.measured_bounds(sample if sample.ndim == 2 else sample[..., -1])
 
 
-def _eight_bit_lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[np.uint8]:
+def _eight_bit_lines(frame: SensorImage, first: int = 0, last: int | None = None) -> NDArray[np.uint8]:
     last = frame.height if last is None else last
     if not frame.pixel_format.needs_range and (high := unpacking.high_lines(frame, first, last)) is not None:
         return high
     return colour.eight_bits(unpacking.lines(frame, first, last), frame.pixel_format, _bounds(frame))
 
 
-def _whole_cells(region: Region, frame: SensorPicture) -> Region:
+def _whole_cells(region: Region, frame: SensorImage) -> Region:
     across, down = frame.pixel_format.cell
     left, top = region.x - region.x % across, region.y - region.y % down
     right = min(-(-region.right // across) * across, frame.width)
@@ -159,11 +159,11 @@ def _whole_cells(region: Region, frame: SensorPicture) -> Region:
     return Region(left, top, right - left, bottom - top)
 
 
-def _part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
+def _part(frame: SensorImage, region: Region) -> NDArray[np.uint8]:
     return _eight_bit_lines(frame, region.y, region.bottom)[:, region.x : region.right]
 
 
-def _demosaiced_part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
+def _demosaiced_part(frame: SensorImage, region: Region) -> NDArray[np.uint8]:
     """Return a region in RGB as it is in the whole image, interpolated with the pixels around it."""
     margin = 2 if frame.pixel_format.family is Family.BAYER else 12
     left, top = max(0, region.x - margin), max(0, region.y - margin)

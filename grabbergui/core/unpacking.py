@@ -18,7 +18,7 @@ from grabbergui.core.pixel_loops import (
 )
 
 
-class SensorPicture(Protocol):
+class SensorImage(Protocol):
     """The fields of a `Frame` that determine its pixels; `Frame` documents them."""
 
     payload: NDArray[np.uint8]
@@ -29,7 +29,7 @@ class SensorPicture(Protocol):
     big_endian: bool
 
 
-def check(frame: SensorPicture) -> None:
+def check(frame: SensorImage) -> None:
     """Raise PixelFormatError unless the payload contains an image of a known layout."""
     pixel_format, size = frame.pixel_format, f"{frame.width}×{frame.height}"
     if not pixel_format.convertible:
@@ -48,7 +48,7 @@ def check(frame: SensorPicture) -> None:
         )
 
 
-def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[Any]:
+def lines(frame: SensorImage, first: int = 0, last: int | None = None) -> NDArray[Any]:
     """Return the sensor's values of the lines from `first` up to, but excluding, `last`.
 
     Shape (lines, width), or (lines, width, n) for n components in the order of `PixelFormat.raw_order`. Up
@@ -72,7 +72,7 @@ def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDAr
     return _by_pixel(samples, pixel_format.components)
 
 
-def high_lines(frame: SensorPicture, first: int, last: int) -> NDArray[np.uint8] | None:
+def high_lines(frame: SensorImage, first: int, last: int) -> NDArray[np.uint8] | None:
     """Return the eight highest bits of `lines` if they can be unpacked separately; else None."""
     check(frame)
     pixel_format = frame.pixel_format
@@ -84,7 +84,7 @@ def high_lines(frame: SensorPicture, first: int, last: int) -> NDArray[np.uint8]
     )
 
 
-def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
+def value_at(frame: SensorImage, x: int, y: int) -> tuple[float, ...]:
     """Return the components of one pixel in the order of `lines`, reading one line at most.
 
     Raises PixelFormatError.
@@ -102,7 +102,7 @@ def _by_pixel(samples: NDArray[Any], components: int) -> NDArray[Any]:
     return samples if components == 1 else samples.reshape(len(samples), -1, components)
 
 
-def _needed_bytes(frame: SensorPicture) -> int:
+def _needed_bytes(frame: SensorImage) -> int:
     """Return the bytes of the image; the padding of its last line may be missing."""
     pixel_format, width, height, padding = frame.pixel_format, frame.width, frame.height, frame.padding_x
     if not padding:
@@ -115,7 +115,7 @@ def _needed_bytes(frame: SensorPicture) -> int:
 
 
 def _sample_lines(
-    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int
+    frame: SensorImage, data: NDArray[np.uint8], count: int, first: int, last: int
 ) -> NDArray[Any]:
     """Return lines of `count` samples each, of an image or plane that begins with `data`: (lines, count)."""
     if frame.pixel_format.packed:
@@ -124,7 +124,7 @@ def _sample_lines(
 
 
 def _whole_lines(
-    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int
+    frame: SensorImage, data: NDArray[np.uint8], count: int, first: int, last: int
 ) -> NDArray[Any]:
     item = frame.pixel_format.sample_bytes
     dtype = np.dtype(f"{'>' if frame.big_endian else '<'}{frame.pixel_format.kind}{item}")
@@ -136,7 +136,7 @@ def _whole_lines(
 
 
 def _packed_lines(
-    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int, *, high: bool = False
+    frame: SensorImage, data: NDArray[np.uint8], count: int, first: int, last: int, *, high: bool = False
 ) -> NDArray[Any]:
     if not frame.padding_x:
         # The bit stream continues across the ends of lines.
@@ -155,7 +155,7 @@ def _packed_lines(
 
 
 def _packed_run(
-    frame: SensorPicture, data: NDArray[np.uint8], begin: int, end: int, *, high: bool = False
+    frame: SensorImage, data: NDArray[np.uint8], begin: int, end: int, *, high: bool = False
 ) -> NDArray[Any]:
     """Return samples of a stream without padding; `begin` may lie within a group of bytes."""
     layout, depth = frame.pixel_format.layout, frame.pixel_format.depth
@@ -165,7 +165,7 @@ def _packed_run(
     return to_samples(np.ascontiguousarray(data)[start:], layout, depth, end - begin + skipped)[skipped:]
 
 
-def _planar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+def _planar_lines(frame: SensorImage, first: int, last: int) -> NDArray[Any]:
     """Return (lines, width, components) from separate planes; a view of the payload if they are unpacked."""
     pixel_format, width, height = frame.pixel_format, frame.width, frame.height
     if not frame.padding_x:
@@ -187,7 +187,7 @@ def _planar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
     return np.ndarray(shape, one.dtype, data, first * stride, strides)
 
 
-def _field_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+def _field_lines(frame: SensorImage, first: int, last: int) -> NDArray[Any]:
     """Return (lines, width, 3) from bit fields of words, 16 or 32 bits per pixel."""
     pixel_format = frame.pixel_format
     item = pixel_format.bits_per_pixel // 8
@@ -208,7 +208,7 @@ def _field_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
     return values
 
 
-def _yuv411_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+def _yuv411_lines(frame: SensorImage, first: int, last: int) -> NDArray[Any]:
     """Return (lines, width, 3) Y U V from groups of six bytes, in which four pixels share chroma.
 
     Without padding, groups continue across the ends of lines. Pixels of an incomplete last group take the
@@ -247,13 +247,13 @@ def _spread_411(rows: NDArray[np.uint8], order: str, width: int) -> NDArray[np.u
     return values
 
 
-def _chroma_plane(frame: SensorPicture) -> tuple[int, int]:
+def _chroma_plane(frame: SensorImage) -> tuple[int, int]:
     """Return the number of lines of the chroma plane, and the bytes of a line."""
     vertical = frame.pixel_format.cell[1]
     return -(-frame.height // vertical), 2 * -(-frame.width // 2)
 
 
-def _semiplanar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+def _semiplanar_lines(frame: SensorImage, first: int, last: int) -> NDArray[Any]:
     """Return (lines, width, 3) Y U V from a plane of luma and one of interleaved chroma."""
     width, height, padding = frame.width, frame.height, frame.padding_x
     data, vertical = np.ascontiguousarray(frame.payload), frame.pixel_format.cell[1]

@@ -26,8 +26,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.models.error_text import error_text
+from grabbergui.models.image.rendering import DisplaySettings, render
 from grabbergui.models.language import translate
-from grabbergui.models.picture.rendering import DisplaySettings, render
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +99,7 @@ class CalibratingModel:
         self.name = camera_name(grabber.info)
         "The camera's name in the calibration file."
         self.wanted = WANTED
-        self.pictures: list[DisplayImage] = []
+        self.images: list[DisplayImage] = []
         "Reduced images of the kept views."
         self.requests = 0
         "Number of calls of `solve`; a solution of an earlier request is outdated."
@@ -238,7 +238,7 @@ class CalibratingModel:
         collector = self._collector
         verdict = collector.look(frame.mono(), keep=self._collecting)
         if verdict is Verdict.KEPT and self._collecting:
-            self.pictures.append(for_display(frame, None, KEPT_SIZE))
+            self.images.append(for_display(frame, None, KEPT_SIZE))
         image = render(frame, *self._view, DisplaySettings())
         self._put(self._preview(image, (frame.width, frame.height), verdict))
         if self._collecting and collector.complete:
@@ -251,7 +251,7 @@ class CalibratingModel:
         collector = self._collector
         hint = hint_text(collector.missing()) if image is not None else ""
         seen = collector.last if image is not None else None
-        corners = None if seen is None else seen.picture
+        corners = None if seen is None else seen.image
         return BoardPreview(
             image, size, corners, verdict, collector.coverage.copy(), len(collector.views), hint
         )
@@ -266,7 +266,7 @@ class CalibratingModel:
     def _begin(self) -> None:
         self._collector = Collector(self._board, WANTED, still=True)
         self.wanted = WANTED
-        self.pictures = []
+        self.images = []
         self._result, self._left_out = None, frozenset()
 
     def _solve(self, used: frozenset[int] | None, request: int) -> None:
@@ -281,7 +281,7 @@ class CalibratingModel:
         if used is not None:
             self._left_out = frozenset(range(len(result.errors))) - used
         chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))
-        self.solved.emit(Solution(result, chosen, [view.picture for view in self._collector.views], request))
+        self.solved.emit(Solution(result, chosen, [view.image for view in self._collector.views], request))
 
 
 def verdict_text(verdict: Verdict) -> str:

@@ -241,9 +241,7 @@ def diagnose(seen: Observation) -> Diagnosis | None:
         exposure = f" ({seen.facts.exposure})" if seen.facts.exposure else ""
         return Diagnosis(
             Stage.DISPLAY,
-            translate("Diagnosis", "The picture is black: the exposure{0} may be too short.").format(
-                exposure
-            ),
+            translate("Diagnosis", "The image is black: the exposure{0} may be too short.").format(exposure),
             translate(
                 "Diagnosis", "Raise exposure or gain, press auto, open the iris, or take the lens cap off."
             ),

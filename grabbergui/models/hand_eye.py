@@ -22,8 +22,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.calibrating import Preview
 from grabbergui.models.hand_eye_text import ended_text, progress_text
+from grabbergui.models.image.rendering import DisplaySettings, render
 from grabbergui.models.language import driver_text, translate
-from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_run import HandEyeRun, Progress, Step, watched
 from grabbergui.servo.hand_eye_stand import HandEyeStand, Plan, TargetWatch, plan

@@ -50,7 +50,7 @@ class Cause(Enum):
     "Another program has control."
     TRIGGER = "trigger"
     "Frames come only when the camera is triggered."
-    PICTURE = "picture"
+    IMAGE = "image"
     "Frames do not arrive or cannot be seen although the camera streams."
     OPENING = "opening"
     "A source could not be opened; ends with the next attempt."

@@ -18,8 +18,8 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
+from grabbergui.models.image.rendering import DisplaySettings, render
 from grabbergui.models.language import translate
-from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.models.servo_proxy import Run
 from grabbergui.servo import overlay
 from grabbergui.servo.config import Config

@@ -16,9 +16,9 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.picture import PictureModel
 
 log = logging.getLogger(__name__)
 
@@ -259,9 +259,9 @@ class Tile:
     """One source and its small image."""
 
     source: OpenSource
-    picture: PictureModel = field(default_factory=PictureModel)
+    image: ImageModel = field(default_factory=ImageModel)
     attached: bool = False
-    "Whether the picture was attached to the source."
+    "Whether the image was attached to the source."
 
 
 class GalleryModel:
@@ -277,8 +277,8 @@ class GalleryModel:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._tiles: tuple[Tile, ...] = ()
-        # A display thread keeps its picture alive; pictures whose threads have ended leave this set.
-        self._ending: WeakSet[PictureModel] = WeakSet()
+        # A display thread keeps its image alive; images whose threads have ended leave this set.
+        self._ending: WeakSet[ImageModel] = WeakSet()
         self._lock = threading.RLock()
         connection.sources_changed.connect(self._on_sources_changed)
         # Not through the GUI thread: the queue must be closed before the grabber.
@@ -289,19 +289,19 @@ class GalleryModel:
         """The current tiles. Any thread."""
         return self._tiles
 
-    def picture_of(self, source: OpenSource) -> PictureModel | None:
+    def image_of(self, source: OpenSource) -> ImageModel | None:
         """Return the small image of a source; None if it has no tile. Any thread."""
-        return next((tile.picture for tile in self._tiles if tile.source is source), None)
+        return next((tile.image for tile in self._tiles if tile.source is source), None)
 
     def close(self, timeout: float) -> bool:
         """Remove all tiles; return whether every thread ended within `timeout` seconds. Can be repeated."""
         self._connection.sources_changed.disconnect(self._on_sources_changed, missing_ok=True)
         with self._lock:
-            self._ending.update(tile.picture for tile in self._tiles)
+            self._ending.update(tile.image for tile in self._tiles)
             self._tiles = ()
             ending = list(self._ending)
         deadline = time.monotonic() + timeout
-        ended = [picture.detach(max(0.0, deadline - time.monotonic())) for picture in ending]
+        ended = [image.detach(max(0.0, deadline - time.monotonic())) for image in ending]
         return all(ended)
 
     def _on_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
@@ -312,9 +312,9 @@ class GalleryModel:
             wanted = sources if len(sources) >= FEWEST else ()
             self._tiles = tuple(known.get(source) or Tile(source) for source in wanted)
             for source in known.keys() - set(wanted):
-                picture = known[source].picture
-                picture.detach()
-                self._ending.add(picture)
+                image = known[source].image
+                image.detach()
+                self._ending.add(image)
             for tile in self._tiles:
                 self._attach(tile)
         self.changed.emit(self._tiles)
@@ -323,11 +323,11 @@ class GalleryModel:
         with self._lock:
             for tile in self._tiles:
                 if tile.source is source:
-                    tile.picture.detach()
+                    tile.image.detach()
 
     def _attach(self, tile: Tile) -> None:
         grabber = tile.source.grabber
         opened = tile.source.state.connected or tile.source.state is LinkState.LOST
         if grabber is not None and opened and not tile.attached and not tile.source.abandoned.is_set():
             tile.attached = True
-            tile.picture.attach(grabber)
+            tile.image.attach(grabber)

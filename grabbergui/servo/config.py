@@ -208,7 +208,7 @@ class ArmConfig:
 class SafetyConfig:
     """Conditions under which the robot stops."""
 
-    picture_timeout: float = 0.15
+    image_timeout: float = 0.15
     "Age of the newest image, from its exposure, beyond which everything stops, seconds."
     robot_timeout: float = 0.15
     "Age of the robot's newest reading beyond which everything stops, seconds."
@@ -261,10 +261,10 @@ class Config:
 
     def __post_init__(self) -> None:
         self.marker.check()
-        if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
+        if self.safety.image_timeout + 1 / self.loop.rate > 0.2:
             raise UsageError(
-                f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "
-                f"within 0.2 s of the last picture, one control cycle ({1 / self.loop.rate:g} s) included"
+                f"[safety] image_timeout of {self.safety.image_timeout:g} s is too long: motion must end "
+                f"within 0.2 s of the last image, one control cycle ({1 / self.loop.rate:g} s) included"
             )
         if self.safety.command_timeout > 0.2:
             raise UsageError("[safety] command_timeout must not be more than 0.2 s")

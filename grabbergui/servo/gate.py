@@ -257,7 +257,7 @@ class CommandGate:
         self._moving = False
         self._guard.stop()
         self._robot.stop()
-        why = "the picture is too old" if over else f"no command for {1e3 * silent:.0f} ms"
+        why = "the image is too old" if over else f"no command for {1e3 * silent:.0f} ms"
         log.warning("%s: stopped", why)
         return True
 

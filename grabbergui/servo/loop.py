@@ -101,7 +101,7 @@ class ServoLoop:
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
-        fresh = -0.01 <= now - captured <= safety.picture_timeout
+        fresh = -0.01 <= now - captured <= safety.image_timeout
         marker = self._marker_at(now)
         target = self._target(marker)
         if not fresh or not fresh_robot or robot is None:
@@ -111,7 +111,7 @@ class ServoLoop:
         state = self.machine.step(
             now,
             Situation(
-                pictures=bool(fresh),
+                images=bool(fresh),
                 robot=fresh_robot,
                 target=target is not None,
                 centred=target is not None and robot is not None and self._centred(robot),
@@ -124,7 +124,7 @@ class ServoLoop:
         )
         command = Command(halt=True)
         if robot is not None and fresh and fresh_robot and state.head_moves:
-            until = captured + safety.picture_timeout + 1 / self.config.loop.rate
+            until = captured + safety.image_timeout + 1 / self.config.loop.rate
             command = replace(self._command(state, target, marker, robot, now, seconds), until=until)
         if not np.any(command.hand):
             self.arm.rest()
@@ -281,7 +281,7 @@ class ServoLoop:
         if not fresh_robot:
             return "the robot's readings are old"
         if not fresh:
-            return "no fresh picture"
+            return "no fresh image"
         marker = self.marker.pose
         if marker is not None and ARM not in self._parts:
             return "the arm is not driven: only the head follows"

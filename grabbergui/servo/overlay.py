@@ -20,7 +20,7 @@ from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.state_machine import State
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 Points = NDArray[np.float64]
 Colour = tuple[int, int, int]
 "Red, green, blue."
@@ -102,15 +102,15 @@ def drawing(
 
 
 def draw(
-    picture: Picture,
+    image: Image,
     cycle: ControlCycle,
     sighting: Sighting | None,
     calibration: Calibration,
     head: HeadConfig | None = None,
-) -> Picture:
+) -> Image:
     """Return a copy of an RGB image (rows, columns, 3) with the overlays, and the state at the top."""
-    out: Picture = np.array(picture)
-    thick = max(1, round(picture.shape[1] / 600))
+    out: Image = np.array(image)
+    thick = max(1, round(image.shape[1] / 600))
     made = drawing(cycle, sighting, calibration, head)
     for stroke in made.strokes:
         points = [np.rint(stroke.points).astype(np.int32)]
@@ -174,7 +174,7 @@ def _pixels(points: ArrayLike, calibration: Calibration) -> Points:
     return np.clip(seen.reshape(-1, 2), -_FAR, _FAR).astype(np.float64)
 
 
-def _caption(out: Picture, cycle: ControlCycle, thick: int) -> None:
+def _caption(out: Image, cycle: ControlCycle, thick: int) -> None:
     height = 26 * thick
     out[:height] //= 3
     cv2.circle(out, (height // 2, height // 2), height // 4, colour_of(cycle.state), -1, cv2.LINE_AA)

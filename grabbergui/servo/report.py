@@ -52,28 +52,28 @@ class Recorder:
         self._calibration = calibration
         self._video: MovieFile | None = None
         self._video_start = 0.0
-        self._next_picture = -math.inf
-        self._pictures = 0
+        self._next_image = -math.inf
+        self._images = 0
 
     def add(self, cycle: ControlCycle, frame: Frame | None, sighting: Sighting | None) -> None:
         """Record a cycle, and its image at the video's rate."""
         if len(self.cycles) < _LONGEST:
             self.cycles.append(cycle)
-        if frame is not None and cycle.time >= self._next_picture:
-            self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, cycle.time - 1 / VIDEO_FPS)
+        if frame is not None and cycle.time >= self._next_image:
+            self._next_image = max(self._next_image + 1 / VIDEO_FPS, cycle.time - 1 / VIDEO_FPS)
             try:
                 calibration = self._calibration(frame.width, frame.height)
                 self._write(overlay.draw(frame.rgb(), cycle, sighting, calibration), cycle.time)
             except (GrabberError, OSError) as error:
                 # A full disk, for instance, must not end the run.
                 log.warning("the report's video ends here: %s", error)
-                self._next_picture = math.inf
+                self._next_image = math.inf
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
         """Write the report with `facts` in it, and return it."""
         self._finish_video()
         report = summary(self.cycles) | facts
-        report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
+        report["video"] = f"{self._images} images at {VIDEO_FPS:g} per second"
         (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
         if len(self.cycles) > 1:
             plots = plot(self.cycles)
@@ -91,17 +91,17 @@ class Recorder:
         finally:
             video.abandon()
 
-    def _write(self, picture: np.ndarray, time: float) -> None:
+    def _write(self, image: np.ndarray, time: float) -> None:
         if self._video is None:
             # On demand, as it loads FFmpeg's libraries.
             from grabbergui.recording.movie_writer import MovieFile
 
             path = self._folder / VIDEO_NAME
             path.unlink(missing_ok=True)  # of an earlier run
-            self._video = MovieFile(path, RecordingKind.H264, picture.shape, picture.dtype, VIDEO_FPS)
+            self._video = MovieFile(path, RecordingKind.H264, image.shape, image.dtype, VIDEO_FPS)
             self._video_start = time
-        self._video.add(picture, round(1e6 * (time - self._video_start)))
-        self._pictures += 1
+        self._video.add(image, round(1e6 * (time - self._video_start)))
+        self._images += 1
 
 
 def summary(cycles: list[ControlCycle]) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 WIDTH, HEIGHT = 960, 220
@@ -242,7 +242,7 @@ class Band:
     colour: Colour
 
 
-def sheet(plots: Sequence[Plot], times: Sequence[float], bands: Sequence[Band]) -> Picture:
+def sheet(plots: Sequence[Plot], times: Sequence[float], bands: Sequence[Band]) -> Image:
     """Draw plots one below the other, RGB, and below them the legend of the bands."""
     drawn = [_draw(plot, np.asarray(times, np.float64), bands) for plot in plots]
     return np.vstack([*drawn, _legend(bands)])
@@ -258,7 +258,7 @@ def ticks(low: float, high: float, count: int = 5) -> list[float]:
     return [index * step for index in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def _legend(bands: Sequence[Band]) -> Picture:
+def _legend(bands: Sequence[Band]) -> Image:
     out = np.full((LEGEND, WIDTH, 3), 255, np.uint8)
     place = _LEFT
     for name, colour in {band.name: band.colour for band in bands}.items():
@@ -273,7 +273,7 @@ def _pale(colour: Colour) -> NDArray[np.int64]:
     return 255 - (255 - np.array(colour)) // 6
 
 
-def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[Band]) -> Picture:
+def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[Band]) -> Image:
     out = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
     start, end = (float(times[0]), float(times[-1])) if times.size > 1 else (0.0, 1.0)
     values = np.array([curve.values for curve in plot.curves], np.float64)
@@ -314,7 +314,7 @@ def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[Band]) -> Pict
     return out
 
 
-def _line(out: Picture, points: Sequence[tuple[int, int] | None], colour: Colour) -> None:
+def _line(out: Image, points: Sequence[tuple[int, int] | None], colour: Colour) -> None:
     run: list[tuple[int, int]] = []
     for point in (*points, None):
         if point is not None:
@@ -324,5 +324,5 @@ def _line(out: Picture, points: Sequence[tuple[int, int] | None], colour: Colour
             run = []
 
 
-def _text(out: Picture, text: str, place: tuple[int, int], colour: Colour = (110, 110, 110)) -> None:
+def _text(out: Image, text: str, place: tuple[int, int], colour: Colour = (110, 110, 110)) -> None:
     cv2.putText(out, text, place, _FONT, _SIZE, colour, 1, cv2.LINE_AA)

@@ -66,7 +66,7 @@ class Runner:
         self.config = config or Config()
         self.loop = ServoLoop(self.config, robot, dry_run=dry_run)
         self.gate = CommandGate(robot, self.config, guard, dry_run=dry_run)
-        self.pictures = 0
+        self.images = 0
         "Number of images that were searched."
         self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
         "Duration of the newest detections."
@@ -215,7 +215,7 @@ class Runner:
             self._detector = self._make_detector(frame)
         grey = frame.mono()
         self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))
-        self.pictures += 1
+        self.images += 1
         self.detection_ms.append(1e3 * (time.monotonic() - began))
         return captured
 

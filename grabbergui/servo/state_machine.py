@@ -56,7 +56,7 @@ class State(Enum):
 class Situation:
     """The inputs of a transition."""
 
-    pictures: bool = True
+    images: bool = True
     "Whether the newest image is fresh."
     robot: bool = True
     "Whether the robot's encoders are fresh."
@@ -93,7 +93,7 @@ class StateMachine:
 
     def __init__(self, grace: float, search_after: float) -> None:
         self.state = State.LOST
-        self.reason = "no picture yet"
+        self.reason = "no image yet"
         self.transitions: list[Transition] = []
         self._grace = grace
         self._search_after = search_after
@@ -114,8 +114,8 @@ class StateMachine:
             self._since = now
         if self.state is State.STOPPED:
             return self.state
-        if not situation.pictures or not situation.robot:
-            silent = "no fresh picture" if not situation.pictures else "the robot does not answer"
+        if not situation.images or not situation.robot:
+            silent = "no fresh image" if not situation.images else "the robot does not answer"
             if not situation.robot:
                 self._interrupted = -math.inf
             elif self.state.arm_moves:
@@ -162,7 +162,7 @@ class StateMachine:
 
     def _look_for_target(self, now: float, situation: Situation) -> None:
         if situation.marker and now - self._interrupted <= self._grace:
-            self._enter(now, State.APPROACHING, "pictures come again")
+            self._enter(now, State.APPROACHING, "images come again")
         elif situation.target:
             self._enter(now, State.CENTRING, "a target is seen")
         elif self._since is not None and now - self._since >= self._search_after:

@@ -56,7 +56,7 @@ class Colours:
     progress: str
     "A progress bar, below text in `text`."
     canvas: str
-    "Around the picture: neutral, so that it does not change how colours are seen."
+    "Around the image: neutral, so that it does not change how colours are seen."
     good: str
     busy: str
     bad: str

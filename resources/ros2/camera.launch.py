@@ -8,7 +8,7 @@ from launch_ros.actions import Node
 ARGUMENTS = {
     "source": ("sim:", "which camera; `grabbergui list` shows those that can be seen"),
     "name": ("/camera", "node, and what its topics begin with"),
-    "frame_id": ("camera_optical_frame", "of the pictures' headers"),
+    "frame_id": ("camera_optical_frame", "of the images' headers"),
     "calibration": ("", "camera_info's file; empty: the place below ROS_HOME"),
     "qos": ("reliable", "of the images: reliable, or sensor_data (best effort)"),
     "parameters": ("", "a parameter file: features to set, qualities of service; camera.yaml is one"),

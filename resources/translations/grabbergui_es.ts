@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="109"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="109"/>
         <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="172"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="172"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -229,7 +229,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="37"/>
-        <source>Horizontal angle that the picture covers</source>
+        <source>Horizontal angle that the image covers</source>
         <translation>Ángulo horizontal que abarca la imagen</translation>
     </message>
     <message>
@@ -265,12 +265,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="31"/>
-        <source>● waiting for a picture</source>
+        <source>● waiting for an image</source>
         <translation>● esperando una imagen</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="61"/>
-        <source>Which board do you use? A ChArUco board may extend beyond the picture and so covers its corners; a chessboard must be seen whole.</source>
+        <source>Which board do you use? A ChArUco board may extend beyond the image and so covers its corners; a chessboard must be seen whole.</source>
         <translation>¿Qué tablero se muestra? Un tablero ChArUco puede salirse de la imagen y así llega a las esquinas; un tablero de ajedrez debe verse entero.</translation>
     </message>
     <message>
@@ -340,7 +340,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="101"/>
-        <source>Hold the board still for a moment, then elsewhere: near and far, in every corner of the picture, tilted every way. Views are taken automatically.</source>
+        <source>Hold the board still for a moment, then elsewhere: near and far, in every corner of the image, tilted every way. Views are taken automatically.</source>
         <translation>Mantenga quieto el tablero un momento y muévalo a otro lugar: cerca y lejos, en cada esquina de la imagen, inclinado de todas las maneras. Las vistas se toman solas.</translation>
     </message>
     <message>
@@ -405,7 +405,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
-        <source>no pictures come from the camera</source>
+        <source>no images come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
@@ -440,7 +440,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="207"/>
-        <source>{0:.0%} of the picture is covered</source>
+        <source>{0:.0%} of the image is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
@@ -475,7 +475,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="21"/>
-        <source>Live picture</source>
+        <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
@@ -493,7 +493,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/calibration.py" line="131"/>
-        <source>{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°</source>
+        <source>{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
 </context>
@@ -726,57 +726,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="47"/>
+        <location filename="../../grabbergui/models/image/components.py" line="47"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="48"/>
+        <location filename="../../grabbergui/models/image/components.py" line="48"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="49"/>
+        <location filename="../../grabbergui/models/image/components.py" line="49"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="50"/>
+        <location filename="../../grabbergui/models/image/components.py" line="50"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="51"/>
+        <location filename="../../grabbergui/models/image/components.py" line="51"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="52"/>
+        <location filename="../../grabbergui/models/image/components.py" line="52"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="53"/>
+        <location filename="../../grabbergui/models/image/components.py" line="53"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="54"/>
+        <location filename="../../grabbergui/models/image/components.py" line="54"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="55"/>
+        <location filename="../../grabbergui/models/image/components.py" line="55"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="56"/>
+        <location filename="../../grabbergui/models/image/components.py" line="56"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="39"/>
+        <location filename="../../grabbergui/models/image/components.py" line="39"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -894,7 +894,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
-        <source>The picture is black: the exposure{0} may be too short.</source>
+        <source>The image is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
@@ -903,87 +903,87 @@ It {1}.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="308"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="317"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="257"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
@@ -1664,12 +1664,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="44"/>
-        <source>Score the whole picture</source>
+        <source>Score the whole image</source>
         <translation>Valorar toda la imagen</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="45"/>
-        <source>Whole picture</source>
+        <source>Whole image</source>
         <translation>Toda la imagen</translation>
     </message>
     <message>
@@ -1694,7 +1694,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/measuring_panels.py" line="187"/>
-        <source>of the whole picture</source>
+        <source>of the whole image</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
@@ -1956,12 +1956,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="35"/>
-        <source>Live picture</source>
+        <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="45"/>
-        <source>● waiting for a picture</source>
+        <source>● waiting for an image</source>
         <translation>● esperando una imagen</translation>
     </message>
     <message>
@@ -2301,7 +2301,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="328"/>
-        <source>Bring the board into the middle of the picture; it must not move on its own.</source>
+        <source>Bring the board into the middle of the image; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
 </context>
@@ -2339,7 +2339,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
-        <source>Stretch the levels over 99 % of the picture; the camera and saved frames do not change</source>
+        <source>Stretch the levels over 99 % of the image; the camera and saved frames do not change</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
     </message>
     <message>
@@ -2356,6 +2356,160 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/measuring_panels.py" line="75"/>
         <source>grey</source>
         <translation>gris</translation>
+    </message>
+</context>
+<context>
+    <name>Image</name>
+    <message>
+        <location filename="../../grabbergui/models/image/live_image.py" line="256"/>
+        <source>frame {0} ({1}) cannot be shown: {2}</source>
+        <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/components.py" line="177"/>
+        <source>no data</source>
+        <translation>sin datos</translation>
+    </message>
+</context>
+<context>
+    <name>ImageNote</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_note.ui" line="30"/>
+        <source>The stages of an image, and where it is lost</source>
+        <translation>Las etapas de una imagen, y dónde se pierde</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
+        <source>control</source>
+        <translation>control</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
+        <source>packets</source>
+        <translation>paquetes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
+        <source>frames</source>
+        <translation>imágenes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
+        <source>conversion</source>
+        <translation>conversión</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
+        <source>display</source>
+        <translation>pantalla</translation>
+    </message>
+</context>
+<context>
+    <name>ImageView</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="57"/>
+        <source>Live image</source>
+        <translation>Imagen en directo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="77"/>
+        <source>Pixel under the cursor and the sensor&apos;s value there</source>
+        <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="78"/>
+        <source>Pixel under the cursor</source>
+        <translation>Píxel bajo el cursor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="91"/>
+        <source>What to do</source>
+        <translation>Qué hacer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="98"/>
+        <source>Samples of the whole frame at the ends of the sensor’s range</source>
+        <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="99"/>
+        <source>Saturated and black</source>
+        <translation>Saturado y negro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="106"/>
+        <source>Screen pixels for each pixel of the image</source>
+        <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="107"/>
+        <source>Zoom</source>
+        <translation>Ampliación</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="178"/>
+        <source>Draw the region that the camera should send; Esc cancels.</source>
+        <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="179"/>
+        <source>Draw the region to bring into focus; Esc cancels.</source>
+        <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="180"/>
+        <source>Draw the line whose values you want to see; Esc cancels.</source>
+        <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="238"/>
+        <source> · fitted</source>
+        <translation> · encajada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="181"/>
+        <source>Draw the region whose brightness counts; Esc cancels.</source>
+        <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="182"/>
+        <source>Draw a region that should be grey; Esc cancels.</source>
+        <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="136"/>
+        <source>Last image, {0} old</source>
+        <translation>Última imagen, de hace {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="26"/>
+        <source>Component of the frame</source>
+        <translation>Componente del fotograma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="27"/>
+        <source>Which of the images in each frame is shown</source>
+        <translation>Cuál de las imágenes de cada fotograma se muestra</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="32"/>
+        <source>Side by side</source>
+        <translation>Lado a lado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="33"/>
+        <source>Show all images of each frame at once; zoom, position and cursor are common to all. A click on one makes it the current one.</source>
+        <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="185"/>
+        <source>Draw a line; Esc cancels.</source>
+        <translation>Dibuje una línea; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="186"/>
+        <source>Draw a region; Esc cancels.</source>
+        <translation>Dibuje una región; Esc cancela.</translation>
     </message>
 </context>
 <context>
@@ -2596,7 +2750,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="62"/>
-        <source>&amp;Picture</source>
+        <source>&amp;Image</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
@@ -2866,7 +3020,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
-        <source>Show the whole picture</source>
+        <source>Show the whole image</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
@@ -2881,7 +3035,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
-        <source>One screen pixel for each pixel of the picture</source>
+        <source>One screen pixel for each pixel of the image</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
@@ -2926,7 +3080,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
-        <source>Pause the picture; the last frames can be stepped through</source>
+        <source>Pause the image; the last frames can be stepped through</source>
         <translation>Pausar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
@@ -3001,7 +3155,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
-        <source>Mark the middle of the picture</source>
+        <source>Mark the middle of the image</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
@@ -3016,7 +3170,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
-        <source>Divide the picture into thirds and more</source>
+        <source>Divide the image into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
@@ -3186,7 +3340,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="94"/>
-        <source>Colours of gre&amp;y pictures</source>
+        <source>Colours of gre&amp;y images</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
@@ -3211,7 +3365,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
-        <source>Set exposure time and gain by the whole picture, once</source>
+        <source>Set exposure time and gain by the whole image, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
@@ -3241,7 +3395,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
-        <source>Set the white balance by the whole picture, once</source>
+        <source>Set the white balance by the whole image, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
@@ -3306,7 +3460,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
-        <source>Read a camera_info file, and show the picture without the distortion it describes</source>
+        <source>Read a camera_info file, and show the image without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
@@ -3316,7 +3470,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
-        <source>Show the picture without the lens&apos;s distortion; the camera and saved frames do not change</source>
+        <source>Show the image without the lens&apos;s distortion; the camera and saved frames do not change</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
@@ -3532,7 +3686,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="31"/>
-        <source>Show the live picture again (P)</source>
+        <source>Show the live image again (P)</source>
         <translation>Volver a la imagen en directo (P)</translation>
     </message>
     <message>
@@ -3552,160 +3706,6 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/controllers/recording.py" line="175"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
-    </message>
-</context>
-<context>
-    <name>Picture</name>
-    <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="256"/>
-        <source>frame {0} ({1}) cannot be shown: {2}</source>
-        <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/picture/components.py" line="175"/>
-        <source>no data</source>
-        <translation>sin datos</translation>
-    </message>
-</context>
-<context>
-    <name>PictureNote</name>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_note.ui" line="30"/>
-        <source>The stages of a picture, and where it is lost</source>
-        <translation>Las etapas de una imagen, y dónde se pierde</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
-        <source>control</source>
-        <translation>control</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
-        <source>packets</source>
-        <translation>paquetes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
-        <source>frames</source>
-        <translation>imágenes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
-        <source>conversion</source>
-        <translation>conversión</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
-        <source>display</source>
-        <translation>pantalla</translation>
-    </message>
-</context>
-<context>
-    <name>PictureView</name>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="57"/>
-        <source>Live picture</source>
-        <translation>Imagen en directo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="77"/>
-        <source>Pixel under the cursor and the sensor&apos;s value there</source>
-        <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="78"/>
-        <source>Pixel under the cursor</source>
-        <translation>Píxel bajo el cursor</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="91"/>
-        <source>What to do</source>
-        <translation>Qué hacer</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="98"/>
-        <source>Samples of the whole frame at the ends of the sensor’s range</source>
-        <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="99"/>
-        <source>Saturated and black</source>
-        <translation>Saturado y negro</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="106"/>
-        <source>Screen pixels for each pixel of the picture</source>
-        <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="107"/>
-        <source>Zoom</source>
-        <translation>Ampliación</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="178"/>
-        <source>Draw the region that the camera should send; Esc cancels.</source>
-        <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="179"/>
-        <source>Draw the region to bring into focus; Esc cancels.</source>
-        <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="180"/>
-        <source>Draw the line whose values you want to see; Esc cancels.</source>
-        <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="238"/>
-        <source> · fitted</source>
-        <translation> · encajada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="181"/>
-        <source>Draw the region whose brightness counts; Esc cancels.</source>
-        <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="182"/>
-        <source>Draw a region that should be grey; Esc cancels.</source>
-        <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="136"/>
-        <source>Last picture, {0} old</source>
-        <translation>Última imagen, de hace {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="26"/>
-        <source>Component of the frame</source>
-        <translation>Componente del fotograma</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="27"/>
-        <source>Which of the images in each frame is shown</source>
-        <translation>Cuál de las imágenes de cada fotograma se muestra</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="32"/>
-        <source>Side by side</source>
-        <translation>Lado a lado</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="33"/>
-        <source>Show all images of each frame at once; zoom, position and cursor are common to all. A click on one makes it the current one.</source>
-        <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="185"/>
-        <source>Draw a line; Esc cancels.</source>
-        <translation>Dibuje una línea; Esc cancela.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="186"/>
-        <source>Draw a region; Esc cancels.</source>
-        <translation>Dibuje una región; Esc cancela.</translation>
     </message>
 </context>
 <context>
@@ -3799,7 +3799,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="330"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3807,12 +3807,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="266"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="266"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="267"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="267"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -3846,7 +3846,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/measuring_panels.py" line="234"/>
-        <source>Draw a line through the picture to see its values.</source>
+        <source>Draw a line through the image to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
     <message>
@@ -3863,27 +3863,27 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="280"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="276"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="296"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="296"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="284"/>
         <source>{0} could not be opened: {1}</source>
         <translation>{0} no se pudo abrir: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="291"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="287"/>
         <source>Snapshots are in {0}; no program here shows folders</source>
         <translation>Las capturas están en {0}; ningún programa de este equipo muestra carpetas</translation>
     </message>
@@ -4060,12 +4060,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
-        <source>Pictures (PNG)</source>
+        <source>Images (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
-        <source>Pictures (TIFF, fast)</source>
+        <source>Images (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
@@ -4171,7 +4171,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/tuning.py" line="173"/>
-        <source>there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
+        <source>there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
 </context>
@@ -4204,27 +4204,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="376"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="377"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="376"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="377"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="410"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="411"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="275"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="276"/>
         <source>Close the calibration of hand and eye first</source>
         <translation>Cierre antes la calibración de mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="358"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="359"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>
@@ -4338,7 +4338,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="67"/>
-        <source>Live picture</source>
+        <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
@@ -4756,7 +4756,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="35"/>
-        <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc cancels what is being drawn or typed. Letters work while the picture has the focus: Enter gives it back.</source>
+        <source>Over the image the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc cancels what is being drawn or typed. Letters work while the image has the focus: Enter gives it back.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
@@ -5059,7 +5059,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/sources.py" line="359"/>
-        <source>The picture goes to the program that has control.</source>
+        <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
@@ -5082,7 +5082,7 @@ It {1}.</source>
     <name>StatusStrip</name>
     <message>
         <location filename="../../grabbergui/ui/forms/status_strip.ui" line="17"/>
-        <source>State of the connection and of the picture</source>
+        <source>State of the connection and of the image</source>
         <translation>Estado de la conexión y de la imagen</translation>
     </message>
     <message>
@@ -5102,7 +5102,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
-        <source>Frames per second from the camera, and pictures painted</source>
+        <source>Frames per second from the camera, and images painted</source>
         <translation>Imágenes por segundo de la cámara y dibujadas</translation>
     </message>
     <message>

@@ -1,4 +1,4 @@
-"""Boards: what they look like, on paper and in pictures."""
+"""Boards: what they look like, on paper and in images."""
 
 import re
 import shutil
@@ -51,7 +51,7 @@ def test_a_board_on_paper_is_found_at_its_true_size(board):
     dpi = 150
     view = board.find(boards.raster(board, sheet, dpi))
     assert len(view.ids) == 35
-    metres = view.picture / dpi * 0.0254
+    metres = view.image / dpi * 0.0254
     apart = np.linalg.norm(metres - metres[0], axis=1)
     true = np.linalg.norm(view.board - view.board[0], axis=1)
     assert np.abs(apart - true).max() < 0.0002
@@ -82,7 +82,7 @@ def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
     subprocess.run(command, check=True, timeout=PROGRAM)
     page = cv2.imread(str(tmp_path / "page.pgm"), cv2.IMREAD_GRAYSCALE)
     view = board.find(page)
-    apart = np.linalg.norm(view.picture[-1] - view.picture[0]) / 150 * 0.0254
+    apart = np.linalg.norm(view.image[-1] - view.image[0]) / 150 * 0.0254
     assert apart == pytest.approx(np.linalg.norm(view.board[-1] - view.board[0]), abs=0.0003)
 
 
@@ -93,9 +93,9 @@ def test_the_png_knows_its_resolution(tmp_path):
     along_x, along_y, unit, check = struct.unpack_from(">IIBI", file, place + 4)
     assert (along_x, along_y, unit) == (11811, 11811, 1)
     assert check == zlib.crc32(file[place : place + 13])
-    picture = cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE)
-    assert picture.shape[1] / along_x == pytest.approx(sheet.width / 1e3, rel=1e-3)
-    assert CHESSBOARD.find(picture) is not None
+    image = cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE)
+    assert image.shape[1] / along_x == pytest.approx(sheet.width / 1e3, rel=1e-3)
+    assert CHESSBOARD.find(image) is not None
 
 
 @pytest.mark.parametrize(
@@ -130,18 +130,16 @@ def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_images_too(board, s
     # Drawn four times finer and averaged, as a sensor's pixels do.
     fine = 4 if side == 1 else 2
     place = np.array([[fine, 0, (fine - 1) / 2], [0, fine, (fine - 1) / 2], [0, 0, 1]])
-    picture = cv2.warpPerspective(
+    image = cv2.warpPerspective(
         page, place @ tilt, (width * fine, height * fine), flags=cv2.INTER_AREA, borderValue=90
     )
-    picture = cv2.GaussianBlur(
-        cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), (0, 0), 0.7
-    )
-    view = board.find(picture)
+    image = cv2.GaussianBlur(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+    view = board.find(image)
     flat = np.hstack((view.board[:, :2] * 16_000 + 400 - 0.5, np.ones((len(view.board), 1))))
     true = tilt @ flat.T
-    error = np.linalg.norm(view.picture - (true[:2] / true[2]).T, axis=1)
+    error = np.linalg.norm(view.image - (true[:2] / true[2]).T, axis=1)
     if isinstance(board, Chessboard):  # the board does not say which corner is the first
-        error = np.minimum(error, np.linalg.norm(view.picture[::-1] - (true[:2] / true[2]).T, axis=1))
+        error = np.minimum(error, np.linalg.norm(view.image[::-1] - (true[:2] / true[2]).T, axis=1))
     assert np.sqrt((error**2).mean()) < 0.25
 
 
@@ -164,7 +162,7 @@ def test_a_view_determines_the_perspective_of_the_board(monkeypatch, fields, see
     board = CharucoBoard(12, 12, 0.03, 0.022, "5X5_100")
     ids = np.array([[(y - 1) * 11 + x - 1] for x, y in fields], np.int32)
     corners = np.array([[[40 * x, 40 * y]] for x, y in fields], np.float32)
-    monkeypatch.setattr(boards, "_refined", lambda grey, board, picture, factor, square: picture)
+    monkeypatch.setattr(boards, "_refined", lambda grey, board, image, factor, square: image)
     board._detector = SimpleNamespace(detectBoard=lambda grey: (corners, ids, (), None))
     view = board.find(np.zeros((480, 480), np.uint8))
     assert (view is not None) == seen

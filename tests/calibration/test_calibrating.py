@@ -35,7 +35,7 @@ def texture(kind):
     return np.dstack((grey, grey, grey, np.ones_like(grey)))
 
 
-def picture(pattern, pose):
+def image(pattern, pose):
     out = np.full((HEIGHT, WIDTH, 3), 3000, np.uint16)
     panel = Panel(pose, 0.27, 0.21, pattern, fine=True)
     draw(panel, out, VIEW, CAMERA)
@@ -55,7 +55,7 @@ def test_the_camera_that_drew_the_views_is_found(kind, views):
     board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
     collector, pattern = Collector(board), texture(kind)
     for pose in islice(poses(), views):
-        collector.add(picture(pattern, pose))
+        collector.add(image(pattern, pose))
     result = collector.solve("test")
     assert result.rms < 0.3
     matrix = result.calibration.matrix
@@ -68,7 +68,7 @@ def test_the_camera_that_drew_the_views_is_found(kind, views):
 
 
 def test_a_view_is_kept_once_and_the_same_again_is_not():
-    collector, view = Collector(CHARUCO), picture(texture("charuco"), at(0.45, 0, 0, yaw=20))
+    collector, view = Collector(CHARUCO), image(texture("charuco"), at(0.45, 0, 0, yaw=20))
     assert collector.add(view)
     assert not collector.add(view)
     assert len(collector.views) == 1
@@ -79,7 +79,7 @@ def test_a_view_is_kept_once_and_the_same_again_is_not():
 def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
     assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
-    assert not collector.add(picture(texture("charuco"), at(2.5, 0, 0)))
+    assert not collector.add(image(texture("charuco"), at(2.5, 0, 0)))
     with pytest.raises(UsageError, match="0 different views"):
         collector.solve()
 
@@ -87,9 +87,9 @@ def test_images_without_a_board_are_no_views():
 def test_a_view_that_fits_badly_is_left_out():
     collector, pattern = Collector(CHARUCO), texture("charuco")
     for pose in poses():
-        collector.add(picture(pattern, pose))
+        collector.add(image(pattern, pose))
     spoilt = collector.views[4]
-    spoilt.picture[:] += np.random.default_rng(1).normal(0, 8, spoilt.picture.shape)
+    spoilt.image[:] += np.random.default_rng(1).normal(0, 8, spoilt.image.shape)
     result = collector.solve()
     assert np.isnan(result.errors[4])
     assert np.isnan(result.errors).sum() == 1
@@ -110,7 +110,7 @@ def test_images_of_another_size_are_refused():
 
 def test_only_a_board_at_rest_is_kept():
     collector, pattern = Collector(CHARUCO, still=True), texture("charuco")
-    first, moved = picture(pattern, at(0.45, 0, 0, yaw=20)), picture(pattern, at(0.45, 0.02, 0, yaw=20))
+    first, moved = image(pattern, at(0.45, 0, 0, yaw=20)), image(pattern, at(0.45, 0.02, 0, yaw=20))
     assert [collector.look(grey) for grey in (first, moved, moved, moved)] == [
         Verdict.MOVING,
         Verdict.MOVING,
@@ -123,7 +123,7 @@ def test_only_a_board_at_rest_is_kept():
 
 def test_a_look_without_keep_keeps_nothing():
     collector = Collector(CHARUCO)
-    assert collector.look(picture(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
+    assert collector.look(image(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
     assert collector.views == []
     assert collector.last is not None
 
@@ -132,17 +132,17 @@ def test_a_look_without_keep_keeps_nothing():
 @pytest.mark.parametrize(("yaw", "slant"), [(-30, 1), (30, -1)])
 def test_the_nearer_edge_is_reported(kind, yaw, slant):
     board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
-    # About the vertical by a positive angle, the edge to the left in the picture comes nearer.
-    place = placed(board.find(picture(texture(kind), at(0.45, 0, 0, yaw=yaw))), (WIDTH, HEIGHT))
+    # About the vertical by a positive angle, the edge to the left in the image comes nearer.
+    place = placed(board.find(image(texture(kind), at(0.45, 0, 0, yaw=yaw))), (WIDTH, HEIGHT))
     assert np.sign(place.slant_x) == slant
     assert abs(place.slant_x) > 2 * abs(place.slant_y)
-    turned = placed(board.find(picture(texture(kind), at(0.45, 0, 0, pitch=yaw))), (WIDTH, HEIGHT))
+    turned = placed(board.find(image(texture(kind), at(0.45, 0, 0, pitch=yaw))), (WIDTH, HEIGHT))
     assert abs(turned.slant_y) > 2 * abs(turned.slant_x)
 
 
 def test_missing_views_are_reported_until_there_are_none():
     coverage, hints = Coverage(), []
-    view = CHARUCO.find(picture(texture("charuco"), at(0.3, 0, 0)))
+    view = CHARUCO.find(image(texture("charuco"), at(0.3, 0, 0)))
     everywhere = np.stack(np.meshgrid(np.linspace(1, 638, 40), np.linspace(1, 478, 40)), axis=-1).reshape(
         -1, 2
     )
@@ -190,10 +190,10 @@ def test_the_command_says_what_is_wrong(arguments, complaint):
 
 
 def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
-    pictures = [picture(texture("charuco"), pose) for pose in poses()]
+    images = [image(texture("charuco"), pose) for pose in poses()]
 
     def collect(collector, chosen):
-        for grey in pictures:
+        for grey in images:
             collector.add(grey)
             collector.add(grey)  # at rest
 

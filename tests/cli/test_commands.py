@@ -305,7 +305,7 @@ def test_a_camera_that_is_lost_is_no_trigger_to_look_for(monkeypatch, capsys):
     assert "trigger" not in err
 
 
-@pytest.mark.parametrize("command", [["grab"], ["record", "-n", "1", "--out", "pictures"]])
+@pytest.mark.parametrize("command", [["grab"], ["record", "-n", "1", "--out", "images"]])
 def test_a_source_that_is_away_is_waited_for_longer_than_for_a_frame(command, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     camera = sources.create(SMALL)

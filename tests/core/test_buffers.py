@@ -40,7 +40,7 @@ def test_a_released_buffer_is_reused():
         lambda array: memoryview(array),
         lambda array: Frame(array, 10, 10, by_name("Mono8")).mono(),
     ],
-    ids=["slice", "strided", "other dtype", "ndarray over it", "memoryview", "a frame's picture"],
+    ids=["slice", "strided", "other dtype", "ndarray over it", "memoryview", "a frame's image"],
 )
 def test_a_buffer_stays_in_use_as_long_as_any_view_of_it(look):
     pool = BufferPool(1000)

@@ -1,4 +1,4 @@
-"""Pictures that others sent as files: what their headers announce, and what is refused unread."""
+"""Images that others sent as files: what their headers announce, and what is refused unread."""
 
 import struct
 import tracemalloc
@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from grabbergui.core import encoded_image
 from grabbergui.core.errors import PixelFormatError, RemoteProtocolError
 
-PICTURE = np.arange(21 * 13 * 3, dtype=np.uint16).astype(np.uint8).reshape(13, 21, 3)
+IMAGE = np.arange(21 * 13 * 3, dtype=np.uint16).astype(np.uint8).reshape(13, 21, 3)
 KINDS = (".png", ".jpg", ".bmp", ".tiff")
 
 
 def encoded(kind, *parameters):
-    return cv2.imencode(kind, PICTURE, parameters)[1].reshape(-1)
+    return cv2.imencode(kind, IMAGE, parameters)[1].reshape(-1)
 
 
 def png_of(width, height):
@@ -49,9 +49,9 @@ def test_headers_announce_the_size(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_images_are_decoded(kind):
-    picture = encoded_image.decode(encoded(kind))
-    assert picture.shape == PICTURE.shape
-    assert kind == ".jpg" or np.array_equal(picture, PICTURE)
+    image = encoded_image.decode(encoded(kind))
+    assert image.shape == IMAGE.shape
+    assert kind == ".jpg" or np.array_equal(image, IMAGE)
 
 
 @pytest.mark.parametrize(
@@ -99,10 +99,10 @@ def test_a_truncated_file_is_refused_or_decoded_in_part(kind):
     file = encoded(kind)
     for length in range(0, file.size, 7):
         try:
-            picture = encoded_image.decode(file[:length])
+            image = encoded_image.decode(file[:length])
         except RemoteProtocolError:
             continue
-        assert picture.shape == PICTURE.shape
+        assert image.shape == IMAGE.shape
 
 
 BEGINNINGS = (b"", b"\xff\xd8", b"\xff\xd8\xff\xc0", b"\x89PNG\r\n\x1a\n", b"BM")

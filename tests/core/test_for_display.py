@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pictures import frame_of, random_values
+from images import frame_of, random_values
 
 from grabbergui.core import pfnc, pixels
 from grabbergui.core.pfnc import Family
@@ -22,7 +22,7 @@ def test_an_unreduced_image_equals_the_frames_own(pixel_format):
     whole = frame.mono() if pixel_format.family in GREY else frame.rgb()
     assert np.array_equal(pixels.for_display(frame).pixels, whole)
     if pixel_format.family is Family.SPARSE:
-        return  # its margin is wider than this picture
+        return  # its margin is wider than this image
     shown = pixels.for_display(frame, Region(5, 3, 9, 8))
     cut = whole[shown.region.y : shown.region.bottom, shown.region.x : shown.region.right]
     assert np.array_equal(shown.pixels, cut)

@@ -91,12 +91,12 @@ def test_an_unknown_name_is_a_key_error():
 
 
 @pytest.mark.parametrize(
-    ("name", "line", "picture"),
+    ("name", "line", "image"),
     [("Mono8", 7, 21), ("Mono10", 14, 42), ("Mono10p", 9, 27), ("Mono12Packed", 11, 32), ("RGB8", 21, 63)],
 )
-def test_sizes_of_an_odd_image(name, line, picture):
+def test_sizes_of_an_odd_image(name, line, image):
     assert pfnc.by_name(name).line_bytes(7) == line
-    assert pfnc.by_name(name).image_bytes(7, 3) == picture
+    assert pfnc.by_name(name).image_bytes(7, 3) == image
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from pictures import (
+from images import (
     bayer_colour,
     dtype_of,
     each_format,
@@ -62,7 +62,7 @@ def test_raw_has_the_sensors_values(pixel_format):
     seed=st.integers(0, 999),
     data=st.data(),
 )
-def test_any_lines_of_any_picture(pixel_format, width, height, padding, big_endian, seed, data):
+def test_any_lines_of_any_image(pixel_format, width, height, padding, big_endian, seed, data):
     values = random_values(pixel_format, width, height, seed)
     across = 4 if "411_" in pixel_format.name else 1
     assume(width % across == 0)  # how a group that is cut off ends is ours to choose
@@ -282,7 +282,7 @@ def test_nan_and_infinite_values_are_black(name):
     padding=st.integers(-1, 9),
     big_endian=st.booleans(),
 )
-def test_any_frame_gives_a_picture_or_a_pixel_format_error(
+def test_any_frame_gives_an_image_or_a_pixel_format_error(
     pixel_format, width, height, size, padding, big_endian
 ):
     payload = np.arange(size, dtype=np.uint64).astype(np.uint8)

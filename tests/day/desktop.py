@@ -252,7 +252,7 @@ class Operator:
         self._do("getactivewindow", "windowsize", "--sync", width, height)
 
     def shot(self, name: str) -> None:
-        """Keep a picture of the screen in the folder that GRABBERGUI_ARTEFACTS names, if it does."""
+        """Keep an image of the screen in the folder that GRABBERGUI_ARTEFACTS names, if it does."""
         if self.folder is not None:
             folder = self.folder / "day"
             folder.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ def place(widget, x=0.5, y=0.5):
 
 
 def row(name):
-    """The control of a feature above the picture."""
+    """The control of a feature above the image."""
     return window.favourites.rows.rows(name)[0]
 
 
@@ -69,8 +69,8 @@ def said():
         "losses": text_of(strip.lossLabel),
         "loss tone": strip.lossLabel.property("tone"),
         "tiles": [tile(each) for each in window.gallery.tiles],
-        "age": text_of(window.picture.ageLabel),
-        "note": text_of(window.picture.note.summaryLabel),
+        "age": text_of(window.image.ageLabel),
+        "note": text_of(window.image.note.summaryLabel),
         "record": bar.recordButton.isEnabled(),
         "recording": bar.recordButton.isChecked(),
         "progress": text_of(bar.progressLabel),
@@ -79,7 +79,7 @@ def said():
 
 
 def number(name):
-    """Return the text of a control above the picture, with its unit."""
+    """Return the text of a control above the image, with its unit."""
     rows = window.favourites.rows.rows(name)
     return rows[0].editor.field.text() if rows and rows[0].editor is not None else None
 

@@ -79,7 +79,7 @@ class Day:
     "The steps after which everything shown was true."
 
     def agrees(self, step: str, messages: tuple[str, ...] = ()) -> dict:
-        """Wait until all that is said is so, these messages and no others included; keep a picture of it."""
+        """Wait until all that is said is so, these messages and no others included; keep an image of it."""
         last: list[str] = []
 
         def agreed() -> dict | None:
@@ -127,8 +127,8 @@ class Day:
         )
         hold((self.words["lost"] in title) is lost, f"lost: {lost}, the title is {title}")
         hold(said["locked"] is lost, f"lost: {lost}, controls locked: {said['locked']}")
-        hold(bool(said["age"]) is lost, f"lost: {lost}, the picture's age: {said['age']!r}")
-        hold(not said["note"], f"a note over the picture: {said['note']}")
+        hold(bool(said["age"]) is lost, f"lost: {lost}, the image's age: {said['age']!r}")
+        hold(not said["note"], f"a note over the image: {said['note']}")
         hold(said["recording"] is recorded, f"recorded: {recorded}, the button: {said['recording']}")
         hold(
             said["record"] is (recorded or state in ("Live", "Waiting")),

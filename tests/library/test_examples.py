@@ -51,7 +51,7 @@ def test_every_example_is_short_and_says_how_to_start_it() -> None:
 @pytest.mark.parametrize(
     ("name", "arguments", "printed", "made"),
     [
-        ("one_picture", [SMALL], "320x240 Mono8", "picture.png"),
+        ("one_image", [SMALL], "320x240 Mono8", "image.png"),
         ("hdr_bracket", [SMALL], "merged", "hdr.png"),
         ("time_lapse", [SMALL, "0.05", "3"], "lapse-00002.png", "lapse-00002.png"),
         ("software_trigger", [SMALL], "after the call", None),
@@ -118,9 +118,9 @@ def test_the_panel_of_a_notebook_shows_frames_and_sets_the_camera() -> None:
     with grabbergui.open(SMALL) as camera:
         panel = NotebookPanel(camera, Widgets())
         try:
-            picture, exposure, gain, status = panel.widget.children[0]
-            assert [picture.kind, exposure.kind, gain.kind] == ["Image", "FloatLogSlider", "FloatSlider"]
-            until(lambda: (picture.value or b"").startswith(b"\xff\xd8\xff"))
+            image, exposure, gain, status = panel.widget.children[0]
+            assert [image.kind, exposure.kind, gain.kind] == ["Image", "FloatLogSlider", "FloatSlider"]
+            until(lambda: (image.value or b"").startswith(b"\xff\xd8\xff"))
             gain.observers[0]({"new": 6.0})
             assert camera.gain == 6.0 and status.value == "Gain = 6.0"
             gain.observers[0]({"new": 99.0})

@@ -127,7 +127,7 @@ class Held(Source):
 
     def start(self, *, keep_trigger=False):
         if self.access is Access.MONITOR:
-            raise AccessDeniedError("the camera sends its pictures to 10.0.0.5")
+            raise AccessDeniedError("the camera sends its images to 10.0.0.5")
         super().start()
 
 

@@ -9,7 +9,7 @@ from grabbergui.models.recording import FrameHistory
 from patience import PATIENCE
 
 
-def picture(number, size=10):
+def image(number, size=10):
     return frame_of(np.full((size, size), number, np.uint8), frame_id=number)
 
 
@@ -19,7 +19,7 @@ def ids(history):
 
 def test_it_keeps_the_last_frames_as_they_were():
     history = FrameHistory(most_frames=3)
-    frames = [picture(n) for n in range(5)]
+    frames = [image(n) for n in range(5)]
     for frame in frames:
         history.add(frame)
         frame.payload[:] = 99  # the stream's buffer is used again
@@ -30,31 +30,31 @@ def test_it_keeps_the_last_frames_as_they_were():
 def test_its_memory_is_bounded_also_when_frames_change_their_size():
     history = FrameHistory(most_frames=100, most_bytes=1000)
     for number in range(50):
-        history.add(picture(number, 10))
+        history.add(image(number, 10))
     assert len(history.frames) == 10
-    history.add(picture(60, 30))
+    history.add(image(60, 30))
     assert ids(history) == [49, 60]
-    history.add(picture(61, 40))
+    history.add(image(61, 40))
     assert ids(history) == [49, 60], "a frame larger than everything allowed is left out"
-    history.add(picture(62, 10))
+    history.add(image(62, 10))
     assert ids(history) == [60, 62] and sum(f.payload.nbytes for f in history.frames) <= 1000
 
 
 def test_a_paused_history_does_not_change():
     history = FrameHistory()
-    history.add(picture(1))
+    history.add(image(1))
     history.pause(True)
-    history.add(picture(2))
+    history.add(image(2))
     assert ids(history) == [1]
     history.pause(False)
-    history.add(picture(3))
+    history.add(image(3))
     assert ids(history) == [1, 3]
 
 
 def test_it_follows_a_grabber_and_starts_over_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
-    grabber._fanout.put(picture(7))
+    grabber._fanout.put(image(7))
     deadline = time.monotonic() + PATIENCE
     while ids(history) != [7]:
         assert time.monotonic() < deadline
@@ -68,7 +68,7 @@ def test_it_follows_a_grabber_and_starts_over_with_the_next():
 
 def test_a_frame_that_is_copied_while_the_source_changes_is_not_kept():
     history, first, second = FrameHistory(), ScriptedGrabber(), ScriptedGrabber()
-    frame, copied, copying = picture(7), threading.Event(), threading.Event()
+    frame, copied, copying = image(7), threading.Event(), threading.Event()
 
     class Slow:
         nbytes = frame.nbytes

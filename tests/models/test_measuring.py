@@ -25,12 +25,12 @@ RANDOM = np.random.default_rng(1)
 
 
 def test_the_histogram_of_grey_counts_every_pixel():
-    picture = RANDOM.integers(0, 4096, (50, 60), np.uint16)
-    found = measure_histogram(frame_of(picture, "Mono12"))
-    assert found.channels["grey"].tolist() == np.bincount(picture.reshape(-1), minlength=4096).tolist()
-    assert found.mean("grey") == pytest.approx(picture.mean())
-    assert found.binned("grey").size == 256 and found.binned("grey").sum() == picture.size
-    assert found.saturated == (picture == 4095).sum() / picture.size
+    image = RANDOM.integers(0, 4096, (50, 60), np.uint16)
+    found = measure_histogram(frame_of(image, "Mono12"))
+    assert found.channels["grey"].tolist() == np.bincount(image.reshape(-1), minlength=4096).tolist()
+    assert found.mean("grey") == pytest.approx(image.mean())
+    assert found.binned("grey").size == 256 and found.binned("grey").sum() == image.size
+    assert found.saturated == (image == 4095).sum() / image.size
 
 
 @pytest.mark.parametrize("order", ["RG", "GR", "BG", "GB"])
@@ -52,18 +52,18 @@ def test_the_histogram_of_colour_knows_the_order_in_memory():
 
 
 def test_a_blurred_image_is_less_sharp_and_a_brighter_one_is_not_sharper():
-    picture = RANDOM.integers(20, 120, (200, 200), np.uint8)
-    blurred = [cv2.GaussianBlur(picture, (0, 0), sigma) for sigma in (0.5, 1, 2, 4)]
-    scores = [sharpness(frame_of(p)) for p in (picture, *blurred)]
+    image = RANDOM.integers(20, 120, (200, 200), np.uint8)
+    blurred = [cv2.GaussianBlur(image, (0, 0), sigma) for sigma in (0.5, 1, 2, 4)]
+    scores = [sharpness(frame_of(p)) for p in (image, *blurred)]
     assert scores == sorted(scores, reverse=True) and scores[-1] > 0
-    assert sharpness(frame_of(picture * 2)) == pytest.approx(scores[0], rel=0.02)
+    assert sharpness(frame_of(image * 2)) == pytest.approx(scores[0], rel=0.02)
     assert sharpness(frame_of(np.zeros((9, 9), np.uint8))) == 0
 
 
 def test_sharpness_is_of_the_region_asked_for():
-    picture = np.full((100, 100), 90, np.uint8)
-    picture[:50] = RANDOM.integers(20, 160, (50, 100))
-    frame = frame_of(picture)
+    image = np.full((100, 100), 90, np.uint8)
+    image[:50] = RANDOM.integers(20, 160, (50, 100))
+    frame = frame_of(image)
     assert sharpness(frame, Region(0, 0, 100, 40)) > 100 * sharpness(frame, Region(0, 60, 100, 40))
 
 
@@ -82,38 +82,38 @@ def test_the_history_of_scores_lasts_a_minute_and_knows_the_best():
 
 
 def test_the_profile_of_grey_has_the_sensors_own_values():
-    picture = np.arange(600, dtype=np.uint16).reshape(20, 30) * 5
-    frame = frame_of(picture, "Mono12")
-    assert measure_profile(frame, Line(2, 3, 9, 3))["grey"].tolist() == picture[3, 2:10].tolist()
-    assert measure_profile(frame, Line(5, 9, 5, 4))["grey"].tolist() == picture[9:3:-1, 5].tolist()
-    assert measure_profile(frame, Line(0, 0, 4, 4))["grey"].tolist() == np.diag(picture)[:5].tolist()
+    image = np.arange(600, dtype=np.uint16).reshape(20, 30) * 5
+    frame = frame_of(image, "Mono12")
+    assert measure_profile(frame, Line(2, 3, 9, 3))["grey"].tolist() == image[3, 2:10].tolist()
+    assert measure_profile(frame, Line(5, 9, 5, 4))["grey"].tolist() == image[9:3:-1, 5].tolist()
+    assert measure_profile(frame, Line(0, 0, 4, 4))["grey"].tolist() == np.diag(image)[:5].tolist()
     assert measure_profile(frame, Line(-5, 0, 99, 0))["grey"].size == 30
 
 
 def test_the_profile_of_colour_has_three_channels():
-    picture = RANDOM.integers(0, 255, (10, 10, 3), np.uint8)
-    profile = measure_profile(frame_of(picture, "RGB8"), Line(1, 2, 8, 2))
+    image = RANDOM.integers(0, 255, (10, 10, 3), np.uint8)
+    profile = measure_profile(frame_of(image, "RGB8"), Line(1, 2, 8, 2))
     assert {name: p.tolist() for name, p in profile.items()} == {
-        name: picture[2, 1:9, index].tolist() for index, name in enumerate("RGB")
+        name: image[2, 1:9, index].tolist() for index, name in enumerate("RGB")
     }
 
 
 def test_the_raw_profile_of_a_mosaic_has_each_value_under_its_filters_colour():
-    picture = RANDOM.integers(0, 1 << 12, (10, 12), np.uint16)
-    profile = measure_profile(frame_of(picture, "BayerGB12"), Line(1, 2, 8, 2), raw=True)
-    line = picture[2, 1:9].astype(float)  # green and blue alternate, the line begins on a blue one
+    image = RANDOM.integers(0, 1 << 12, (10, 12), np.uint16)
+    profile = measure_profile(frame_of(image, "BayerGB12"), Line(1, 2, 8, 2), raw=True)
+    line = image[2, 1:9].astype(float)  # green and blue alternate, the line begins on a blue one
     assert list(profile) == ["R", "G", "B"]
     assert np.isnan(profile["R"]).all(), "no red lies on this line"
     assert np.array_equal(profile["B"][::2], line[::2]) and np.isnan(profile["B"][1::2]).all()
     assert np.array_equal(profile["G"][1::2], line[1::2]) and np.isnan(profile["G"][::2]).all()
-    down = measure_profile(frame_of(picture, "BayerGB12"), Line(0, 0, 0, 9), raw=True)
-    assert np.array_equal(down["R"][1::2], picture[1::2, 0].astype(float))
+    down = measure_profile(frame_of(image, "BayerGB12"), Line(0, 0, 0, 9), raw=True)
+    assert np.array_equal(down["R"][1::2], image[1::2, 0].astype(float))
 
 
 def test_the_raw_profile_of_components_is_as_they_came():
-    picture = RANDOM.integers(0, 255, (6, 8, 3), np.uint8)
-    profile = measure_profile(frame_of(picture, "BGR8"), Line(0, 1, 7, 1), raw=True)
-    assert np.array_equal(profile["R"], picture[1, :, 2]) and np.array_equal(profile["B"], picture[1, :, 0])
+    image = RANDOM.integers(0, 255, (6, 8, 3), np.uint8)
+    profile = measure_profile(frame_of(image, "BGR8"), Line(0, 1, 7, 1), raw=True)
+    assert np.array_equal(profile["R"], image[1, :, 2]) and np.array_equal(profile["B"], image[1, :, 0])
     pairs = RANDOM.integers(0, 255, (6, 8, 2), np.uint8)
     profile = measure_profile(frame_of(pairs, "YUV422_8_UYVY"), Line(0, 1, 7, 1), raw=True)
     assert np.array_equal(profile["Y"], pairs[1, :, 1])
@@ -122,10 +122,10 @@ def test_the_raw_profile_of_components_is_as_they_came():
 
 
 def test_levels_fitted_to_an_image_leave_out_the_rarest_values():
-    picture = np.full((100, 100), 1000, np.uint16)
-    picture[:40] = 300
-    picture[0, :40], picture[1, :40] = 0, 4095  # four in a thousand at each end
-    black, white = measure_histogram(frame_of(picture, "Mono12")).levels()
+    image = np.full((100, 100), 1000, np.uint16)
+    image[:40] = 300
+    image[0, :40], image[1, :40] = 0, 4095  # four in a thousand at each end
+    black, white = measure_histogram(frame_of(image, "Mono12")).levels()
     assert (round(black * 4095), round(white * 4095)) == (300, 1000)
     flat = measure_histogram(frame_of(np.full((8, 8), 255, np.uint8))).levels()
     assert flat[1] > flat[0]

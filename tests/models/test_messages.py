@@ -127,7 +127,7 @@ def test_a_dismissed_failure_is_shown_when_it_happens_again(stage):
 def test_a_text_that_follows_its_cause_keeps_its_place(stage):
     for seconds in (3, 4):
         text = f"no frame for {seconds} s"
-        stage.model.post(Message(text, Severity.WARNING, stage.one, Cause.PICTURE))
+        stage.model.post(Message(text, Severity.WARNING, stage.one, Cause.IMAGE))
         stage.model.notice("saved")
     assert stage.texts(stage.one) == ["saved", "no frame for 4 s"]
     stage.model.post(lost(stage.one))
@@ -137,7 +137,7 @@ def test_a_text_that_follows_its_cause_keeps_its_place(stage):
 def test_nothing_is_announced_where_nothing_changed(stage):
     stage.model.post(lost(stage.one))
     stage.model.post(lost(stage.one))
-    stage.model.end(stage.one, Cause.PICTURE)
+    stage.model.end(stage.one, Cause.IMAGE)
     stage.model.expire()
     assert len(stage.changes) == 1
 

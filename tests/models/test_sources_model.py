@@ -1,4 +1,4 @@
-"""The sources found and added by the user, steady against a lost answer; small pictures of the open ones."""
+"""The sources found and added by the user, steady against a lost answer; small images of the open ones."""
 
 import gc
 import threading
@@ -252,8 +252,8 @@ def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
 
     def seen():
         for tile in gallery.tiles:
-            if (picture := tile.picture.take()) is not None:
-                shown[str(tile.source.uri)] = picture.image.pixels.ndim
+            if (image := tile.image.take()) is not None:
+                shown[str(tile.source.uri)] = image.image.pixels.ndim
         return len(shown) == 2
 
     until(seen)
@@ -268,15 +268,15 @@ def test_a_late_signal_with_older_sources_removes_no_tile(open_sources):
 
 def test_tiles_convert_at_the_pace_of_their_views(open_sources):
     _, gallery = open_sources("sim:?width=64&height=48&fps=200", "sim:colour" + SMALL)
-    picture = gallery.tiles[0].picture
-    until(lambda: picture.received > 50)
-    assert picture.converted <= 5, "nobody takes any"
+    image = gallery.tiles[0].image
+    until(lambda: image.received > 50)
+    assert image.converted <= 5, "nobody takes any"
 
 
 def test_a_source_that_is_closed_leaves_no_thread_and_no_memory(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL, "sim:scene")
     last = connection.sources[-1]
-    gone = [weakref.ref(last), weakref.ref(last.grabber), weakref.ref(gallery.tiles[-1].picture)]
+    gone = [weakref.ref(last), weakref.ref(last.grabber), weakref.ref(gallery.tiles[-1].image)]
     connection.close(last)
     del last
     assert connection.wait_closed(PATIENCE)

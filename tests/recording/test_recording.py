@@ -40,8 +40,8 @@ INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")
 START = 1_700_000_000_000_000_000
 STEP = 20_000_000
 NAMES = {
-    RecordingKind.PNG: "pictures",
-    RecordingKind.TIFF: "pictures",
+    RecordingKind.PNG: "images",
+    RecordingKind.TIFF: "images",
     **dict.fromkeys(MOVIE_KINDS, "movie.mp4"),
     RecordingKind.MCAP: "messages.mcap",
 }
@@ -270,7 +270,7 @@ def test_without_a_frame_another_programs_file_stays(camera, tmp_path, kind):
 
 
 def test_it_ends_even_if_closing_fails_unexpectedly(camera, tmp_path, monkeypatch):
-    writer = create_writer(RecordingKind.PNG, tmp_path / "pictures", INFO)
+    writer = create_writer(RecordingKind.PNG, tmp_path / "images", INFO)
 
     def no_memory(frame):
         time.sleep(0.1)  # so that others are begun, which fail when the writer is closed
@@ -342,7 +342,7 @@ def test_images_that_did_not_fit_are_not_counted(camera, tmp_path, monkeypatch, 
         return save(file, content)
 
     monkeypatch.setattr(Path, "write_bytes", limited)
-    path = tmp_path / "pictures"
+    path = tmp_path / "images"
     recorder = Recorder(camera, create_writer(RecordingKind.PNG, path, INFO), reserve=0)
     recorder.start()
     camera.start()

@@ -29,7 +29,7 @@ def recorded(request, tmp_path):
     return path, frames
 
 
-def same_picture(message, frame):
+def same_image(message, frame):
     """Whether a message has a frame's pixels; packed formats are unpacked in it."""
     raw = frame.raw()
     assert (message.width, message.height) == (frame.width, frame.height)
@@ -53,7 +53,7 @@ def test_rosbags_reads_it_as_a_rosbag2(recorded):
         clocks = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(times)]
     assert [time for time, _ in read] == [frame.received_ns for frame in frames]
     for (_, image), frame in zip(read, frames, strict=True):
-        assert same_picture(image, frame)
+        assert same_image(image, frame)
         assert image.header.stamp.sec * 10**9 + image.header.stamp.nanosec == frame.received_ns
     for clock, frame in zip(clocks, frames, strict=True):
         assert clock.time_ref.sec * 10**9 + clock.time_ref.nanosec == frame.timestamp_ns
@@ -64,4 +64,4 @@ def test_foxgloves_own_decoder_reads_it(recorded):
     path, frames = recorded
     images = [message.ros_msg for message in ros2.read_ros2_messages(str(path), topics=[TOPIC])]
     assert len(images) == FRAMES
-    assert all(same_picture(image, frame) for image, frame in zip(images, frames, strict=True))
+    assert all(same_image(image, frame) for image, frame in zip(images, frames, strict=True))

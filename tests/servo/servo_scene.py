@@ -1,4 +1,4 @@
-"""Pictures of known scenes, by the simulated sensor itself."""
+"""Images of known scenes, by the simulated sensor itself."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def calibration(of):
     return Calibration(of.width, of.height, pinhole(of), np.zeros(5))
 
 
-def picture(of, camera=None, board=None, face=None, seconds=0.0):
+def image(of, camera=None, board=None, face=None, seconds=0.0):
     """Grey (rows, columns); board and face are poses, None where there is none."""
     things = Things(face=lambda _: face, board=lambda _: board)
     scene = RenderedScene(things)

@@ -246,8 +246,8 @@ def test_the_report_of_a_run(tmp_path):
     assert written["reached"]
     assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
     assert written["seconds_to_reach"] > written["seconds_to_approach"]
-    picture = cv2.imread(str(tmp_path / "out/plots.png"))
-    assert picture.shape == (4 * report.HEIGHT + report.LEGEND, report.WIDTH, 3)
+    image = cv2.imread(str(tmp_path / "out/plots.png"))
+    assert image.shape == (4 * report.HEIGHT + report.LEGEND, report.WIDTH, 3)
 
 
 def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path, monkeypatch, caplog):
@@ -282,8 +282,8 @@ def test_a_report_that_cannot_be_written_is_refused(tmp_path):
 
 def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
     values = [0.0] * 50 + [math.nan] * 50 + [10.0] * 50
-    picture = report.sheet([report.Plot("t", "u", (report.Curve("c", values),))], range(150), [])
-    red = picture[30:190, :, 0].astype(int) - picture[30:190, :, 1] > 60
+    image = report.sheet([report.Plot("t", "u", (report.Curve("c", values),))], range(150), [])
+    red = image[30:190, :, 0].astype(int) - image[30:190, :, 1] > 60
     columns = red.any(axis=0)
     assert columns[80:350].mean() > 0.9
     assert not columns[380:640].any()
@@ -294,8 +294,8 @@ def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
 def test_the_bands_colours_are_explained_once_each():
     red, blue = (230, 30, 30), (30, 30, 230)
     bands = [report.Band(0, "lost", red), report.Band(50, "found", blue), report.Band(100, "lost", red)]
-    picture = report.sheet([report.Plot("t", "u", (report.Curve("c", [0.0] * 150),))], range(150), bands)
-    above, below = picture[100], picture[report.HEIGHT + 10]
+    image = report.sheet([report.Plot("t", "u", (report.Curve("c", [0.0] * 150),))], range(150), bands)
+    above, below = image[100], image[report.HEIGHT + 10]
     for band in bands:
         shown = above[200 if band.name == "lost" else 500]
         place = np.flatnonzero((below == shown).all(axis=1))
@@ -318,7 +318,7 @@ def options(*arguments):
 
 def test_the_command_records_what_happens(tmp_path, capsys):
     folder = tmp_path / "out"
-    for seconds in (2, 8, 30):  # a busy machine sees its first pictures late
+    for seconds in (2, 8, 30):  # a busy machine sees its first images late
         chosen = options("servo", "--headless", "--seconds", str(seconds), "--report", str(folder), "--steps")
         code = chosen.run(chosen)
         written = json.loads((folder / "report.json").read_text())
@@ -326,7 +326,7 @@ def test_the_command_records_what_happens(tmp_path, capsys):
             break
     assert (code == command.EXIT_NOT_REACHED) is not written["reached"]
     assert written["reached"] is False or seconds > 2, "in two seconds nothing can be reached"
-    assert written["pictures"] > 0
+    assert written["images"] > 0
     assert {step["state"] for step in written["states"]} >= {"lost", "centring"}
     video = cv2.VideoCapture(str(folder / "video.mp4"))
     assert video.get(cv2.CAP_PROP_FRAME_COUNT) > 0

@@ -1,4 +1,4 @@
-"""Head and arm controllers, and the tracks before them, without pictures."""
+"""Head and arm controllers, and the tracks before them, without images."""
 
 import itertools
 import math
@@ -404,7 +404,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
     shipped = Path(__file__).parents[2] / "resources/servo/servo.ini"
     assert Config.load(shipped) == Config()
     keys = {line.split()[0] for line in shipped.read_text().splitlines() if line and line[0].isalpha()}
-    assert {"deadband", "fastest_turn", "picture_timeout", "standoff"} <= keys
+    assert {"deadband", "fastest_turn", "image_timeout", "standoff"} <= keys
 
 
 @pytest.mark.parametrize(
@@ -418,7 +418,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[arm]\nfastest_turn 0", "the arm could not move"),
         ("[head]\nmode jump", "velocity, direct and steps"),
         ("[head]\nstart 0.01", "never rest"),
-        ("[safety]\npicture_timeout 0.5", "too long"),
+        ("[safety]\nimage_timeout 0.5", "too long"),
         ("[loop]\nrate 0", "1 to 1000"),
         ("[faces]\ndetector ~nobody-of-this-name/yunet.onnx", "no such home directory"),
         ("[marker]\nid = 50", "4X4_50 has no marker 50; it has 0 to 49"),

@@ -36,7 +36,7 @@ SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 def test_a_marker_is_where_it_is(binning, yaw, pitch):
     of, camera, board = servo_scene.settings(binning), servo_scene.camera(), at(0.7, -0.1, 0.55, yaw, pitch)
     found = ArucoDetector(calibration=servo_scene.calibration(of)).detect(
-        servo_scene.picture(of, camera, board)
+        servo_scene.image(of, camera, board)
     )
     assert [(marker.marker_id, marker.problem) for marker in found] == [(20, "")]
     true = geometry.inverse(camera) @ board
@@ -47,7 +47,7 @@ def test_a_marker_is_where_it_is(binning, yaw, pitch):
 def test_corners_are_found_to_a_fraction_of_a_pixel_in_a_reduced_search():
     of, camera, board = servo_scene.settings(1), servo_scene.camera(), at(0.8, 0.0, 0.5, yaw=25)
     calibration = servo_scene.calibration(of)
-    marker = ArucoDetector(calibration=calibration).detect(servo_scene.picture(of, camera, board))[0]
+    marker = ArucoDetector(calibration=calibration).detect(servo_scene.image(of, camera, board))[0]
     corners = np.array([[-0.05, 0.05, 0, 1], [0.05, 0.05, 0, 1], [0.05, -0.05, 0, 1], [-0.05, -0.05, 0, 1]])
     seen = calibration.matrix @ (geometry.inverse(camera) @ board @ corners.T)[:3]
     assert np.abs(marker.corners - (seen[:2] / seen[2]).T).max() < 0.4
@@ -57,7 +57,7 @@ def test_a_marker_seen_edge_on_has_no_pose():
     of, camera = servo_scene.settings(1), servo_scene.camera()
     finder = ArucoDetector(calibration=servo_scene.calibration(of))
     for yaw in (74, 77):
-        for marker in finder.detect(servo_scene.picture(of, camera, at(0.5, 0.0, 0.5, yaw=yaw))):
+        for marker in finder.detect(servo_scene.image(of, camera, at(0.5, 0.0, 0.5, yaw=yaw))):
             assert marker.pose is None
             assert marker.problem
 
@@ -69,7 +69,7 @@ def test_a_far_marker_seen_head_on_may_be_tilted_either_way():
     problems = []
     for yaw in range(-14, 15, 2):
         board = at(2.2, 0.02, 0.5, yaw=yaw)
-        for marker in finder.detect(servo_scene.picture(of, camera, board)):
+        for marker in finder.detect(servo_scene.image(of, camera, board)):
             problems.append(marker.problem)
             if marker.pose is not None:
                 error = geometry.angle_between(marker.pose, geometry.inverse(camera) @ board)
@@ -120,7 +120,7 @@ def test_two_markers_of_one_id_are_none():
 
 def test_without_a_calibration_there_are_corners_but_no_pose():
     of = servo_scene.settings(4)
-    found = ArucoDetector().detect(servo_scene.picture(of, servo_scene.camera(), at(0.7, 0, 0.5)))[0]
+    found = ArucoDetector().detect(servo_scene.image(of, servo_scene.camera(), at(0.7, 0, 0.5)))[0]
     assert found.pose is None
     assert "not calibrated" in found.problem
 
@@ -151,9 +151,7 @@ def test_no_image_upsets_the_finders():
 @pytest.mark.parametrize("y", [-0.4, 0.0, 0.3])
 def test_a_head_is_where_it_is(binning, y):
     of, camera, face = servo_scene.settings(binning), servo_scene.camera(), at(1.2, y, 0.55)
-    found = CascadeFaceDetector(servo_scene.calibration(of)).detect(
-        servo_scene.picture(of, camera, face=face)
-    )
+    found = CascadeFaceDetector(servo_scene.calibration(of)).detect(servo_scene.image(of, camera, face=face))
     assert len(found) == 1
     true = (geometry.inverse(camera) @ face)[:3, 3]
     seen = np.array(found[0].position)
@@ -166,7 +164,7 @@ def test_too_dark_an_image_shows_nothing_and_a_longer_exposure_helps():
     seen = {}
     for exposure in (20.0, 10_000.0):
         of = servo_scene.settings(4, exposure=exposure)
-        grey = servo_scene.picture(of, camera, board)
+        grey = servo_scene.image(of, camera, board)
         seen[exposure] = len(ArucoDetector(calibration=servo_scene.calibration(of)).detect(grey))
     assert seen == {20.0: 0, 10_000.0: 1}
 
@@ -175,7 +173,7 @@ def test_heads_are_not_looked_for_while_a_marker_is_seen():
     of, camera = servo_scene.settings(4), servo_scene.camera()
     calibration = servo_scene.calibration(of)
     detector = Detector(ArucoDetector(calibration=calibration), CascadeFaceDetector(calibration))
-    both = servo_scene.picture(of, camera, at(0.7, -0.1, 0.45, yaw=20), at(1.2, 0.2, 0.65))
+    both = servo_scene.image(of, camera, at(0.7, -0.1, 0.45, yaw=20), at(1.2, 0.2, 0.65))
     assert [len(found) for found in _found(detector, both)] == [1, 0]
     detector.faces_with_markers = True
     assert [len(found) for found in _found(detector, both)] == [1, 1]
@@ -240,7 +238,7 @@ def test_heads_that_turn_or_stand_in_the_dark_are_found():
     face, found = _heads.drawn_face(), 0
     cases = [(yaw, pitch, light) for yaw in (-25, 10, 25) for pitch in (0, 12) for light in _heads.LIGHTS]
     for yaw, pitch, light in cases:
-        image, (x, y) = _heads.picture(face, yaw, pitch, light, 430, random)
+        image, (x, y) = _heads.scene(face, yaw, pitch, light, 430, random)
         for each in detector.detect(image):
             left, top, width, height = each.box
             found += abs(left + width / 2 - x) < 150 and abs(top + height / 2 - y) < 150

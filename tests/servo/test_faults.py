@@ -35,7 +35,7 @@ class Bench:
         self.gate = CommandGate(self.robot, self.config)
         self.now = 0.0
         self.see = lambda now: seeing(self.robot, now, BOARD)
-        "What each picture shows; None: no picture."
+        "What each image shows; None: no image."
 
     def run(self, seconds, until=None):
         for _ in range(round(seconds / DT)):
@@ -427,7 +427,7 @@ def test_no_hand_moves_after_a_stop_that_came_while_the_head_took_its_part():
 
 
 def test_a_robot_that_takes_long_over_its_first_command_is_stopped_meanwhile():
-    """As where the drives must change their mode first: by then the picture is too old."""
+    """As where the drives must change their mode first: by then the image is too old."""
     robot = RecordingRobot()
     gate = CommandGate(robot, Config())
     robot.move_head = lambda velocity: gate.expire(1.3)
@@ -452,11 +452,11 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
 
 
 def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
-    """Should a detection hang just when the last picture is about to be too old."""
+    """Should a detection hang just when the last image is about to be too old."""
     bench = Bench().approaching()
     command = bench.loop.cycle(bench.now, bench.robot.state()).command
     captured = bench.loop.sighting.captured
-    late = captured + bench.config.safety.picture_timeout - 0.01
+    late = captured + bench.config.safety.image_timeout - 0.01
     bench.gate.send(command, late)
     assert not bench.gate.expire(late)
     assert bench.gate.expire(captured + 0.18)

@@ -229,7 +229,7 @@ def test_a_command_that_is_over_is_stopped_however_new(bench, caplog):
     bench.gate.send(Command(head=np.array([0.1, 0]), until=1.05), 1.0)
     assert not bench.gate.expire(1.05)
     assert bench.gate.expire(1.06)
-    assert "the picture is too old: stopped" in caplog.text
+    assert "the image is too old: stopped" in caplog.text
     bench.send(head=[0.1, 0], now=2.0)
     assert bench.gate.expire(4.0)
     assert "no command for 2000 ms: stopped" in caplog.text

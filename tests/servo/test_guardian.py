@@ -160,7 +160,7 @@ def test_every_stop_for_a_reason_is_the_guardian_s_too(gate, guard):
 
 
 class Dark:
-    """A source whose pictures never come."""
+    """A source whose images never come."""
 
     def open_queue(self, depth):
         return FrameQueue(depth)
@@ -498,10 +498,10 @@ def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
 
 def test_the_program_itself_has_a_guardian(simulated, names, server):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
-    pictures = YarpGrabberServer(camera, "/teoSim/camera", names=names)
+    images = YarpGrabberServer(camera, "/teoSim/camera", names=names)
     options = ["--robot", "teo", "--nameserver", server, "--headless", "--calibration", CALIBRATION]
     camera.open()
-    pictures.start()
+    images.start()
     program = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "servo", *options], stdout=subprocess.PIPE
     )
@@ -513,5 +513,5 @@ def test_the_program_itself_has_a_guardian(simulated, names, server):
     finally:
         program.kill()
         program.communicate()
-        pictures.stop()
+        images.stop()
         camera.close()

@@ -128,7 +128,7 @@ def test_a_run_frees_every_trigger_though_somebody_else_moves_their_selector(cam
                 camera.write_setting(trigger, "On")
             one = Runner(camera, RecordingRobot(), lambda frame: Detector(nothing))
             one.start()
-            until(lambda: one.pictures)  # noqa: B023 - waited for in this turn
+            until(lambda: one.images)  # noqa: B023 - waited for in this turn
             one.stop()
             assert [camera.read_setting(trigger).value for trigger in triggers] == ["Off", "Off"]
             camera.stop()

@@ -1,4 +1,4 @@
-"""Boards and AprilTags as the arm's goal: found in rendered pictures, and as sure as they say."""
+"""Boards and AprilTags as the arm's goal: found in rendered images, and as sure as they say."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ PLACE = at(0.7, -0.05, 0.52, yaw=25, pitch=-10)
 
 
 def seen(marker, board=PLACE, binning=2, spoil=None):
-    """Return the detections of a configured target in a rendered picture, and the calibration."""
+    """Return the detections of a configured target in a rendered image, and the calibration."""
     of = servo_scene.settings(binning)
     scene = RenderedScene(closed_loop.things_for(marker, Things(lambda _: None, lambda _: board)))
     scene.mount(lambda _: servo_scene.camera())

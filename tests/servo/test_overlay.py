@@ -1,4 +1,4 @@
-"""The overlay is drawn where the things in the picture are."""
+"""The overlay is drawn where the things in the image are."""
 
 import dataclasses
 import math
@@ -88,10 +88,10 @@ def test_whatever_is_drawn_stays_where_painters_can_count():
 
 @pytest.mark.parametrize("state", State)
 def test_every_state_has_a_colour_of_its_own_and_a_caption(state):
-    picture = np.full((480, 640, 3), 90, np.uint8)
-    drawn = overlay.draw(picture, cycle(state=state), None, CAMERA, HeadConfig())
-    assert drawn.shape == picture.shape
-    assert (drawn[:20] != picture[:20]).any()
-    assert (picture == 90).all()
+    image = np.full((480, 640, 3), 90, np.uint8)
+    drawn = overlay.draw(image, cycle(state=state), None, CAMERA, HeadConfig())
+    assert drawn.shape == image.shape
+    assert (drawn[:20] != image[:20]).any()
+    assert (image == 90).all()
     colours = [overlay.colour_of(other) for other in State]
     assert colours.count(overlay.colour_of(state)) == 1

@@ -1,4 +1,4 @@
-"""Cycles of the loop alone, without gate and pictures: what it commands, what it reports, what is tuned."""
+"""Cycles of the loop alone, without gate and images: what it commands, what it reports, what is tuned."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -218,7 +218,7 @@ def approaching(**options):
     return bench
 
 
-@pytest.mark.parametrize("fault", ["no robot", "old robot", "old picture", "future picture", "stopped"])
+@pytest.mark.parametrize("fault", ["no robot", "old robot", "old image", "future image", "stopped"])
 def test_a_command_after_a_fault_is_a_halt(fault):
     bench = approaching()
     now = bench.robot.time + DT
@@ -229,12 +229,12 @@ def test_a_command_after_a_fault_is_a_halt(fault):
         reading = None
     elif fault == "stopped":
         bench.loop.machine.stop(now, "pressed")
-    elif fault == "future picture":
+    elif fault == "future image":
         bench.loop.see(bench.board(now + 0.02))
-    late = {"old robot": SAFETY.robot_timeout, "old picture": SAFETY.picture_timeout}.get(fault, 0.0)
-    if fault not in ("old picture", "future picture"):
+    late = {"old robot": SAFETY.robot_timeout, "old image": SAFETY.image_timeout}.get(fault, 0.0)
+    if fault not in ("old image", "future image"):
         bench.loop.see(bench.board(now + late))
-    if fault == "old picture":
+    if fault == "old image":
         reading = dataclasses.replace(reading, time=now + late)
     cycle = bench.loop.cycle(now + late, reading)
     assert not cycle.state.head_moves
@@ -244,7 +244,7 @@ def test_a_command_after_a_fault_is_a_halt(fault):
         "no robot": "the robot has not answered yet",
         "old robot": "the robot's readings are old",
         "stopped": "pressed",
-    }.get(fault, "no fresh picture")
+    }.get(fault, "no fresh image")
 
 
 def test_the_hand_speeds_up_by_the_time_that_passed_but_not_for_a_pause():

@@ -18,7 +18,7 @@ MARKER = Situation(target=True, centred=True, marker=True)
 ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True)
 MOVING = Situation(target=True, centred=True, marker=True, following=True)
 STUCK = Situation(target=True, centred=True, marker=True, stuck="a joint is at its limit")
-BLIND = Situation(pictures=False)
+BLIND = Situation(images=False)
 SILENT = Situation(robot=False)
 
 
@@ -59,7 +59,7 @@ def in_state(state):
 
 def test_nothing_moves_before_anything_is_known():
     run = Run()
-    assert (run.machine.state, run.machine.reason) == (State.LOST, "no picture yet")
+    assert (run.machine.state, run.machine.reason) == (State.LOST, "no image yet")
     assert run.feed(NOTHING) is State.LOST
 
 
@@ -235,7 +235,7 @@ def test_every_change_is_noted_with_its_reason():
         (State.FOLLOWING, MARKER, STEP, "the marker rests, or it is too fast to be followed"),
         (State.REACHED, MARKER, STEP, "the marker moved"),
         (State.STUCK, MARKER, STEP, "the marker moved"),
-        (State.APPROACHING, BLIND, STEP, "no fresh picture"),
+        (State.APPROACHING, BLIND, STEP, "no fresh image"),
         (State.APPROACHING, SILENT, STEP, "the robot does not answer"),
     ],
 )
@@ -247,12 +247,12 @@ def test_each_change_says_when_and_why(start, situation, seconds, reason):
     assert run.now - STEP * 5 <= last.time <= run.now + 1e-9
 
 
-def test_a_hand_that_goes_on_says_that_pictures_come_again():
+def test_a_hand_that_goes_on_says_that_images_come_again():
     run = in_state(State.APPROACHING)
     run.feed(BLIND)
     run.feed(MARKER_ASIDE)
-    assert run.machine.reason == "pictures come again"
-    assert run.machine.transitions[-1] == Transition(run.now, State.APPROACHING, "pictures come again")
+    assert run.machine.reason == "images come again"
+    assert run.machine.transitions[-1] == Transition(run.now, State.APPROACHING, "images come again")
 
 
 @pytest.mark.parametrize("start", [State.CENTRING, State.APPROACHING])

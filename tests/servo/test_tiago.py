@@ -199,7 +199,7 @@ def test_the_command_takes_it_by_name(tmp_path, capsys):
     from test_closed_loop import options
 
     seen = set()
-    for seconds in ("1.5", "6", "20"):  # a machine with much else to do takes its time for pictures
+    for seconds in ("1.5", "6", "20"):  # a machine with much else to do takes its time for images
         chosen = options(
             "servo", "--robot", "sim-tiago", "--headless", "--seconds", seconds, "--report", str(tmp_path)
         )

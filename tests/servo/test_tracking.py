@@ -44,7 +44,7 @@ def test_a_resting_marker_rests_though_the_head_moves_and_all_is_noisy():
     raw, filtered = [], []
     for index in range(90):
         head = np.array((-0.42, 0.1)) + np.radians(6) * np.sin(2.5 * 0.04 * index) * np.array((1, 0.5))
-        grey = servo_scene.picture(of, teo.MODEL.camera_pose(head), board_pose())
+        grey = servo_scene.image(of, teo.MODEL.camera_pose(head), board_pose())
         noisy = np.clip(grey + random.normal(0, 8, grey.shape), 0, 255).astype(np.uint8)
         camera = teo.MODEL.camera_pose(head + random.normal(0, np.radians(0.01), 2))
         sighting = Sighting(0.04 * index, tuple(detector.detect(noisy)))
@@ -262,7 +262,7 @@ def test_the_hand_follows_a_moving_marker_within_15_mm():
 
 
 def test_a_moment_without_images_costs_the_hand_a_few_millimetres_and_the_head_nothing():
-    safety = SafetyConfig(picture_timeout=0.18)
+    safety = SafetyConfig(image_timeout=0.18)
     config = replace(Config(), arm=ArmConfig(follow=0.3), safety=safety)
     run = ClosedLoop(config=config, things=Things(board=circling), fps=30, latency=0.1)
     run.run(5.0)

@@ -76,8 +76,8 @@ def test_automatic_modes(terminal):
 
 def test_the_stream_and_a_snapshot(terminal, tmp_path):
     assert terminal.execute("start") == "streaming"
-    saved = terminal.execute("snapshot pictures")
-    assert saved.startswith("saved ") and len(list((tmp_path / "pictures").iterdir())) == 1
+    saved = terminal.execute("snapshot images")
+    assert saved.startswith("saved ") and len(list((tmp_path / "images").iterdir())) == 1
     assert "frames " in terminal.execute("stats")
     assert terminal.execute("stop") == "stopped"
 

@@ -74,11 +74,11 @@ class App:
         self.until(self.window.recordingBar.recordButton.isEnabled)
         QApplication.processEvents()
 
-    def watch(self, pictures=3):
-        """Wait until so many more pictures are painted."""
+    def watch(self, images=3):
+        """Wait until so many more images are painted."""
         painted = []
-        self.window.picture.painted.connect(lambda: painted.append(1))
-        self.until(lambda: len(painted) >= pictures)
+        self.window.image.painted.connect(lambda: painted.append(1))
+        self.until(lambda: len(painted) >= images)
 
     def until(self, condition, seconds=PATIENCE):
         self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(1000 * seconds))

@@ -44,7 +44,7 @@ class PanelHarness:
         self.panel, self.strip = FeaturePanel(), FavouritesStrip()
         for view in (self.panel, self.strip):
             qtbot.addWidget(view)
-        self.panel.levelBox.setCurrentText("Expert")  # beginners see what is pinned above the picture only
+        self.panel.levelBox.setCurrentText("Expert")  # beginners see what is pinned above the image only
         self.panel.resize(340, 700)
         self.strip.resize(900, 80)
         self.controller = FeatureController(self.panel, self.strip)

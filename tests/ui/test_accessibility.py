@@ -62,7 +62,7 @@ def full_of_panels(app):
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.limitBox.setCurrentIndex(1)
     window.actionPause.trigger()
-    app.until(window.picture.pauseBar.isVisible)
+    app.until(window.image.pauseBar.isVisible)
     window.features.levelBox.setCurrentIndex(2)
     app.until(lambda: settled(window))
     return window
@@ -126,7 +126,7 @@ def test_the_tab_key_visits_every_control_once_and_comes_round(app):
     bar, tiles = window.recordingBar, window.gallery.tiles
     for control in (window.sources.sourceList, window.sources.connectButton, window.features.filterEdit,
                     window.features.levelBox, bar.recordButton, bar.kindBox, bar.limitBox, bar.amountBox,
-                    window.picture.canvas, window.picture.pauseBar.slider, *tiles):  # fmt: skip
+                    window.image.canvas, window.image.pauseBar.slider, *tiles):  # fmt: skip
         assert control in visited, control.objectName()
     assert not [w for w in visited if not w.isVisible()]
     seen = [dock for dock in window.findChildren(QDockWidget) if any(dock.isAncestorOf(w) for w in visited)]
@@ -233,17 +233,17 @@ from PyQt5.QtGui import QImage
 app.patience = 60
 app.window.resize(1200, 760)
 app.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
-app.until(lambda: app.window.picture.canvas.pictureSize == (640, 480))
+app.until(lambda: app.window.image.canvas.imageSize == (640, 480))
 app.window.actionOneToOne.trigger()
 app.wait_for_frames(5)
 app.wait(0.5)
-canvas = app.window.picture.canvas
+canvas = app.window.image.canvas
 assert abs(canvas.zoom - 1) < 0.01, canvas.zoom
 app.window.actionStop.trigger()
 app.until(app.window.actionStart.isEnabled)
 app.wait(0.5)
 shown = canvas.grab().toImage().convertToFormat(QImage.Format_Grayscale8)
-raw = app.program.picture.frame.raw()
+raw = app.program.image.frame.raw()
 place = canvas.frameToView(320, 240)
 ratio = canvas.devicePixelRatioF()
 x, y = round(place.x() * ratio), round(place.y() * ratio)
@@ -265,8 +265,8 @@ app.screenshot("window.png")
         cwd=tmp_path,
     )
     assert done.returncode == 0, done.stderr
-    picture = QImage(str(tmp_path / "window.png"))
-    assert (picture.width(), picture.height()) == (1200 * float(scale), 760 * float(scale))
+    image = QImage(str(tmp_path / "window.png"))
+    assert (image.width(), image.height()) == (1200 * float(scale), 760 * float(scale))
 
 
 ROLES_OF = (

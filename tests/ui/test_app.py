@@ -1,4 +1,4 @@
-"""The program: run without a display it leaves its picture; what goes wrong is said in a line."""
+"""The program: run without a display it leaves its image; what goes wrong is said in a line."""
 
 import json
 import os
@@ -34,8 +34,8 @@ def run(code, tmp_path):
     )
 
 
-def colours_in_the_middle(picture):
-    image = QImage(str(picture))
+def colours_in_the_middle(file):
+    image = QImage(str(file))
     assert (image.width(), image.height()) >= (1000, 700)
     return len({image.pixel(x, 450) for x in range(300, 900, 3)})
 
@@ -56,7 +56,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
     path, rate, unit = done.stdout.split()
     assert (path, unit) == (str(target), "frames/s")
     assert float(rate) > 0
-    assert colours_in_the_middle(target) > 10, "the middle shows no picture"
+    assert colours_in_the_middle(target) > 10, "the middle shows no image"
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
@@ -145,7 +145,7 @@ def test_offscreen_nothing_is_written_to_stderr(tmp_path):
     environment.pop("XDG_RUNTIME_DIR", None)
     script = tmp_path / "script.py"
     script.write_text(
-        f"app.patience = {PATIENCE}; app.open('sim:colour'); app.until(lambda: not app.window.picture.empty)"
+        f"app.patience = {PATIENCE}; app.open('sim:colour'); app.until(lambda: not app.window.image.empty)"
     )
     done = subprocess.run(
         [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--script", str(script)],
@@ -221,10 +221,10 @@ def test_others_are_looked_for_once_the_named_source_shows_an_image(app, monkeyp
     order = []
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 1000 * 3600)
     monkeypatch.setattr(app.program.source_list, "start", lambda: order.append("search"))
-    app.window.picture.painted.connect(lambda: order.append("picture"))
+    app.window.image.painted.connect(lambda: order.append("image"))
     app.program.begin("sim:")
     app.watch(3)
-    assert order.index("picture") < order.index("search")
+    assert order.index("image") < order.index("search")
     assert order.count("search") == 1
 
 

@@ -45,8 +45,8 @@ def views():
     """The camera's image for each pose of the board."""
     scene = BoardScene()
     times = [number * (MOVE_S + REST_S) + 0.1 for number in range(len(holds()))]
-    pictures = (scene.rendered(int(seconds * 1e9), SETTINGS)[..., 1] for seconds in times)
-    return [np.clip(picture // 32, 0, 255).astype(np.uint8) for picture in pictures]
+    images = (scene.rendered(int(seconds * 1e9), SETTINGS)[..., 1] for seconds in times)
+    return [np.clip(image // 32, 0, 255).astype(np.uint8) for image in images]
 
 
 def frame(grey, **changes):
@@ -54,7 +54,7 @@ def frame(grey, **changes):
 
 
 class Stand:
-    """A dialog on a camera whose pictures a test puts."""
+    """A dialog on a camera whose images a test puts."""
 
     def __init__(self, qtbot):
         self.qtbot = qtbot
@@ -74,7 +74,7 @@ class Stand:
         self.looks += 1
 
     def put(self, grey, times=1):
-        """Show the camera a picture and wait until it was looked at."""
+        """Show the camera an image and wait until it was looked at."""
         for _ in range(times):
             before = self.looks
             self.grabber._fanout.put(frame(grey))
@@ -174,7 +174,7 @@ def test_a_camera_is_calibrated_through_the_dialog(stand, views, tmp_path, monke
             break
     stand.until(lambda: dialog.step is Step.RESULT)
     assert dialog.views.topLevelItemCount() == calibrating.WANTED
-    assert len(stand.model.pictures) == calibrating.WANTED
+    assert len(stand.model.images) == calibrating.WANTED
     path = tmp_path / "camera.yaml"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
     stand.click(dialog.nextButton)
@@ -373,12 +373,12 @@ def test_begin_again_forgets(stand, views):
     stand.click(stand.dialog.againButton)
     stand.put(np.full((512, 608), 90, np.uint8), times=2)
     stand.until(lambda: stand.dialog.progress.value() == 0)
-    assert stand.model.pictures == []
+    assert stand.model.images == []
 
 
 def test_missing_images_are_reported(stand, monkeypatch):
     monkeypatch.setattr(calibrating, "SILENCE", 0.05)
-    stand.until(lambda: "no pictures" in stand.dialog.verdictLabel.text())
+    stand.until(lambda: "no images" in stand.dialog.verdictLabel.text())
 
 
 def test_a_board_that_cannot_be_is_refused_and_can_be_mended(stand):

@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.models.picture.quantities import PolarisedView
+from grabbergui.models.image.quantities import PolarisedView
 from patience import PATIENCE
 
 
@@ -20,53 +20,53 @@ def send_components(grabber, *names):
 
 
 def tabs_of(app):
-    tabs = app.window.picture.componentTabs
+    tabs = app.window.image.componentTabs
     return [tabs.tabText(index) for index in range(tabs.count())]
 
 
 def point_at(app, x, y):
-    canvas = app.window.picture.canvas
+    canvas = app.window.image.canvas
     place = QPointF(canvas.frameToView(x + 0.5, y + 0.5))
     event = QMouseEvent(QEvent.MouseMove, place, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
     QApplication.sendEvent(canvas.viewport(), event)
 
 
 def test_components_are_tabs_and_the_range_is_read_in_millimetres(app):
-    app, picture = app, app.window.picture
+    app, image = app, app.window.image
     app.connect("sim:")
     for name, value in (("Width", 320), ("Height", 240)):
         app.grabber.write_feature(name, value)
     app.watch(1)
-    assert not picture.componentTabs.isVisible() and not picture.scaleBar.isVisible()
+    assert not image.componentTabs.isVisible() and not image.scaleBar.isVisible()
 
     send_components(app.grabber, "Range", "Confidence")
     app.until(lambda: tabs_of(app) == ["Intensity", "Range", "Confidence"])
-    assert picture.componentTabs.isVisible() and picture.componentTabs.currentIndex() == 0
-    assert not picture.scaleBar.isVisible()
+    assert image.componentTabs.isVisible() and image.componentTabs.currentIndex() == 0
+    assert not image.scaleBar.isVisible()
 
-    picture.componentTabs.setCurrentIndex(1)
-    app.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
-    scale = picture.scaleBar.scale
+    image.componentTabs.setCurrentIndex(1)
+    app.until(lambda: image.scaleBar.scale is not None and image.scaleBar.scale.unit == "mm")
+    scale = image.scaleBar.scale
     assert scale.low <= 650 and 1200 <= scale.high <= 1400
-    assert app.program.picture.shown.pixel_format.name == "Coord3D_C16"
+    assert app.program.image.shown.pixel_format.name == "Coord3D_C16"
     point_at(app, 300, 5)
-    app.until(lambda: " mm  (" in picture.cursorLabel.text())
+    app.until(lambda: " mm  (" in image.cursorLabel.text())
 
     app.window.actionPointCloud.trigger()
     folder = app.preferences.snapshot_folder
     app.until(lambda: [path for path in folder.glob("*.ply") if path.stat().st_size > 1000])
 
-    picture.componentTabs.setCurrentIndex(2)
-    app.until(lambda: picture.scaleBar.scale is None)
-    assert app.program.picture.shown.pixel_format.name == "Confidence8"
+    image.componentTabs.setCurrentIndex(2)
+    app.until(lambda: image.scaleBar.scale is None)
+    assert app.program.image.shown.pixel_format.name == "Confidence8"
 
     send = app.grabber.write_feature
     for name in ("Range", "Confidence"):
         send("ComponentSelector", name)
         send("ComponentEnable", False)
     app.until(lambda: tabs_of(app) == [])
-    assert not picture.componentTabs.isVisible()
-    assert app.program.picture.shown.pixel_format.name == "Mono8"
+    assert not image.componentTabs.isVisible()
+    assert app.program.image.shown.pixel_format.name == "Mono8"
 
 
 def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_sent(app):
@@ -76,14 +76,14 @@ def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_s
     assert not degree.isEnabled(), "nothing says that the sensor is polarised"
     window.actionPolarised.trigger()
     degree.trigger()
-    app.until(lambda: window.picture.scaleBar.scale is not None)
-    assert (window.picture.scaleBar.scale.low, window.picture.scaleBar.scale.high) == (0.0, 1.0)
+    app.until(lambda: window.image.scaleBar.scale is not None)
+    assert (window.image.scaleBar.scale.low, window.image.scaleBar.scale.high) == (0.0, 1.0)
 
     app.connect("sim:colour")
-    app.until(lambda: window.picture.scaleBar.scale is None)
+    app.until(lambda: window.image.scaleBar.scale is None)
     app.until(lambda: not window.actionPolarised.isChecked())
     assert not degree.isChecked() and not degree.isEnabled()
-    assert app.program.picture.settings.polarised is PolarisedView.MOSAIC
+    assert app.program.image.settings.polarised is PolarisedView.MOSAIC
 
 
 def test_the_point_cloud_is_drawn_and_turned_in_a_window_of_its_own(app):
@@ -109,9 +109,7 @@ def test_the_channels_of_a_camera_are_tabs_and_not_one_image_that_alternates(app
         app.connect("gige:127.65.0.7?stream_channel=all")
         app.until(lambda: tabs_of(app) == ["Intensity, source 0", "Intensity, source 1"])
         shown = []
-        app.program.picture.ready.connect(
-            lambda: shown.append(app.program.picture.latest.frame.stream_channel)
-        )
+        app.program.image.ready.connect(lambda: shown.append(app.program.image.latest.frame.stream_channel))
         app.watch(8)
         assert set(shown) == {0}
         app.program.connection.close_all()

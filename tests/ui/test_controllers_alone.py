@@ -10,20 +10,20 @@ from PyQt5.QtWidgets import QAction
 
 import grabbergui.ui.controllers
 from grabbergui.models.connection import Connection
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages, MessageModel, Severity
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.recording import FrameHistory
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController
 from grabbergui.ui.views.recording_bars import PauseBar
-from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas
+from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
 
 
 class Painted(QObject):
-    """A picture that is never painted."""
+    """An image that is never painted."""
 
     def __init__(self):
         super().__init__()
@@ -68,7 +68,7 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
     bar = PauseBar()
     qtbot.addWidget(bar)
     controller = PauseController(
-        buttons, bar, program.connection, PictureModel(), FrameHistory(), program.said, program.owner
+        buttons, bar, program.connection, ImageModel(), FrameHistory(), program.said, program.owner
     )
 
     buttons.actionPause.setChecked(True)
@@ -80,11 +80,11 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
 
 
 class Undrawn:
-    """A picture whose drawing tool counts how often it was asked for."""
+    """An image whose drawing tool counts how often it was asked for."""
 
     def __init__(self, qtbot):
         self.purposes = []
-        self.canvas = PictureCanvas()
+        self.canvas = ImageCanvas()
         qtbot.addWidget(self.canvas)
         self.drawing = DrawingTool(self.canvas)
 
@@ -94,21 +94,21 @@ class Undrawn:
 
 def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
     buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn(qtbot)
-    RegionController(buttons, view, program.connection, PictureModel(), program.said, program.owner)
+    RegionController(buttons, view, program.connection, ImageModel(), program.said, program.owner)
     buttons.actionRegion.setEnabled(True)
 
     buttons.actionRegion.trigger()
 
     assert not view.purposes
     (message,) = program.messages.shown(None)
-    assert "no picture" in message.text and "OffsetX" in message.text
+    assert "no image" in message.text and "OffsetX" in message.text
 
 
 def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
     buttons = actions(program.owner, "actionCalibrate", "actionLoadCalibration", "actionShowCalibration")
-    files, picture = NoFiles(), PictureModel()
+    files, image = NoFiles(), ImageModel()
     CalibrationViewController(
-        buttons, Painted(), files, program.connection, picture, program.said, program.owner
+        buttons, Painted(), files, program.connection, image, program.said, program.owner
     )
 
     assert not buttons.actionLoadCalibration.isEnabled()  # there is no camera
@@ -116,7 +116,7 @@ def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
     buttons.actionLoadCalibration.trigger()
 
     assert files.asked and not program.messages.shown(None)
-    assert picture.settings.calibration is None
+    assert image.settings.calibration is None
 
 
 def test_no_controller_takes_the_main_window():

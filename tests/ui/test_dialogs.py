@@ -19,8 +19,8 @@ from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.picture_view import PointCloudDialog
 from grabbergui.ui.views.settings_dialogs import LutDialog, SettingsDifference, SettingsReport, UserSetsDialog
 
 SCREEN = QRect(0, 0, 800, 600)

@@ -98,7 +98,7 @@ def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(app):
     _, second = two_cameras(app)
     source = app.program.connection.sources[1]
     tile = app.program.gallery.tiles[1]
-    gone = [weakref.ref(thing) for thing in (source, source.grabber, tile, tile.picture)]
+    gone = [weakref.ref(thing) for thing in (source, source.grabber, tile, tile.image)]
     del source, tile
 
     def threads():

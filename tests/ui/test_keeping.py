@@ -307,8 +307,8 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(app, tmp_path, monkeyp
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
     keeping.load(path)
-    app.until(lambda: app.window.picture.tasks.rows)
-    row = app.window.picture.tasks.rows[0]
+    app.until(lambda: app.window.image.tasks.rows)
+    row = app.window.image.tasks.rows[0]
     assert (row.titleLabel.text(), row.textLabel.text()) == ("Loading settings", "settings.yaml")
     app.until(lambda: row.bar.value() > 0)
     app.qtbot.mouseClick(row.cancelButton, Qt.LeftButton)
@@ -316,7 +316,7 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(app, tmp_path, monkeyp
     slow.set()
     assert rows(keeping.report) == {"Gain": "cancelled"}
     assert read("Gain").value == 0
-    assert not app.window.picture.tasks.isVisible()
+    assert not app.window.image.tasks.isVisible()
 
 
 def test_closing_the_camera_ends_work_in_progress(app, tmp_path, monkeypatch):
@@ -328,9 +328,9 @@ def test_closing_the_camera_ends_work_in_progress(app, tmp_path, monkeypatch):
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
     app.program.settings_files.save(tmp_path / "settings.yaml")
-    app.until(lambda: app.window.picture.tasks.rows and app.window.picture.tasks.rows[0].bar.value() > 0)
+    app.until(lambda: app.window.image.tasks.rows and app.window.image.tasks.rows[0].bar.value() > 0)
     app.program.connection.disconnect()
-    app.until(lambda: not app.window.picture.tasks.rows)
+    app.until(lambda: not app.window.image.tasks.rows)
     assert not (tmp_path / "settings.yaml").exists()
 
 
@@ -344,9 +344,9 @@ def test_saving_that_is_cancelled_leaves_no_file(app, tmp_path, monkeypatch):
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
     app.program.settings_files.save(path)
-    app.until(lambda: app.window.picture.tasks.rows)
-    app.window.picture.tasks.rows[0].cancelButton.click()
-    app.until(lambda: not app.window.picture.tasks.rows)
+    app.until(lambda: app.window.image.tasks.rows)
+    app.window.image.tasks.rows[0].cancelButton.click()
+    app.until(lambda: not app.window.image.tasks.rows)
     assert not path.exists()
 
 

@@ -36,9 +36,9 @@ def field_of_gain(app):
 
 def test_letters_work_while_the_image_has_the_focus(app):
     window = app.window
-    give_focus(app, window.picture.canvas)
+    give_focus(app, window.image.canvas)
     for key, action in (("p", window.actionPause), ("x", window.actionClipping), ("g", window.actionGrid)):
-        app.qtbot.keyClicks(window.picture.canvas, key)
+        app.qtbot.keyClicks(window.image.canvas, key)
         assert action.isChecked()
 
 
@@ -66,7 +66,7 @@ def test_enter_and_escape_in_a_field_give_the_focus_to_the_image(app, key):
     if key == Qt.Key_Escape:  # the first one gives up what was typed
         assert field.hasFocus()
         app.qtbot.keyClick(field, key)
-    assert QApplication.focusWidget() is app.window.picture.canvas
+    assert QApplication.focusWidget() is app.window.image.canvas
 
 
 def test_escape_leaves_the_filter_once_it_is_empty(app):
@@ -77,7 +77,7 @@ def test_escape_leaves_the_filter_once_it_is_empty(app):
     assert filter_edit.text() == ""
     assert filter_edit.hasFocus()
     app.qtbot.keyClick(filter_edit, Qt.Key_Escape)
-    assert QApplication.focusWidget() is app.window.picture.canvas
+    assert QApplication.focusWidget() is app.window.image.canvas
 
 
 @pytest.mark.parametrize(
@@ -93,26 +93,26 @@ def test_a_control_that_is_locked_by_a_loss_leaves_the_focus_to_the_image(app, m
         away.setattr(app.grabber.device, "open", refuse)
         app.grabber.device.on_lost("its cable is out")
         app.until(lambda: not widget.isEnabled())
-        app.until(app.window.picture.canvas.hasFocus)
+        app.until(app.window.image.canvas.hasFocus)
     app.until(widget.isEnabled)
-    assert QApplication.focusWidget() is app.window.picture.canvas
+    assert QApplication.focusWidget() is app.window.image.canvas
 
 
 def test_the_image_has_the_focus_at_first(make_app):
     app = make_app()
     app.window.activateWindow()
-    app.until(app.window.picture.canvas.hasFocus)
+    app.until(app.window.image.canvas.hasFocus)
 
 
 def test_a_panels_key_brings_it_to_the_front_and_hides_it(app):
     window = app.window
     front = window.histogramDock
     for key in (Qt.Key_F2, Qt.Key_F4):
-        app.qtbot.keyClick(window.picture.canvas, key)
+        app.qtbot.keyClick(window.image.canvas, key)
     assert front.visibleRegion().isEmpty(), "the histogram stands behind the line profile"
-    app.qtbot.keyClick(window.picture.canvas, Qt.Key_F2)
+    app.qtbot.keyClick(window.image.canvas, Qt.Key_F2)
     app.until(lambda: not front.visibleRegion().isEmpty())
     assert front.isVisible()
-    app.qtbot.keyClick(window.picture.canvas, Qt.Key_F2)
+    app.qtbot.keyClick(window.image.canvas, Qt.Key_F2)
     app.until(lambda: not front.isVisible())
     assert window.profileDock.isVisible()

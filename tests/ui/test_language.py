@@ -61,7 +61,7 @@ NO_COUNT = {
 }  # fmt: skip
 """Texts with a number before a plural that is never 1, or counts nothing."""
 ENGLISH = re.compile(
-    r"\b(the|of|and|is|are|to|with|for|from|this|that|show|shown|save|choose|picture|frames?|sources?|open|"
+    r"\b(the|of|and|is|are|to|with|for|from|this|that|show|shown|save|choose|image|frames?|sources?|open|"
     r"close|draw|record|recording|until|time|values?|here|once|again|what|where|camera's)\b",
     re.IGNORECASE,
 )
@@ -299,7 +299,7 @@ def test_numbers_have_the_languages_decimal_point(spanish, app):
     app.until(lambda: gain.editor is not None and gain.editor.field.text() == "7,5 dB")
     app.until(lambda: "," in window.histogram.figuresLabel.text())
     app.until(lambda: "," in window.status.rateLabel.text())
-    app.until(lambda: "," in window.picture.clippingLabel.text())
+    app.until(lambda: "," in window.image.clippingLabel.text())
     labels = [label for label in window.findChildren(QLabel) if label.isVisible() and ours(label)]
     wrong = {label.objectName(): label.text() for label in labels if re.search(r"\d\.\d", label.text())}
     assert not wrong

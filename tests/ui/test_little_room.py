@@ -96,7 +96,7 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
             QTest.keySequence(window, QKeySequence(key))
         app.until(lambda dock=dock: not dock.visibleRegion().isEmpty())
         app.until(lambda: (window.width(), window.height()) == (800, 600))
-        app.until(lambda: window.picture.canvas.height() >= 90)
+        app.until(lambda: window.image.canvas.height() >= 90)
         app.until(lambda: not clipped(window))
         needed = dock.widget().layout().minimumSize()
         app.until(lambda d=dock, n=needed: d.widget().height() >= n.height() and d.width() >= n.width())
@@ -175,7 +175,7 @@ def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
     app.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
     first = window.gallery.tiles[0]
     app.until(lambda: first.visibleRegion().boundingRect().bottom() == first.rect().bottom())
-    assert window.picture.canvas.height() >= 120
+    assert window.image.canvas.height() >= 120
     window.resize(1280, 800)
     app.until(lambda: window.gallery.tiles[0].height() > 120)
 
@@ -218,34 +218,34 @@ def test_the_image_stays_where_it_is_under_a_message(app):
     app.watch()
     cards = window.favourites._shown
     app.until(lambda: cards and all(card.editor and card.editor.isVisible() for card in cards))
-    before = window.picture.geometry(), window.statusbar.geometry()
+    before = window.image.geometry(), window.statusbar.geometry()
     for text in ("saved " * 40, "no space left on the disk"):
         app.program.messages.error(text)
         app.until(lambda text=text: text in window.messages.messages)
-    assert window.messages.isVisible() and (window.picture.geometry(), window.statusbar.geometry()) == before
+    assert window.messages.isVisible() and (window.image.geometry(), window.statusbar.geometry()) == before
     corner = window.messages.mapTo(window, QPoint(0, 0)).y()
     assert corner > window.recordingBar.mapTo(window, QPoint(0, 0)).y(), "it lies over nothing"
 
 
 def test_the_image_stays_where_it_is_under_work_in_progress(app):
-    window, picture = app.window, app.window.picture
+    window, image = app.window, app.window.image
     app.connect()
     app.watch()
-    places = picture.canvas.geometry(), picture.note.geometry()
-    rows = [picture.tasks.begin(title) for title in ("Connecting", "Loading settings")]
+    places = image.canvas.geometry(), image.note.geometry()
+    rows = [image.tasks.begin(title) for title in ("Connecting", "Loading settings")]
     rows[0].setText("a long name " * 30)
     for size in ((1280, 800), (800, 600)):
         window.resize(*size)
         app.until(lambda size=size: (window.width(), window.height()) == size)
-        app.until(lambda: picture.canvas.geometry().contains(picture.tasks.geometry()))
+        app.until(lambda: image.canvas.geometry().contains(image.tasks.geometry()))
         app.until(lambda: rows[0].geometry().bottom() < rows[1].y())
         app.until(lambda: all(row.height() >= row.minimumSizeHint().height() for row in rows))
         assert all(not row.cancelButton.visibleRegion().isEmpty() for row in rows)
     window.resize(1280, 800)
-    app.until(lambda: (picture.canvas.geometry(), picture.note.geometry()) == places)
+    app.until(lambda: (image.canvas.geometry(), image.note.geometry()) == places)
     for row in rows:
-        picture.tasks.end(row)
-    assert not picture.tasks.isVisible() and picture.canvas.geometry() == places[0]
+        image.tasks.end(row)
+    assert not image.tasks.isVisible() and image.canvas.geometry() == places[0]
 
 
 def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(app):

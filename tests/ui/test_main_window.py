@@ -68,7 +68,7 @@ def test_a_snapshot_holds_the_frames_own_pixels(app, tmp_path):
     app.window.actionSnapshot.trigger()
     app.until(lambda: any("Saved" in message for message in app.errors))
     (path,) = (tmp_path / "snapshots").glob("*.png")
-    frame = app.program.picture.frame
+    frame = app.program.image.frame
     assert np.array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), frame.raw())
 
 
@@ -152,7 +152,7 @@ def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(
     for watch in attempts(1.2):
         answer.clear()
         app = make_app()
-        note = app.window.picture.note
+        note = app.window.image.note
         app.program.connection._create = create
         app.program.begin("gige:10.255.255.1")
         app.until(lambda note=note: "Connecting" in note.summaryLabel.text())
@@ -227,7 +227,7 @@ class HeldElsewhere(ScriptedGrabber):
 
     def start(self, *, keep_trigger=False):
         if self.access is Access.MONITOR:
-            raise AccessDeniedError("the camera sends its pictures to 10.0.0.5")
+            raise AccessDeniedError("the camera sends its images to 10.0.0.5")
         super().start()
 
 
@@ -248,7 +248,7 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     panel = window.features.rows
     app.until(lambda: panel.rows("Reset") and panel.rows("Reset")[0].editor is not None)
     assert not panel.rows("Reset")[0].editor.isEnabled(), "nor is a command"
-    app.until(lambda: "goes to the program" in window.picture.note.summaryLabel.text())
+    app.until(lambda: "goes to the program" in window.image.note.summaryLabel.text())
     assert "Read only" in window.status.stateLabel.text()
 
     button = window.messages.findChild(QAbstractButton, "offerButton")
@@ -321,13 +321,13 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
     link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
     app.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
     app.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
-    app.until(lambda: window.picture.tasks.rows)
-    assert window.picture.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
+    app.until(lambda: window.image.tasks.rows)
+    assert window.image.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
     app.watch()
     wrong.noticed_at_last.set()
     app.until(lambda: app.errors)
     assert "no camera answers at 10.0.0.9" in app.errors[0]
-    app.until(lambda: not window.picture.tasks.rows)
+    app.until(lambda: not window.image.tasks.rows)
     assert link.source is shown and link.state is LinkState.STREAMING
     app.watch()
 
@@ -338,9 +338,9 @@ def test_a_connection_that_takes_too_long_can_be_given_up(app):
     shown, create, slow = link.source, link._create, Unreachable()
     link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
     app.program.sources.connect_to("gige:10.0.0.9")
-    app.until(lambda: window.picture.tasks.rows)
-    app.qtbot.mouseClick(window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
-    app.until(lambda: not window.picture.tasks.rows)
+    app.until(lambda: window.image.tasks.rows)
+    app.qtbot.mouseClick(window.image.tasks.rows[0].cancelButton, Qt.LeftButton)
+    app.until(lambda: not window.image.tasks.rows)
     slow.noticed_at_last.set()
     assert link.pending is None and link.source is shown
     app.watch()

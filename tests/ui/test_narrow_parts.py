@@ -20,8 +20,8 @@ from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import DARK, Theme, dress, icon, palette
+from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.views.measuring_panels import FocusPanel
-from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
 from grabbergui.ui.widgets.messages import StatusStrip
@@ -97,7 +97,7 @@ def test_while_a_figure_is_shown_the_message_beside_it_is_whole(strip, qtbot):
 
 
 def test_a_note_is_centred_and_its_colour_shows_its_severity(qtbot):
-    view = PictureView()
+    view = ImageView()
     qtbot.addWidget(view)
     view.resize(640, 480)
     view.show()

@@ -41,9 +41,9 @@ class Newcomer:
 
     def frame(self):
         """A frame of now, as the camera sends it."""
-        before = self.app.program.picture.frame
-        self.until(lambda: self.app.program.picture.frame is not before)
-        return self.app.program.picture.frame
+        before = self.app.program.image.frame
+        self.until(lambda: self.app.program.image.frame is not before)
+        return self.app.program.image.frame
 
     def brightness(self):
         return float(self.frame().rgb().mean())
@@ -166,7 +166,7 @@ def test_the_white_balance_is_set(newcomer):
 
 
 def test_a_region_is_drawn_and_the_whole_sensor_comes_back(newcomer):
-    canvas = newcomer.window.picture.canvas
+    canvas = newcomer.window.image.canvas
     newcomer.press("Region")
     newcomer.until(lambda: newcomer.reads("draw"))
     middle = canvas.viewport().rect().center()

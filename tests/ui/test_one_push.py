@@ -22,8 +22,8 @@ def value(app, name):
 
 
 def draw(app, *corners):
-    """A stroke of the mouse from one pixel of the picture to another."""
-    canvas = app.window.picture.canvas
+    """A stroke of the mouse from one pixel of the image to another."""
+    canvas = app.window.image.canvas
     start, end = (canvas.frameToView(*corner).toPoint() for corner in corners)
     viewport = canvas.viewport()
     app.qtbot.mousePress(viewport, Qt.LeftButton, pos=start)
@@ -38,16 +38,16 @@ def said(app, text):
 
 def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(app):
     window = app.window
-    app.qtbot.keyClick(window.picture.canvas, Qt.Key_E, Qt.ShiftModifier)
-    assert "brightness counts" in window.picture.hintLabel.text()
+    app.qtbot.keyClick(window.image.canvas, Qt.Key_E, Qt.ShiftModifier)
+    assert "brightness counts" in window.image.hintLabel.text()
     draw(app, (50, 50), (250, 200))
-    app.until(lambda: window.picture.tasks.rows)
-    assert window.picture.tasks.rows[0].titleLabel.text() == "Exposure on a region"
+    app.until(lambda: window.image.tasks.rows)
+    assert window.image.tasks.rows[0].titleLabel.text() == "Exposure on a region"
     assert not window.actionExpose.isEnabled()
     app.until(lambda: said(app, "Exposed: "))
-    light = measure_light(app.program.picture.frame, Region(50, 50, 200, 150))
+    light = measure_light(app.program.image.frame, Region(50, 50, 200, 150))
     assert light.mean == pytest.approx(0.5, abs=0.05)
-    app.until(lambda: not window.picture.tasks.rows and window.actionExpose.isEnabled())
+    app.until(lambda: not window.image.tasks.rows and window.actionExpose.isEnabled())
     assert window.actionUndo.text() == "&Undo Exposure on a region"
     window.actionUndo.trigger()
     app.until(lambda: value(app, "ExposureTime") == 400)
@@ -55,7 +55,7 @@ def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(app):
 
 def test_white_balance_by_the_whole_image_is_the_cameras_own(app):
     app.grabber.write_feature("ExposureTime", 8000.0)
-    app.qtbot.keyClick(app.window.picture.canvas, Qt.Key_W)
+    app.qtbot.keyClick(app.window.image.canvas, Qt.Key_W)
     app.until(lambda: said(app, "White balance set by the camera"))
     assert value(app, "BalanceWhiteAuto") == "Off"
 
@@ -74,12 +74,12 @@ def test_it_can_be_cancelled_and_leaves_everything_as_it_was(app, monkeypatch):
     monkeypatch.setattr("grabbergui.models.one_push.EXPOSURE_TOLERANCE", -1.0)  # never there
     app.window.actionExposeRegion.trigger()
     draw(app, (50, 50), (250, 200))
-    app.until(lambda: app.window.picture.tasks.rows and app.window.picture.tasks.rows[0].textLabel.text())
+    app.until(lambda: app.window.image.tasks.rows and app.window.image.tasks.rows[0].textLabel.text())
     app.until(lambda: value(app, "ExposureTime") != 400)
-    app.qtbot.mouseClick(app.window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
+    app.qtbot.mouseClick(app.window.image.tasks.rows[0].cancelButton, Qt.LeftButton)
     app.until(lambda: said(app, "Exposure on a region: cancelled"))
     assert value(app, "ExposureTime") == 400
-    assert not app.window.picture.tasks.isVisible()
+    assert not app.window.image.tasks.isVisible()
 
 
 def test_a_region_that_is_too_dark_is_reported(app):
@@ -102,6 +102,6 @@ def test_only_where_there_is_an_image(app):
 def test_closing_the_camera_ends_it(app):
     app.window.actionExposeRegion.trigger()
     draw(app, (50, 50), (250, 200))
-    app.until(lambda: app.window.picture.tasks.rows)
+    app.until(lambda: app.window.image.tasks.rows)
     app.program.connection.disconnect()
-    app.until(lambda: not app.window.picture.tasks.rows)
+    app.until(lambda: not app.window.image.tasks.rows)

@@ -27,7 +27,7 @@ def test_every_panel_can_be_open_on_800_pixels(app):
 
 
 @pytest.mark.parametrize("language", ["en", "es"])
-def test_no_text_below_the_picture_widens_the_window(qapp, request, language):
+def test_no_text_below_the_image_widens_the_window(qapp, request, language):
     speak(qapp, language)
     request.addfinalizer(lambda: speak(qapp, "en"))
     app = request.getfixturevalue("app")
@@ -36,13 +36,13 @@ def test_no_text_below_the_picture_widens_the_window(qapp, request, language):
     window.resize(800, 600)
     app.until(lambda: window.width() == 800)
     window.actionClipping.trigger()
-    app.until(window.picture.clippingLabel.text)
+    app.until(window.image.clippingLabel.text)
     window.actionRegion.trigger()
-    app.until(window.picture.hintLabel.text)
-    canvas = window.picture.canvas
+    app.until(window.image.hintLabel.text)
+    canvas = window.image.canvas
     for place in (QPoint(1, 1), canvas.rect().center()):  # where it is already, a mouse does not move
         app.qtbot.mouseMove(canvas, place)
-    app.until(window.picture.cursorLabel.text)
+    app.until(window.image.cursorLabel.text)
     QApplication.processEvents()
     assert window.minimumSizeHint().width() <= 800 and window.width() == 800
 
@@ -64,7 +64,7 @@ def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_t
         tile.setState("15 fps, losing frames", Tone.BUSY)
         app.until(lambda tile=tile: tile.titleLabel.shown in ("SIM001", "SIM002"))
         assert tile.stateLabel.shown.startswith("15 fps") and "…" not in tile.stateLabel.shown
-    app.until(lambda: window.picture.canvas.height() > 2 * window.gallery.tiles[0].height())
+    app.until(lambda: window.image.canvas.height() > 2 * window.gallery.tiles[0].height())
     window.resize(800, 600)
     app.until(lambda: window.width() == 800)
     app.until(lambda: window.focusDock in window.tabifiedDockWidgets(window.histogramDock))

@@ -33,18 +33,18 @@ def recording(tmp_path):
 @pytest.fixture
 def player(app, recording):
     app.connect(recording)
-    app.until(app.window.picture.playbackBar.isVisible)
+    app.until(app.window.image.playbackBar.isVisible)
     return app
 
 
 def shown(app):
-    """Which frame the picture shows."""
-    frame = app.program.picture.frame
+    """Which frame the image shows."""
+    frame = app.program.image.frame
     return int(frame.raw()[0, 0]) // 10 if frame is not None else -1
 
 
 def bar_of(app):
-    return app.window.picture.playbackBar
+    return app.window.image.playbackBar
 
 
 def held_at(app, index):
@@ -79,7 +79,7 @@ def test_it_plays_holds_and_steps(player):
     held_at(player, 7)
     player.qtbot.keyClick(player.window, Qt.Key_P)
     player.until(lambda: bar.playButton.text() == "Pause" and shown(player) != 7)
-    assert not player.window.picture.pauseBar.isVisible(), "a recording has its own past"
+    assert not player.window.image.pauseBar.isVisible(), "a recording has its own past"
     assert not player.errors
 
 
@@ -122,7 +122,7 @@ def test_the_bar_goes_with_the_recording(player):
     player.until(lambda: not bar_of(player).isVisible())
     player.until(lambda: len(player.program.history.frames) > 2)
     player.qtbot.keyClick(player.window, Qt.Key_P)
-    assert player.window.picture.pauseBar.isVisible()
+    assert player.window.image.pauseBar.isVisible()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The manual's pictures are what the program makes: each panel, in both looks.
+"""The manual's images are what the program makes: each panel, in both looks.
 
 They are kept in the folder that GRABBERGUI_ARTEFACTS names, if it does.
 """
@@ -46,19 +46,19 @@ def test_every_panel_has_its_image(request, dressed, tmp_path, monkeypatch, them
     dressed(theme)
     app = request.getfixturevalue("app")
     assert run_script(load_script(ROOT / "scripts" / "screenshots.py"), app.program) == 0
-    pictures = {path.stem.removesuffix("-dark"): QImage(str(path)) for path in folder.glob(f"*{suffix}.png")}
-    assert {"window", "histogram", "focus", "profile", "changes", "gallery", "playback"} <= pictures.keys()
-    for name, picture in pictures.items():
-        colours = pixels(picture)
+    images = {path.stem.removesuffix("-dark"): QImage(str(path)) for path in folder.glob(f"*{suffix}.png")}
+    assert {"window", "histogram", "focus", "profile", "changes", "gallery", "playback"} <= images.keys()
+    for name, image in images.items():
+        colours = pixels(image)
         assert np.unique(colours[:, ::3]).size > 20, f"{name} shows nothing"
         assert QColor(ground).rgb() & 0xFFFFFF in colours[[2, -3]], name
 
 
-def pixels(picture: QImage) -> np.ndarray:
+def pixels(image: QImage) -> np.ndarray:
     """Rows of 0xRRGGBB."""
-    picture = picture.convertToFormat(QImage.Format_RGB32)
-    words = np.frombuffer(picture.constBits().asarray(picture.sizeInBytes()), np.uint32)
-    return words.reshape(picture.height(), -1)[:, : picture.width()] & 0xFFFFFF
+    image = image.convertToFormat(QImage.Format_RGB32)
+    words = np.frombuffer(image.constBits().asarray(image.sizeInBytes()), np.uint32)
+    return words.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF
 
 
 @pytest.mark.parametrize("page", MANUAL, ids=lambda page: page.stem)

@@ -109,7 +109,7 @@ def test_a_long_reason_does_not_move_the_stop_button(window, qapp):
 
 
 def test_a_state_that_was_entered_goes_into_the_history(window):
-    window.addEntry(Entry(0.0, State.LOST, "no picture yet"))
+    window.addEntry(Entry(0.0, State.LOST, "no image yet"))
     window.addEntry(Entry(1.25, State.CENTRING, "a target is seen"))
     rows = [window.history.topLevelItem(index) for index in range(window.history.topLevelItemCount())]
     texts = [[row.text(column) for column in range(3)] for row in rows]
@@ -127,7 +127,7 @@ def test_an_image_keeps_its_colours_and_what_lies_over_it(window, qtbot):
     pixels = np.full((300, 400, 3), (250, 20, 40), np.uint8)
     drawing = Drawing([Stroke(np.array([(100.0, 150.0), (300.0, 150.0)]), (10, 240, 30), weight=3)])
     with qtbot.waitSignal(window.canvas.painted):
-        window.setPicture(DisplayImage(pixels, Region(0, 0, 400, 300)), 400, 300, drawing)
+        window.setImage(DisplayImage(pixels, Region(0, 0, 400, 300)), 400, 300, drawing)
     image = window.canvas.grab().toImage()
     at = window.canvas.frameToView
     assert image.pixelColor(at(200, 50).toPoint()).getRgb()[:3] == (250, 20, 40)

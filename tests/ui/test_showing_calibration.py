@@ -1,4 +1,4 @@
-"""A calibration is loaded, and the picture shown without the lens's distortion."""
+"""A calibration is loaded, and the image shown without the lens's distortion."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def barrel(width=320, height=240):
 
 
 def shown(app):
-    return app.program.picture.settings.calibration
+    return app.program.image.settings.calibration
 
 
 def test_a_calibration_is_loaded_shown_and_put_away(app, tmp_path):

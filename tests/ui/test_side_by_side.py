@@ -9,8 +9,8 @@ from PyQt5.QtWidgets import QApplication, QWidget
 
 from grabbergui import sources
 from grabbergui.core.pixels import Region
-from grabbergui.models.picture.components import MOST_BESIDE, beside
-from grabbergui.models.picture.rendering import scaled_region
+from grabbergui.models.image.components import MOST_BESIDE, beside
+from grabbergui.models.image.rendering import scaled_region
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
@@ -29,10 +29,10 @@ def app(make_app):
     app = make_app()
     app.connect("sim:?width=320&height=240")
     send_components(app.grabber, "Range", "Confidence")
-    picture = app.window.picture
-    app.until(lambda: picture.componentTabs.count() == 3)
-    picture.sideBySideBox.click()
-    app.until(lambda: set(picture.paneArea.panes) == {"Range", "Confidence"})
+    image = app.window.image
+    app.until(lambda: image.componentTabs.count() == 3)
+    image.sideBySideBox.click()
+    app.until(lambda: set(image.paneArea.panes) == {"Range", "Confidence"})
     return app
 
 
@@ -46,7 +46,7 @@ def middle(widget):
 
 
 def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(app):
-    area, canvas = app.window.picture.paneArea, app.window.picture.canvas
+    area, canvas = app.window.image.paneArea, app.window.image.canvas
     panes = area.panes
     app.until(lambda: panes["Range"].scaleBar.scale is not None)
     assert panes["Range"].scaleBar.scale.unit == "mm" and panes["Confidence"].scaleBar.scale is None
@@ -59,18 +59,18 @@ def test_every_component_has_its_name_its_scale_and_a_place_of_its_own(app):
 
 
 def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_colours(app):
-    picture = app.window.picture
-    area, settings = picture.paneArea, app.program.picture
+    image = app.window.image
+    area, settings = image.paneArea, app.program.image
     colours = {action.data(): action for action in app.window.menuColours.actions()}
     colours["Inferno"].trigger()
-    was, range_place = picture.canvas.geometry(), area.panes["Range"].geometry()
+    was, range_place = image.canvas.geometry(), area.panes["Range"].geometry()
 
     pane = area.panes["Range"]
     send_mouse(pane, QEvent.MouseButtonPress, middle(pane), Qt.LeftButton)
     send_mouse(pane, QEvent.MouseButtonRelease, middle(pane), Qt.LeftButton)
     app.until(lambda: set(area.panes) == {"Intensity", "Confidence"})
-    assert picture.componentTabs.currentIndex() == 1
-    app.until(lambda: picture.canvas.geometry() == range_place)
+    assert image.componentTabs.currentIndex() == 1
+    app.until(lambda: image.canvas.geometry() == range_place)
     assert area.panes["Intensity"].geometry() == was
     assert colours[""].isChecked() and settings.settings.colour_map == ""
     assert settings.settings.of_other("Intensity").colour_map == "Inferno"
@@ -78,7 +78,7 @@ def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_col
     colours["Viridis"].trigger()
     app.until(lambda: settings.latest.quantity is not None)
     app.until(lambda: settings.latest.quantity.scale.colour_map == "Viridis")
-    picture.componentTabs.setCurrentIndex(0)
+    image.componentTabs.setCurrentIndex(0)
     app.until(lambda: settings.latest.label == "Intensity" and settings.latest.others)
     assert colours["Inferno"].isChecked()
     others = {other.label: other for other in settings.latest.others}
@@ -86,8 +86,8 @@ def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_col
 
 
 def test_zoom_and_position_are_common_to_all(app):
-    picture = app.window.picture
-    canvas, pane = picture.canvas, picture.paneArea.panes["Confidence"]
+    image = app.window.image
+    canvas, pane = image.canvas, image.paneArea.panes["Confidence"]
 
     def wheel(widget):
         place = middle(widget)
@@ -99,7 +99,7 @@ def test_zoom_and_position_are_common_to_all(app):
 
     def agree():
         seen = canvas.seen
-        views = [other._box.viewRect() for other in picture.paneArea.panes.values()]
+        views = [other._box.viewRect() for other in image.paneArea.panes.values()]
         return all(abs(view.width() / 320 - seen.width()) < 0.02 for view in views) and all(
             abs(view.center().x() / 320 - seen.center().x()) < 0.02 for view in views
         )
@@ -111,7 +111,7 @@ def test_zoom_and_position_are_common_to_all(app):
     closer = canvas.seen.width()
     wheel(canvas)
     app.until(lambda: canvas.seen.width() < 0.95 * closer and agree())
-    latest = app.program.picture
+    latest = app.program.image
     app.until(lambda: latest.latest.image.region.width < 320)
     app.until(lambda: all(other.image.region.width < 320 for other in latest.latest.others))
     app.window.actionFit.trigger()
@@ -119,19 +119,19 @@ def test_zoom_and_position_are_common_to_all(app):
 
 
 def test_the_values_under_the_cursor_are_shown_in_all_and_marked_in_the_others(app):
-    picture = app.window.picture
-    panes, canvas = picture.paneArea.panes, picture.canvas
+    image = app.window.image
+    panes, canvas = image.paneArea.panes, image.canvas
     pane = panes["Confidence"]
     send_mouse(pane, QEvent.MouseMove, middle(pane))
     app.until(lambda: " mm" in panes["Range"].caption.text)
-    assert picture.cursorLabel.text().startswith("x 1")
-    assert any(digit in picture.paneArea.caption.text for digit in "0123456789")
+    assert image.cursorLabel.text().startswith("x 1")
+    assert any(digit in image.paneArea.caption.text for digit in "0123456789")
     assert panes["Range"].mark.isVisible() and not pane.mark.isVisible()
     x, y = canvas.cursorPixel
     assert abs(x - 160) <= 2 and abs(y - 120) <= 2
 
     QApplication.sendEvent(pane, QEvent(QEvent.Leave))
-    app.until(lambda: picture.cursorLabel.text() == "" and picture.paneArea.caption.text == "Intensity")
+    app.until(lambda: image.cursorLabel.text() == "" and image.paneArea.caption.text == "Intensity")
     assert not panes["Range"].mark.isVisible()
 
 
@@ -150,31 +150,31 @@ def test_a_caption_is_whole_where_the_pane_is_wide_enough(qtbot):
     assert not cut
 
 
-def test_one_picture_again_leaves_nothing_behind(app):
-    picture = app.window.picture
-    before = app.program.picture
-    picture.sideBySideBox.click()
-    app.until(lambda: not picture.paneArea.panes and not before.latest.others)
-    assert not picture.paneArea.caption.isVisible()
-    app.until(lambda: picture.canvas.size() == picture.paneArea.size())
+def test_one_image_again_leaves_nothing_behind(app):
+    image = app.window.image
+    before = app.program.image
+    image.sideBySideBox.click()
+    app.until(lambda: not image.paneArea.panes and not before.latest.others)
+    assert not image.paneArea.caption.isVisible()
+    app.until(lambda: image.canvas.size() == image.paneArea.size())
 
-    picture.sideBySideBox.click()
-    app.until(lambda: len(picture.paneArea.panes) == 2)
+    image.sideBySideBox.click()
+    app.until(lambda: len(image.paneArea.panes) == 2)
     app.connect("sim:colour?width=320&height=240")
-    app.until(lambda: not picture.paneArea.panes)
-    assert before.settings.appearances == {} and picture.sideBySideBox.isChecked()
+    app.until(lambda: not image.paneArea.panes)
+    assert before.settings.appearances == {} and image.sideBySideBox.isChecked()
 
 
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
-def test_in_a_small_window_the_scale_is_text_and_the_pictures_are_seen(app, qapp, theme):
+def test_in_a_small_window_the_scale_is_text_and_the_images_are_seen(app, qapp, theme):
     app.window.resize(800, 600)
     dress(qapp, theme)
     try:
-        picture = app.window.picture
-        area = picture.paneArea
+        image = app.window.image
+        area = image.paneArea
         app.until(lambda: app.window.width() == 800)
         app.until(lambda: area.panes["Range"].scaleBar.scale is not None)
-        for pane in (*area.panes.values(), picture.canvas):
+        for pane in (*area.panes.values(), image.canvas):
             assert pane.width() >= 60 and pane.height() >= 40
             assert area.rect().contains(pane.geometry())
         pane = area.panes["Range"]
@@ -183,7 +183,7 @@ def test_in_a_small_window_the_scale_is_text_and_the_pictures_are_seen(app, qapp
         dress(qapp, Theme.AUTO)
 
 
-def test_panes_are_arranged_so_that_the_pictures_are_largest():
+def test_panes_are_arranged_so_that_the_images_are_largest():
     assert columns_for(1, 800, 600, 4 / 3) == 1
     assert columns_for(2, 1600, 600, 4 / 3) == 2
     assert columns_for(2, 600, 1200, 4 / 3) == 1
@@ -211,9 +211,9 @@ def test_a_remote_camera_shows_its_components_as_a_local_one(make_app):
         address = f"127.65.0.1:{names.port_number}"
         stack.enter_context(YarpGrabberServer(camera, "/side", names=NameClient.find(address)))
         app.connect(f"yarp:/side?nameserver={address}")
-        picture = app.window.picture
-        app.until(lambda: picture.componentTabs.count() == 2)
-        picture.componentTabs.setCurrentIndex(1)
-        app.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
-        scale = picture.scaleBar.scale
+        image = app.window.image
+        app.until(lambda: image.componentTabs.count() == 2)
+        image.componentTabs.setCurrentIndex(1)
+        app.until(lambda: image.scaleBar.scale is not None and image.scaleBar.scale.unit == "mm")
+        scale = image.scaleBar.scale
         assert scale.low <= 650 and 1200 <= scale.high <= 1400

@@ -38,8 +38,8 @@ def test_a_card_is_as_high_as_its_name_needs_and_the_images_of_two_differ(view, 
     items = [view.sourceList.item(row) for row in range(3)]
     rects = [view.sourceList.visualItemRect(item) for item in items]
     assert rects[0].height() > rects[2].height()
-    pictures = [view.sourceList.grab(rect).toImage() for rect in rects[:2]]
-    assert pictures[0] != pictures[1]
+    images = [view.sourceList.grab(rect).toImage() for rect in rects[:2]]
+    assert images[0] != images[1]
     view.resize(600, 500)
     qtbot.waitUntil(
         lambda: (

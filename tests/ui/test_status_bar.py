@@ -46,14 +46,14 @@ def test_a_lost_camera_is_shown_as_lost_everywhere_until_it_returns(app):
     window, gain = app.window, app.window.favourites.rows
     app.until(lambda: gain.rows("Gain") and gain.rows("Gain")[0].editor is not None)
     row = gain.rows("Gain")[0]
-    app.watch()  # a picture, which then ages
+    app.watch()  # an image, which then ages
     lose(app)
     app.until(lambda: state(app).startswith("Lost for"))
     assert "connection lost" in window.windowTitle()
     app.until(lambda: app.errors)
     assert len(app.errors) == 1 and "reconnecting since" in app.errors[0]
-    assert window.picture.ageLabel.isVisible() and "Last picture" in window.picture.ageLabel.text()
-    assert window.picture.canvas._item.opacity() < 0.5
+    assert window.image.ageLabel.isVisible() and "Last image" in window.image.ageLabel.text()
+    assert window.image.canvas._item.opacity() < 0.5
     assert not row.isEnabled() and "does not answer" in row.toolTip()
     assert window.status.rateLabel.text().startswith("0.0 fps")
     lines = window.sources.sourceList
@@ -62,7 +62,7 @@ def test_a_lost_camera_is_shown_as_lost_everywhere_until_it_returns(app):
     app.until(lambda: state(app) == "Live" and "lost" not in window.windowTitle())
     app.until(lambda: app.errors and app.errors[0].startswith("back after"))
     assert len(app.errors) == 1
-    assert not window.picture.ageLabel.isVisible() and window.picture.canvas._item.opacity() == 1
+    assert not window.image.ageLabel.isVisible() and window.image.canvas._item.opacity() == 1
     assert row.isEnabled() and "does not answer" not in row.toolTip()
 
 
@@ -79,33 +79,33 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(app):
     app.until(lambda: "lost" in tile.stateLabel.text() and tile.thumbnail._dimmed)
     app.program.connection.make_current(second)
     app.until(lambda: state(app) == "Live" and not app.errors)
-    assert not app.window.picture.ageLabel.isVisible() and "lost" not in app.window.windowTitle()
+    assert not app.window.image.ageLabel.isVisible() and "lost" not in app.window.windowTitle()
     rows = app.window.favourites.rows
     app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].isEnabled())
     app.watch()
     app.program.connection.make_current(first)
     app.until(lambda: state(app).startswith("Lost for") and app.errors)
-    # What is shown is its own last picture, as on its tile, with its age.
-    app.until(app.window.picture.ageLabel.isVisible)
+    # What is shown is its own last image, as on its tile, with its age.
+    app.until(app.window.image.ageLabel.isVisible)
     app.until(lambda: "Mono8" in app.window.status.formatLabel.text())
-    assert app.program.picture.frame.pixel_format.name == "Mono8"
-    assert app.window.picture.canvas._item.opacity() < 0.5
+    assert app.program.image.frame.pixel_format.name == "Mono8"
+    assert app.window.image.canvas._item.opacity() < 0.5
 
 
 def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_image(app):
-    """The other camera's last picture is not this one's, nor are its figures."""
+    """The other camera's last image is not this one's, nor are its figures."""
     app.program.connection.open_additional("sim:colour?width=320&height=240")
     app.until(lambda: len(app.program.gallery.tiles) == 2)
     second = app.program.connection.sources[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     second.grabber.stop()
     second.grabber.connection_changed.emit(ConnectionState.LOST, "the camera does not answer")
-    small = app.program.gallery.tiles[1].picture
+    small = app.program.gallery.tiles[1].image
     assert small.detach(PATIENCE)
     small._frame = small.last_received = None
     app.program.connection.make_current(second)
     app.until(lambda: state(app).startswith("Lost for") and app.errors)
-    assert app.window.picture.empty
+    assert app.window.image.empty
     app.until(lambda: not app.window.status.formatLabel.text())
     assert not app.window.actionSnapshot.isEnabled()
 
@@ -114,7 +114,7 @@ def test_waiting_for_a_trigger_is_a_state_with_two_ways_out(app):
     app.grabber.write_feature("TriggerMode", "On")
     app.until(lambda: state(app) == "Waiting for trigger")
     app.until(lambda: set(offers(app)) == {"Send trigger", "Trigger off"})
-    assert not app.window.picture.note.isVisible(), "there is a picture to look at"
+    assert not app.window.image.note.isVisible(), "there is an image to look at"
     before = app.grabber.statistics().frames
     app.qtbot.mouseClick(offers(app)["Send trigger"], Qt.LeftButton)
     app.until(lambda: app.grabber.statistics().frames == before + 1)
@@ -137,7 +137,7 @@ def test_a_button_that_goes_leaves_the_focus_to_the_image(app, by_key):
     else:
         app.qtbot.mouseClick(button, Qt.LeftButton)
     app.until(lambda: state(app) == "Live" and not app.errors)
-    assert app.window.picture.canvas.hasFocus(), QApplication.focusWidget()
+    assert app.window.image.canvas.hasFocus(), QApplication.focusWidget()
 
 
 def test_the_note_of_a_trigger_that_was_closed_stays_closed(app):
@@ -170,9 +170,9 @@ def test_a_notice_goes_by_itself(app):
 def test_no_empty_state_is_shown_while_a_camera_is_opening(make_app):
     app = make_app()
     said = []
-    note = app.window.picture.note
-    show = app.window.picture.setNote
-    app.window.picture.setNote = lambda *note: (said.append(note[0]), show(*note))
+    note = app.window.image.note
+    show = app.window.image.setNote
+    app.window.image.setNote = lambda *note: (said.append(note[0]), show(*note))
     app.program.connection.connect_to(SMALL)
     app.program.status_bar.refresh()
     app.watch()
@@ -187,13 +187,13 @@ def test_figures_of_one_camera_are_not_shown_of_the_next(app):
     app.until(lambda: state(app) == "Not connected")
     assert not strip.rateLabel.text() and not strip.lossLabel.text()
     assert app.window.windowTitle() == "grabbergui"
-    assert "Nothing is connected" in app.window.picture.note.summaryLabel.text()
+    assert "Nothing is connected" in app.window.image.note.summaryLabel.text()
 
 
 def test_a_dark_image_is_not_covered_by_its_message(app):
     app.grabber.write_feature("ExposureTime", app.grabber.feature("ExposureTime").minimum)
     app.until(lambda: any("black" in text for text in app.errors))
-    assert not app.window.picture.note.isVisible()
+    assert not app.window.image.note.isVisible()
     app.grabber.write_feature("ExposureTime", 10_000)
     app.until(lambda: not app.errors)
-    assert np.isfinite(app.program.picture.mean)
+    assert np.isfinite(app.program.image.mean)

@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QApplication, QLabel
 from grabbergui.core.pixels import Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.picture_canvas import Purpose
-from grabbergui.ui.widgets.picture_items import Mark, size_text
+from grabbergui.ui.widgets.image_canvas import Purpose
+from grabbergui.ui.widgets.image_items import Mark, size_text
 
 
 @pytest.fixture
@@ -24,8 +24,8 @@ def app(make_app):
 
 
 def settle(app):
-    """Wait until panels that were opened have their place and the picture its own."""
-    canvas, before = app.window.picture.canvas, []
+    """Wait until panels that were opened have their place and the image its own."""
+    canvas, before = app.window.image.canvas, []
 
     def settled():
         before.append((canvas.size(), canvas.zoom))
@@ -35,8 +35,8 @@ def settle(app):
 
 
 def drag(app, first, last):
-    """A stroke of the left button between two pixels of the picture as it is seen."""
-    canvas = app.window.picture.canvas
+    """A stroke of the left button between two pixels of the image as it is seen."""
+    canvas = app.window.image.canvas
     settle(app)
     start, end = (canvas.frameToView(*point).toPoint() for point in (first, last))
     target = canvas.viewport()
@@ -47,8 +47,8 @@ def drag(app, first, last):
 
 
 def screen(app):
-    """The picture's middle, (lines, bytes of a line); the background round it depends on the panels."""
-    canvas = app.window.picture.canvas
+    """The image's middle, (lines, bytes of a line); the background round it depends on the panels."""
+    canvas = app.window.image.canvas
     image = canvas.grab().toImage().convertToFormat(13)  # RGB888
     aside, above = image.width() // 4, image.height() // 4
     image = image.copy(image.rect().adjusted(aside, above, -aside, -above))
@@ -96,11 +96,11 @@ def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(app):
     app.until(lambda: window.histogram.plot.values("grey") is not None)
     before = window.histogram._histogram.mean("grey")
     window.histogram.levels.setRegion((0, 64))
-    assert app.program.picture.settings.levels.white == pytest.approx(0.25)
+    assert app.program.image.settings.levels.white == pytest.approx(0.25)
     app.until(lambda: screen(app).mean() > 1.5 * before)
     app.until(lambda: window.histogram._histogram.mean("grey") == pytest.approx(before, rel=0.2))
     app.qtbot.mouseClick(window.histogram.resetButton, Qt.LeftButton)
-    assert app.program.picture.settings.levels.neutral
+    assert app.program.image.settings.levels.neutral
     assert window.histogram.levels.getRegion() == (0, 256)
 
 
@@ -115,12 +115,12 @@ def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(make_app):
     app.until(lambda: panel._histogram is not None and panel._histogram.mean("grey") < 400)
     before = screen(app).mean()
     app.qtbot.mouseClick(panel.fitButton, Qt.LeftButton)
-    levels = app.program.picture.settings.levels
+    levels = app.program.image.settings.levels
     assert 0 <= levels.black < levels.white < 0.5
     app.watch(5)
     assert screen(app).mean() > 1.1 * before, "margins included"
     app.qtbot.mouseClick(panel.resetButton, Qt.LeftButton)
-    assert app.program.picture.settings.levels.neutral
+    assert app.program.image.settings.levels.neutral
 
 
 def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
@@ -144,14 +144,14 @@ def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
 def test_clipping_is_marked_and_counted(app):
     window = app.window
     window.actionClipping.trigger()
-    app.until(lambda: "saturated" in window.picture.clippingLabel.text())
+    app.until(lambda: "saturated" in window.image.clippingLabel.text())
     app.grabber.write_feature("ExposureTime", 1e6)
-    app.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50)
+    app.until(lambda: float(window.image.clippingLabel.text().split("%")[0]) > 50)
     app.watch(3)
     pixels = screen(app).reshape(-1, 3)
     assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3
     window.actionClipping.trigger()
-    app.until(lambda: not window.picture.clippingLabel.text())
+    app.until(lambda: not window.image.clippingLabel.text())
 
 
 def test_a_drawn_region_is_scored_for_focus(app):
@@ -159,13 +159,13 @@ def test_a_drawn_region_is_scored_for_focus(app):
     window.focusDock.show()
     app.until(lambda: "best" in window.focus.scoreLabel.text())
     app.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
-    assert "into focus" in window.picture.hintLabel.text()
+    assert "into focus" in window.image.hintLabel.text()
     drag(app, (200, 200), (500, 400))
-    assert not window.picture.hintLabel.text()
+    assert not window.image.hintLabel.text()
     region = app.program.measuring.wanted.focus_region
     assert abs(region.x - 200) < 6 and abs(region.y - 200) < 6
     assert abs(region.width - 300) < 8 and abs(region.height - 200) < 8
-    assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is not None
+    assert window.image.canvas.marks.shape_of(Mark.FOCUS) is not None
     app.until(lambda: "best" in window.focus.scoreLabel.text())
     app.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
     assert app.program.measuring.wanted.focus_region is None
@@ -175,14 +175,14 @@ def test_a_drawn_region_is_scored_for_focus(app):
     app.until(window.actionFullSensor.isEnabled)
     window.actionFullSensor.trigger()
     app.until(lambda: app.program.measuring.wanted.focus_region is None)
-    assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is None
+    assert window.image.canvas.marks.shape_of(Mark.FOCUS) is None
 
 
 def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(app):
     window = app.window
     window.profileDock.show()
     window.actionTurnRight.trigger()
-    app.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
+    app.until(lambda: window.image.canvas.imageSize == (1024, 1224))
     app.watch()
     app.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
     drag(app, (100, 300), (700, 300))
@@ -196,9 +196,9 @@ def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(app):
 def test_escape_gives_up_drawing(app):
     window = app.window
     window.actionRegion.trigger()
-    assert window.picture.drawing.purpose is Purpose.SENSOR_REGION
-    app.qtbot.keyClick(window.picture.canvas, Qt.Key_Escape)
-    assert window.picture.drawing.purpose is None and not window.picture.hintLabel.text()
+    assert window.image.drawing.purpose is Purpose.SENSOR_REGION
+    app.qtbot.keyClick(window.image.canvas, Qt.Key_Escape)
+    assert window.image.drawing.purpose is None and not window.image.hintLabel.text()
     before = app.grabber.feature("Width").value
     drag(app, (100, 100), (400, 300))
     assert app.grabber.feature("Width").value == before
@@ -210,7 +210,7 @@ def test_while_a_region_is_drawn_all_else_steps_back(app):
     app.window.actionPause.trigger()
     app.window.actionRegion.trigger()
     settle(app)
-    canvas = app.window.picture.canvas
+    canvas = app.window.image.canvas
     begin, end = (canvas.frameToView(*point).toPoint() for point in ((300, 200), (900, 800)))
 
     def light(x, y):
@@ -237,38 +237,37 @@ def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(a
     left, top = (app.grabber.feature(n).value for n in ("OffsetX", "OffsetY"))
     window.actionRegion.trigger()
     drag(app, (200, 100), (840, 580))
-    app.until(lambda: window.picture.canvas.pictureSize[0] < 700)
+    app.until(lambda: window.image.canvas.imageSize[0] < 700)
     x, y, width, height = (app.grabber.feature(n).value for n in ("OffsetX", "OffsetY", "Width", "Height"))
     assert (abs(width - 640) < 20, abs(height - 480) < 20) == (True, True)
     assert (abs(x - left - 200) < 20, abs(y - top - 100) < 20) == (True, True)
     assert app.program.connection.state is LinkState.STREAMING
     window.actionFullSensor.trigger()
-    app.until(lambda: window.picture.canvas.pictureSize == (4096, 2160))
-    assert window.picture.canvas.fitted and not app.errors
+    app.until(lambda: window.image.canvas.imageSize == (4096, 2160))
+    assert window.image.canvas.fitted and not app.errors
 
 
 def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(app):
-    window, picture = app.window, app.program.picture
+    window, image = app.window, app.program.image
     app.until(lambda: len(app.program.history.frames) >= 5)
     window.actionPause.trigger()
     count = len(app.program.history.frames)
-    newest = picture.frame.frame_id
+    newest = image.frame.frame_id
     app.until(lambda: "Paused" in window.status.stateLabel.text())
     assert (
-        window.picture.pauseBar.isVisible()
-        and f"{count} of {count}" in window.picture.pauseBar.placeLabel.text()
+        window.image.pauseBar.isVisible() and f"{count} of {count}" in window.image.pauseBar.placeLabel.text()
     )
     window.actionStepBack.trigger()
     window.actionStepBack.trigger()
-    assert picture.frame.frame_id == newest - 2
-    assert f"{count - 2} of {count}" in window.picture.pauseBar.placeLabel.text()
-    window.picture.pauseBar.slider.setValue(0)
-    app.until(lambda: picture.frame is app.program.history.frames[0])
+    assert image.frame.frame_id == newest - 2
+    assert f"{count - 2} of {count}" in window.image.pauseBar.placeLabel.text()
+    window.image.pauseBar.slider.setValue(0)
+    app.until(lambda: image.frame is app.program.history.frames[0])
     app.watch(1)
-    assert picture.frame is app.program.history.frames[0], "the live frames pass by"
-    app.qtbot.mouseClick(window.picture.pauseBar.liveButton, Qt.LeftButton)
-    app.until(lambda: picture.frame.frame_id > newest)
-    assert not window.picture.pauseBar.isVisible() and not window.actionPause.isChecked()
+    assert image.frame is app.program.history.frames[0], "the live frames pass by"
+    app.qtbot.mouseClick(window.image.pauseBar.liveButton, Qt.LeftButton)
+    app.until(lambda: image.frame.frame_id > newest)
+    assert not window.image.pauseBar.isVisible() and not window.actionPause.isChecked()
 
 
 def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(app):
@@ -277,19 +276,19 @@ def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(app):
     app.until(lambda: app.program.connection.state is LinkState.OPEN)
     window.actionTurnRight.trigger()
     window.actionMirrorX.trigger()
-    app.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
-    canvas = window.picture.canvas
+    app.until(lambda: window.image.canvas.imageSize == (1024, 1224))
+    canvas = window.image.canvas
     place = canvas.frameToView(300.5, 200.5).toPoint()
     app.qtbot.mouseMove(canvas.viewport(), QPoint(5, 5))
     app.qtbot.mouseMove(canvas.viewport(), place)
-    app.until(lambda: window.picture.cursorLabel.text().startswith("x "))
+    app.until(lambda: window.image.cursorLabel.text().startswith("x "))
     column, line = canvas.cursorPixel
-    frame = app.program.picture.frame
+    frame = app.program.image.frame
     # Turned right and then mirrored, lines have become columns: the frame is transposed.
-    assert f"x {line}  y {column} " in window.picture.cursorLabel.text()
-    assert window.picture.cursorLabel.text().endswith(str(frame.raw()[column, line]))
+    assert f"x {line}  y {column} " in window.image.cursorLabel.text()
+    assert window.image.cursorLabel.text().endswith(str(frame.raw()[column, line]))
     window.actionUpright.trigger()
-    app.until(lambda: window.picture.canvas.pictureSize == (1224, 1024))
+    app.until(lambda: window.image.canvas.imageSize == (1224, 1024))
 
 
 def test_grey_is_shown_in_colours_where_somebody_wants_it(app):
@@ -299,7 +298,7 @@ def test_grey_is_shown_in_colours_where_somebody_wants_it(app):
     pixels = screen(app).reshape(-1, 3).astype(int)
     assert np.mean(np.abs(pixels[:, 0] - pixels[:, 2]) > 30) > 0.3
     app.window.menuColours.actions()[0].trigger()
-    assert not app.program.picture.settings.colour_map
+    assert not app.program.image.settings.colour_map
 
 
 def test_crosshair_and_grid_lie_over_the_image(app):
@@ -338,7 +337,7 @@ def test_the_overview_has_every_shortcut(make_app):
 
 def test_what_is_drawn_is_clipped_to_the_image(app):
     drawn = []
-    drawing = app.window.picture.drawing
+    drawing = app.window.image.drawing
     drawing.regionDrawn.connect(lambda purpose, region: drawn.append(region))
     drawing.begin(Purpose.FOCUS_REGION)
     drag(app, (1100, 900), (5000, 5000))
@@ -347,14 +346,14 @@ def test_what_is_drawn_is_clipped_to_the_image(app):
 
 
 def test_single_pixels_show_their_values_once_they_are_large_enough(app):
-    canvas = app.window.picture.canvas
+    canvas = app.window.image.canvas
     app.watch()
     assert not canvas.values.texts
     app.window.actionStop.trigger()
     app.until(lambda: app.program.connection.state is LinkState.OPEN)
     canvas.zoomBy(1000)
     app.until(lambda: canvas.values.texts)
-    frame = app.program.picture.frame
+    frame = app.program.image.frame
     assert all(text == str(frame.raw()[y, x]) for (x, y), text in canvas.values.texts.items())
     canvas.fit()
     app.until(lambda: not canvas.values.texts)
@@ -371,11 +370,11 @@ def test_a_pixel_format_is_chosen_while_it_streams(app):
     assert "pauses the stream for a moment" in row.toolTip()
     row.editor.combo.setCurrentIndex(row.editor.combo.findText("Mono12"))
     row.editor.combo.activated[int].emit(row.editor.combo.currentIndex())
-    app.until(lambda: app.program.picture.frame.pixel_format.name == "Mono12")
+    app.until(lambda: app.program.image.frame.pixel_format.name == "Mono12")
     assert app.grabber.streaming and not app.errors
     app.watch()
     window.actionUndo.trigger()
-    app.until(lambda: app.program.picture.frame.pixel_format.name == "Mono8")
+    app.until(lambda: app.program.image.frame.pixel_format.name == "Mono8")
 
 
 def test_format_and_region_are_set_before_the_first_start(app):
@@ -390,5 +389,5 @@ def test_format_and_region_are_set_before_the_first_start(app):
     features.write("PixelFormat", "Mono16")
     features.write("Width", 160)
     window.actionStart.trigger()
-    app.until(lambda: app.program.picture.frame is not None and app.program.picture.frame.width == 160)
-    assert app.program.picture.frame.pixel_format.name == "Mono16"
+    app.until(lambda: app.program.image.frame is not None and app.program.image.frame.width == 160)
+    assert app.program.image.frame.pixel_format.name == "Mono16"

@@ -12,7 +12,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.ui.views.changes_panel import ChangeTable
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.picture_canvas import Purpose
+from grabbergui.ui.widgets.image_canvas import Purpose
 
 
 @pytest.fixture

@@ -161,11 +161,11 @@ class RenderedScene(Scene):
         view = np.eye(4)
         view[:3, :3] = pose[:3, :3].T
         view[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-        picture = self._empty_room(view, matrix, shape)
+        image = self._empty_room(view, matrix, shape)
         panels = self._panels(time_ns * 1e-9)
         for panel in sorted(panels, key=lambda panel: -panel.distance_from(pose[:3, 3])):
-            draw(panel, picture, view, matrix)
-        return picture
+            draw(panel, image, view, matrix)
+        return image
 
     def _empty_room(self, view: Matrix, matrix: Matrix, shape: tuple[int, ...]) -> NDArray[np.uint16]:
         """Draw the room, or copy it while the camera rests."""

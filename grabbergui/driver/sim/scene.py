@@ -33,7 +33,7 @@ LUMINANCE = np.array([[0.299, 0.587, 0.114]], np.float32)
 class SceneView:
     """The view of the sensor at one moment: a window on an image."""
 
-    picture: NDArray[np.uint16]
+    image: NDArray[np.uint16]
     "(rows, columns, 3) radiance in red, green, blue. The same object as long as it did not change."
     x: int = 0
     "Column of the image on which the sensor's first pixel lies; even, and so is `y`."
@@ -82,11 +82,11 @@ class StudioScene(Scene):
         phase = 2 * math.pi * (time_ns * 1e-9 / self.PERIOD_S)
         x = round(self.MARGIN / 2 * (1 + math.sin(phase)))
         y = round(self.MARGIN / 2 * (1 + math.sin(2 * phase) / 2))
-        return SceneView(studio_picture(), x & ~1, y & ~1)
+        return SceneView(studio_image(), x & ~1, y & ~1)
 
 
 @cache
-def studio_picture() -> NDArray[np.uint16]:
+def studio_image() -> NDArray[np.uint16]:
     """Return the default scene, drawn once: the sensor and its margin, radiance up to about 1.3 units."""
     height, width = SENSOR_HEIGHT + StudioScene.MARGIN, SENSOR_WIDTH + StudioScene.MARGIN
     grey = _gradient(height, width)
@@ -113,9 +113,9 @@ def studio_picture() -> NDArray[np.uint16]:
     # From here on whole numbers: an image of floats in three colours would be a quarter of a second's work.
     light = grey.astype(np.uint16)
     answers: tuple[Any, ...] = ILLUMINANT
-    picture = np.asarray(cv2.merge([cv2.multiply(light, answer) for answer in answers]), np.uint16)
-    _colour_patches(picture, (centre[0] - 480, centre[1] + 370), 96)
-    return picture
+    image = np.asarray(cv2.merge([cv2.multiply(light, answer) for answer in answers]), np.uint16)
+    _colour_patches(image, (centre[0] - 480, centre[1] + 370), 96)
+    return image
 
 
 _SPAN = (2640, 2240)
@@ -185,8 +185,8 @@ _PATCHES = (
 "Reflectances in red, green and blue."
 
 
-def _colour_patches(picture: NDArray[np.uint16], corner: tuple[int, int], size: int) -> None:
+def _colour_patches(image: NDArray[np.uint16], corner: tuple[int, int], size: int) -> None:
     x, y = corner
     for patch in _PATCHES:
-        picture[y : y + size, x : x + size] = np.multiply(patch, ILLUMINANT) * UNIT
+        image[y : y + size, x : x + size] = np.multiply(patch, ILLUMINANT) * UNIT
         x += size

@@ -108,11 +108,11 @@ class Sensor:
 
     def _window(self, settings: FrameSettings, time_ns: int) -> NDArray[np.uint16]:
         kind = _kind(settings.pixel_format)
-        picture = self.scene.rendered(time_ns, settings, grey=kind == Family.MONO.value)
-        if picture is None:
+        image = self.scene.rendered(time_ns, settings, grey=kind == Family.MONO.value)
+        if image is None:
             return self._prepared.window(self.scene.view(time_ns), settings)
         optics = Optics(gamma=settings.optics.gamma, ratios=settings.optics.ratios)
-        return _prepare(picture, optics, kind)
+        return _prepare(image, optics, kind)
 
 
 def _kind(pixel_format: PixelFormat) -> str:
@@ -139,13 +139,13 @@ def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8
 class _Preparation:
     """A scene's image with everything applied that does not change from frame to frame."""
 
-    scene_picture: NDArray[np.uint16]
+    scene_image: NDArray[np.uint16]
     optics: Optics
     kind: str
-    picture: NDArray[np.uint16]
+    image: NDArray[np.uint16]
 
-    def serves(self, scene_picture: NDArray[np.uint16], optics: Optics, kind: str) -> bool:
-        return (scene_picture is self.scene_picture) and (optics, kind) == (self.optics, self.kind)
+    def serves(self, scene_image: NDArray[np.uint16], optics: Optics, kind: str) -> bool:
+        return (scene_image is self.scene_image) and (optics, kind) == (self.optics, self.kind)
 
 
 class _Prepared:
@@ -160,7 +160,7 @@ class _Prepared:
     def window(self, view: SceneView, settings: FrameSettings) -> NDArray[np.uint16]:
         """Return the view of the frame's region of the sensor."""
         optics, kind = settings.optics, _kind(settings.pixel_format)
-        wanted = (view.picture, optics, kind)
+        wanted = (view.image, optics, kind)
         held = self._held
         if held is None or not held.serves(*wanted):
             held = next((shared for shared in _Prepared._latest if shared.serves(*wanted)), None)
@@ -168,13 +168,13 @@ class _Prepared:
                 held = _Preparation(*wanted, _prepare(*wanted))
                 _Prepared._latest = held, *_Prepared._latest[:1]
             self._held = held
-        rows, columns = view.picture.shape[:2]
+        rows, columns = view.image.shape[:2]
         x = (
             _start(view.x, columns, SENSOR_WIDTH, optics.binning_horizontal, optics.reverse_x)
             + settings.offset_x
         )
         y = _start(view.y, rows, SENSOR_HEIGHT, optics.binning_vertical, optics.reverse_y) + settings.offset_y
-        return held.picture[y : y + settings.height, x : x + settings.width]
+        return held.image[y : y + settings.height, x : x + settings.width]
 
 
 def _start(position: int, size: int, sensor: int, binning: int, reverse: bool) -> int:
@@ -184,22 +184,22 @@ def _start(position: int, size: int, sensor: int, binning: int, reverse: bool) -
     return position // binning & ~1
 
 
-def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[np.uint16]:
+def _prepare(image: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[np.uint16]:
     if optics.reverse_x:
-        picture = picture[:, ::-1]
+        image = image[:, ::-1]
     if optics.reverse_y:
-        picture = picture[::-1]
+        image = image[::-1]
     horizontal, vertical = optics.binning_horizontal, optics.binning_vertical
     if horizontal > 1 or vertical > 1:
-        rows, columns = picture.shape[0] // vertical, picture.shape[1] // horizontal
-        picture = np.ascontiguousarray(picture[: rows * vertical, : columns * horizontal])
-        picture = np.asarray(cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA), np.uint16)
-    prepared: NDArray[Any] = picture
-    if picture.ndim == 3 and kind == Family.MONO.value:
-        prepared = cv2.transform(np.ascontiguousarray(picture), LUMINANCE)
-    elif picture.ndim == 3:  # in a seventh of the time that `transform` takes
+        rows, columns = image.shape[0] // vertical, image.shape[1] // horizontal
+        image = np.ascontiguousarray(image[: rows * vertical, : columns * horizontal])
+        image = np.asarray(cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA), np.uint16)
+    prepared: NDArray[Any] = image
+    if image.ndim == 3 and kind == Family.MONO.value:
+        prepared = cv2.transform(np.ascontiguousarray(image), LUMINANCE)
+    elif image.ndim == 3:  # in a seventh of the time that `transform` takes
         ratios: Any = (*optics.ratios, 0.0)
-        prepared = np.asarray(cv2.multiply(np.ascontiguousarray(picture), ratios), np.uint16)
+        prepared = np.asarray(cv2.multiply(np.ascontiguousarray(image), ratios), np.uint16)
     if prepared.ndim == 3 and kind != Family.RGB.value:
         prepared = mosaic(prepared, kind)
     if optics.gamma == 1.0:

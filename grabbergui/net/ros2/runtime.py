@@ -31,7 +31,7 @@ _OR_SOURCE = "or source the system's setup.bash first"
 QUEUE_DEPTH = 5
 """Images that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
-_OURS = "<transport_id>pictures</transport_id>"
+_OURS = "<transport_id>images</transport_id>"
 """Of our profile with shared memory, as its copies have it too."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 SHARED_MEMORY = Path("/dev/shm")

@@ -25,7 +25,7 @@ from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.tree import TreeFeatures
-from grabbergui.net.yarp.client_stream import ComponentReaders, PictureStream
+from grabbergui.net.yarp.client_stream import ComponentReaders, ImageStream
 from grabbergui.net.yarp.grabber_ends import Features, GrabberLink
 from grabbergui.net.yarp.image import MONO, PIXELS
 from grabbergui.net.yarp.os import carrier as wire
@@ -49,7 +49,7 @@ BUS = "YARP"
 _GONE = (TransportError, SourceNotFoundError, SourceUnavailableError)
 
 
-class YarpGrabber(RemoteGrabber[PictureStream]):
+class YarpGrabber(RemoteGrabber[ImageStream]):
     """A remote camera: one of ours with every feature it has, any other with YARP's numbered features.
 
     Images need a port of our own, registered with the same name server while streaming. A watcher thread
@@ -159,7 +159,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 components = ComponentReaders(
                     self, self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
                 )
-            stream = PictureStream(
+            stream = ImageStream(
                 self._name,
                 self._names,
                 self._fanout.put,

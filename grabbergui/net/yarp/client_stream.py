@@ -148,7 +148,7 @@ class ImageReader:
                     log.warning("%s: %s", self._source, error)
 
 
-class PictureStream(ImageReader):
+class ImageStream(ImageReader):
     """A camera's images with their components, counted."""
 
     def __init__(

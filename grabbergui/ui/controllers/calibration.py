@@ -1,4 +1,4 @@
-"""The calibration of the current camera: made in a dialog, loaded, shown in the picture.
+"""The calibration of the current camera: made in a dialog, loaded, shown in the image.
 
 The dialog, and what it needs of `servo`, is imported when it is opened, so that the window starts without.
 """
@@ -18,11 +18,11 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, PictureView
+from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
@@ -83,15 +83,15 @@ class CalibrationOpener(QObject):
 
 
 class CalibrationViewController(QObject):
-    """Each source may have a calibration; while it is shown, the picture is without the lens's distortion."""
+    """Each source may have a calibration; while it is shown, the image is without the lens's distortion."""
 
     def __init__(
         self,
         actions: CalibrationActions,
-        view: PictureView,
+        view: ImageView,
         files: FileQuestions,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
@@ -100,13 +100,13 @@ class CalibrationViewController(QObject):
         self._files = files
         self._messages = messages
         self._connection = connection
-        self._picture = picture
+        self._image = image
         self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
         self._size = (0, 0)
         "Size of the frames shown last."
         actions.actionLoadCalibration.triggered.connect(self._ask)
         actions.actionShowCalibration.toggled.connect(self._apply)
-        view.painted.connect(self._on_picture_painted)
+        view.painted.connect(self._on_image_painted)
         bridge = Bridge(self)
         bridge.bind(connection.opened, lambda _: self._on_source_changed())
         bridge.bind(connection.closing, lambda _: self._on_source_changed())
@@ -128,7 +128,7 @@ class CalibrationViewController(QObject):
         self._apply()
         if self._actions.actionShowCalibration.isChecked():
             across, down = calibration.field_of_view
-            text = self.tr("{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°")
+            text = self.tr("{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°")
             self._messages.notice(text.format(path.name, across, down))
 
     def _ask(self) -> None:
@@ -144,15 +144,15 @@ class CalibrationViewController(QObject):
         self._actions.actionShowCalibration.setChecked(False)
         self._apply()
 
-    def _on_picture_painted(self) -> None:
-        frame = self._picture.shown
+    def _on_image_painted(self) -> None:
+        frame = self._image.shown
         if frame is not None and (frame.width, frame.height) != self._size:
             self._size = (frame.width, frame.height)
             self._apply()
 
     def _apply(self, _: bool = False) -> None:
-        """Show the picture with or without the distortion; a calibration of another crop is refused."""
-        source, frame = self._connection.source, self._picture.shown
+        """Show the image with or without the distortion; a calibration of another crop is refused."""
+        source, frame = self._connection.source, self._image.shown
         wanted = self._actions.actionShowCalibration.isChecked() and source is not None
         calibration = self._known.get(source) if wanted and source is not None else None
         if calibration is not None and frame is not None:
@@ -162,4 +162,4 @@ class CalibrationViewController(QObject):
                 calibration = None
                 self._actions.actionShowCalibration.setChecked(False)
                 self._messages.error(error_text(error))
-        self._picture.settings = replace(self._picture.settings, calibration=calibration)
+        self._image.settings = replace(self._image.settings, calibration=calibration)

@@ -151,9 +151,9 @@ class CalibratingController(QObject):
         self._on_saved(path)
 
     def _show_view(self) -> None:
-        solution, number, pictures = self._solution, self._chosen, self.model.pictures
-        if solution is not None and number is not None and number < min(len(pictures), len(solution.corners)):
-            self.dialog.setView(pictures[number], solution, number)
+        solution, number, images = self._solution, self._chosen, self.model.images
+        if solution is not None and number is not None and number < min(len(images), len(solution.corners)):
+            self.dialog.setView(images[number], solution, number)
 
 
 class CalibrationChooser(QObject):

@@ -39,7 +39,7 @@ class HelpController(QObject):
         """Answer *What's this?* with the tooltip of the widget clicked, or of the one around it.
 
         The events of all widgets come by only while Qt is in that mode, of which it notifies the window:
-        thousands a second while a picture runs are a seventh of the GUI thread.
+        thousands a second while an image runs are a seventh of the GUI thread.
         """
         if event is None:
             return False

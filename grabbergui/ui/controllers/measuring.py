@@ -1,4 +1,4 @@
-"""Joins the panels that measure to the picture and the camera. Only visible panels are measured for."""
+"""Joins the panels that measure to the image and the camera. Only visible panels are measured for."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.connection import Connection
 from grabbergui.models.features.worker import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
+from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.image.rendering import Orientation
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.picture.rendering import Orientation
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import Dock, FileQuestions, PictureView
+from grabbergui.ui.views.bases import Dock, FileQuestions, ImageView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
-from grabbergui.ui.widgets.picture_canvas import Purpose
-from grabbergui.ui.widgets.picture_items import Mark
+from grabbergui.ui.widgets.image_canvas import Purpose
+from grabbergui.ui.widgets.image_items import Mark
 
 
 class MeasuringController(QObject):
@@ -33,11 +33,11 @@ class MeasuringController(QObject):
 
     def __init__(
         self,
-        view: PictureView,
+        view: ImageView,
         panels: MeasuringPanels,
         clipping: QAction,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         measuring: MeasuringModel,
         parent: QObject,
     ) -> None:
@@ -45,7 +45,7 @@ class MeasuringController(QObject):
         self._view = view
         self._panels = panels
         self._clipping = clipping
-        self._picture = picture
+        self._image = image
         self._measuring = measuring
         self._history = FocusHistory()
         self._focus_region: Region | None = None
@@ -72,7 +72,7 @@ class MeasuringController(QObject):
 
     def show_marks(self) -> None:
         """Draw the region and the line in the orientation that is shown."""
-        frame, marks = self._picture.shown, self._view.canvas.marks
+        frame, marks = self._image.shown, self._view.canvas.marks
         focus = self._focus_region if self._seen_docks[self._panels.focusDock] else None
         line = self._line if self._seen_docks[self._panels.profileDock] else None
         marks.setShape(Mark.FOCUS, self._seen(focus, frame) if focus and frame else None)
@@ -99,13 +99,13 @@ class MeasuringController(QObject):
         self.show_marks()
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
-        frame = self._picture.shown
+        frame = self._image.shown
         if purpose is Purpose.FOCUS_REGION and frame is not None:
             self._size = (frame.width, frame.height)
             self._focus_on(self._orientation.to_frame(region, frame.width, frame.height))
 
     def _on_line_drawn(self, purpose: Purpose, line: Line) -> None:
-        frame = self._picture.shown
+        frame = self._image.shown
         if purpose is not Purpose.PROFILE_LINE or frame is None:
             return
         size = self._size = (frame.width, frame.height)
@@ -130,7 +130,7 @@ class MeasuringController(QObject):
         self._panels.focus.clear()
 
     def _forget(self) -> None:
-        """Discard the region and the line: on another source's picture they mean nothing."""
+        """Discard the region and the line: on another source's image they mean nothing."""
         self._line = None
         self._panels.profile.setLine(None)
         self._panels.profile.clear()
@@ -160,7 +160,7 @@ class MeasuringController(QObject):
     # -- where it is seen ------------------------------------------------------------------------
     @property
     def _orientation(self) -> Orientation:
-        return self._picture.settings.orientation
+        return self._image.settings.orientation
 
     def _seen(self, region: Region, frame: Frame) -> QRectF:
         seen = self._orientation.to_view(region, frame.width, frame.height)

@@ -1,4 +1,4 @@
-"""Recording the current source, pausing its picture, and playing a recording."""
+"""Recording the current source, pausing its image, and playing a recording."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.recording import FrameHistory, PlaybackModel, PlaybackState, Recordings, is_recording
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
@@ -125,14 +125,14 @@ class RecordingController(QObject):
 
 
 class PauseController(QObject):
-    """Pauses the picture and steps through the last frames; the camera continues."""
+    """Pauses the image and steps through the last frames; the camera continues."""
 
     def __init__(
         self,
         actions: PauseActions,
         bar: PauseBar,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         history: FrameHistory,
         messages: CurrentMessages,
         parent: QObject,
@@ -142,7 +142,7 @@ class PauseController(QObject):
         self._bar = bar
         self._messages = messages
         self._connection = connection
-        self._picture = picture
+        self._image = image
         self._history = history
         self._frames: tuple[Frame, ...] = ()
         self._index = 0
@@ -169,7 +169,7 @@ class PauseController(QObject):
         if self._frames:
             self._show(len(self._frames) - 1)
             return
-        self._picture.freeze(None)
+        self._image.freeze(None)
         if paused:
             self._actions.actionPause.setChecked(False)
             self._messages.error(self.tr("there is no frame yet to pause at; start the camera first"))
@@ -185,7 +185,7 @@ class PauseController(QObject):
     def _show(self, index: int) -> None:
         self._index = index
         frame, newest = self._frames[index], self._frames[-1]
-        self._picture.freeze(frame)
+        self._image.freeze(frame)
         self._bar.setPlace(index, len(self._frames), _seconds(frame, newest))
 
     def _on_connection_opened(self, source: OpenSource) -> None:

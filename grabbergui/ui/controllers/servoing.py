@@ -316,7 +316,7 @@ class ServoController(QObject):
         else:
             window.setState(State.STOPPED, self._runner.gate.halted)
         if shown.image is not None:
-            window.setPicture(shown.image, *shown.size, shown.drawing)
+            window.setImage(shown.image, *shown.size, shown.drawing)
             self._offer_calibrating(shown.nominal)
         window.setPosture(shown.posture)
 

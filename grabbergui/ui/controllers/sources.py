@@ -12,16 +12,16 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Diagnosis, Observation, Stage, diagnose
 from grabbergui.models.error_text import error_text
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Severity
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
 from grabbergui.sources import SourceKind
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import LivePictureView, StatusView
+from grabbergui.ui.views.bases import LiveImageView, StatusView
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
@@ -154,7 +154,7 @@ class SourcesController(QObject):
 
 # -- the tiles -----------------------------------------------------------------------------------
 TILE_PERIOD_MS = 100
-"Milliseconds between two pictures of a tile, which cost a tenth of a live picture."
+"Milliseconds between two images of a tile, which cost a tenth of a live image."
 
 
 class GalleryController(QObject):
@@ -215,17 +215,17 @@ class GalleryController(QObject):
             view.setState(status.tile, status.tone)
             view.setRecording(status.recorded)
             view.setDimmed(status.condition is Condition.LOST)
-            if not view.visibleRegion().isEmpty() and (picture := tile.picture.take()) is not None:
-                view.setPicture(picture.image)
-                room = view.thumbnail.roomInPixels(picture.width, picture.height)
-                tile.picture.set_viewport(None, room)
+            if not view.visibleRegion().isEmpty() and (shown := tile.image.take()) is not None:
+                view.setImage(shown.image)
+                room = view.thumbnail.roomInPixels(shown.width, shown.height)
+                tile.image.set_viewport(None, room)
 
 
 # -- the status ----------------------------------------------------------------------------------
 STATUS_PERIOD_MS = 200
 "Milliseconds between two readings of the models."
 _RUNNING = (Condition.STARTING, Condition.LIVE, Condition.PLAYING, Condition.STALLED)
-"Conditions in which pictures are expected."
+"Conditions in which images are expected."
 
 
 class StatusController(QObject):
@@ -239,9 +239,9 @@ class StatusController(QObject):
     def __init__(
         self,
         strip: StatusView,
-        view: LivePictureView,
+        view: LiveImageView,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         status: StatusModel,
         messages: MessageModel,
         parent: QObject,
@@ -250,7 +250,7 @@ class StatusController(QObject):
         self._strip = strip
         self._view = view
         self._connection = connection
-        self._picture = picture
+        self._image = image
         self._status = status
         self._messages = messages
         self._shown: OpenSource | None = None
@@ -308,26 +308,26 @@ class StatusController(QObject):
             self.lockChanged.emit(lock)
 
     def _show_figures(self, status: SourceStatus) -> None:
-        statistics, frame = status.statistics, self._picture.frame
+        statistics, frame = status.statistics, self._image.frame
         if statistics is None:
             return
         known = f"{frame.width} × {frame.height}  {frame.pixel_format}" if frame is not None else ""
         self._strip.setFormat(known)
         running = status.condition in (*_RUNNING, Condition.PAUSED, Condition.WAITING)
         # The state of the last second would look current.
-        self._strip.setRates(*((statistics.frame_rate, self._picture.painted_rate) if running else (0, 0)))
+        self._strip.setRates(*((statistics.frame_rate, self._image.painted_rate) if running else (0, 0)))
         self._strip.setBandwidth(statistics.bandwidth if running else 0)
         self._strip.setLosses(status.health.text, status.loss_tone, status.health.detail)
 
     def _show_age(self, status: SourceStatus) -> None:
-        """Note on the last picture of a source that is lost."""
-        last = self._picture.last_received
+        """Note on the last image of a source that is lost."""
+        last = self._image.last_received
         lost = status.condition is Condition.LOST and last is not None
         self._view.setAge(time.monotonic() - last if lost and last is not None else None)
 
-    # -- why there is no picture -----------------------------------------------------------------
+    # -- why there is no image -----------------------------------------------------------------
     def _explain(self, source: OpenSource | None, status: SourceStatus) -> None:
-        """Explain a missing picture: in the middle of an empty view, else in a message."""
+        """Explain a missing image: in the middle of an empty view, else in a message."""
         note = self._note(source, status)
         if self._view.empty:
             self._view.setNote(*note)
@@ -337,10 +337,10 @@ class StatusController(QObject):
         if source is None:
             return
         if stage is None or self._view.empty:
-            self._messages.end(source, Cause.PICTURE)
+            self._messages.end(source, Cause.IMAGE)
         else:
             text = f"{summary} {advice}".strip()
-            self._messages.post(Message(text, Severity.WARNING, source, Cause.PICTURE))
+            self._messages.post(Message(text, Severity.WARNING, source, Cause.IMAGE))
 
     def _note(self, source: OpenSource | None, status: SourceStatus) -> tuple[str, str, Stage | None]:
         """Return the note on a missing image: its reason, the remedy, and the stage at which it is lost."""
@@ -356,7 +356,7 @@ class StatusController(QObject):
         if condition is Condition.WAITING:
             return self.tr("Waiting for a trigger"), "", None
         if condition is Condition.READ_ONLY and source.no_frames:
-            summary = self.tr("The picture goes to the program that has control.")
+            summary = self.tr("The image goes to the program that has control.")
             return summary, source.no_frames, Stage.PACKETS
         found = self._diagnosis(source, status) if condition in _RUNNING else None
         return (found.summary, found.advice, found.stage) if found is not None else ("", "", None)
@@ -372,10 +372,10 @@ class StatusController(QObject):
                 seconds=self._shown_for,
                 silent=status.seconds,
                 statistics=status.statistics,
-                received=self._picture.received,
-                problem=self._picture.problem,
+                received=self._image.received,
+                problem=self._image.problem,
                 painted=0 if self._view.empty else 1,
-                mean=self._picture.mean,
+                mean=self._image.mean,
                 facts=status.facts,
             )
         )

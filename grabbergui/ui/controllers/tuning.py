@@ -1,4 +1,4 @@
-"""One-push exposure and white balance, and the region of interest drawn on the picture."""
+"""One-push exposure and white balance, and the region of interest drawn on the image."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from grabbergui.models.change_journal import Step
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning import TuningRun
 from grabbergui.ui.controllers.changes import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
+from grabbergui.ui.widgets.image_canvas import Purpose
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
-from grabbergui.ui.widgets.picture_canvas import Purpose
 
 
 class TuningController(QObject):
-    """Tunes by the whole picture, by the camera's own function if it has one, or by a drawn region."""
+    """Tunes by the whole image, by the camera's own function if it has one, or by a drawn region."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class TuningController(QObject):
         view: DrawableView,
         tasks: TaskStack,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
@@ -45,7 +45,7 @@ class TuningController(QObject):
         self._view = view
         self._tasks = tasks
         self._connection = connection
-        self._picture = picture
+        self._image = image
         self._messages = messages
         self._push = OnePush()
         self._row: TaskRow | None = None
@@ -65,11 +65,11 @@ class TuningController(QObject):
         self._enable()
 
     def expose(self) -> None:
-        """Set the exposure by the whole picture."""
+        """Set the exposure by the whole image."""
         self._start(self.tr("Exposure"), partial(_by_whole, Role.EXPOSURE, partial(expose, region=None)))
 
     def balance(self) -> None:
-        """Set the white balance by the whole picture."""
+        """Set the white balance by the whole image."""
         whole = partial(_by_whole, Role.BALANCE_RATIO, partial(balance, region=None))
         self._start(self.tr("White balance"), whole)
 
@@ -82,10 +82,10 @@ class TuningController(QObject):
         self._view.draw(purpose)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
-        frame = self._picture.frame
+        frame = self._image.frame
         if frame is None:
             return
-        seen = self._picture.settings.orientation.to_frame(region, frame.width, frame.height)
+        seen = self._image.settings.orientation.to_frame(region, frame.width, frame.height)
         if purpose is Purpose.EXPOSURE_REGION:
             self._start(self.tr("Exposure on a region"), partial(expose, region=seen))
         elif purpose is Purpose.BALANCE_REGION:
@@ -137,7 +137,7 @@ class TuningController(QObject):
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
-    """Name the tuning of the whole picture: the camera's own, if it can."""
+    """Name the tuning of the whole image: the camera's own, if it can."""
     by_itself = run.call(lambda grabber: has_once(grabber, role))
     return let_camera(run, role) if by_itself else otherwise(run)
 
@@ -150,14 +150,14 @@ class RegionController(QObject):
         actions: RegionActions,
         view: DrawableView,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._view = view
         self._connection = connection
-        self._picture = picture
+        self._image = image
         self._messages = messages
         self._bridge = Bridge(self)
         actions.actionRegion.triggered.connect(self._draw)
@@ -169,9 +169,9 @@ class RegionController(QObject):
         ability.ended.connect(view.drawing.cancel)
 
     def _draw(self) -> None:
-        if self._picture.frame is None:
+        if self._image.frame is None:
             text = self.tr(
-                "there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width"
+                "there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width"
                 " and Height"
             )
             self._messages.error(text)
@@ -179,10 +179,10 @@ class RegionController(QObject):
         self._view.draw(Purpose.SENSOR_REGION)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
-        frame = self._picture.frame
+        frame = self._image.frame
         if purpose is not Purpose.SENSOR_REGION or frame is None:
             return
-        wanted = self._picture.settings.orientation.to_frame(region, frame.width, frame.height)
+        wanted = self._image.settings.orientation.to_frame(region, frame.width, frame.height)
         self._change(lambda grabber: sensor_region.apply(grabber, wanted))
 
     def _change(self, change: Callable[[FrameGrabber], Region]) -> None:
@@ -199,7 +199,7 @@ class RegionController(QObject):
             text = self.tr("the region could not be changed: {0}").format(error_text(error))
             self._bridge.call(lambda: self._messages.error(text))
 
-        # The picture has another size: the part that was zoomed into may be gone.
+        # The image has another size: the part that was zoomed into may be gone.
         source.features.run(
             job,
             done=lambda _: self._bridge.call(self._view.canvas.fit),

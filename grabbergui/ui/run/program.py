@@ -16,10 +16,10 @@ from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
+from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import CurrentMessages, LogBook, MessageModel
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.recording import FrameHistory, Recordings
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
@@ -29,14 +29,14 @@ from grabbergui.ui.controllers.calibration import CalibrationOpener, Calibration
 from grabbergui.ui.controllers.changes import CameraWork, ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
 from grabbergui.ui.controllers.help import HelpController, LogController
-from grabbergui.ui.controllers.lut import LutController
-from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
-from grabbergui.ui.controllers.picture import (
+from grabbergui.ui.controllers.image import (
     AcquisitionController,
     ComponentController,
     DisplayController,
     PointCloudController,
 )
+from grabbergui.ui.controllers.lut import LutController
+from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
@@ -49,7 +49,7 @@ from grabbergui.ui.windows import FileDialogs, has_screen
 log = logging.getLogger(__name__)
 
 SEARCH_AFTER_MS = 2000
-"When the search begins even if the named source has shown no picture yet."
+"When the search begins even if the named source has shown no image yet."
 CLOSE_TIME = 0.8
 "Seconds that closing the window waits for sources and files; the program waits longer once it is closed."
 
@@ -71,17 +71,17 @@ class Program(QObject):
         self.connection = Connection(create, self.messages)
         self.status = StatusModel(self.connection)
         self.gallery = GalleryModel(self.connection)
-        self.picture = PictureModel()
+        self.image = ImageModel()
         self.snapshots = SnapshotWriter()
         self.history = FrameHistory()
-        self.measuring = MeasuringModel(lambda: self.picture.shown)
+        self.measuring = MeasuringModel(lambda: self.image.shown)
         self.log_book = LogBook()
         self.log_book.open()
         self.recordings = Recordings(self.connection)
         self.status.recorded = self.recordings.runs
         said = CurrentMessages(self.messages, lambda: self.connection.source)
         files = FileDialogs(window)
-        picture, tasks = window.picture, window.picture.tasks
+        image, tasks = window.image, window.image.tasks
         rows = (window.features.rows, window.favourites.rows)
         connection = self.connection
         self.recording = RecordingController(
@@ -100,30 +100,28 @@ class Program(QObject):
             window.gallery, self.gallery, connection, self.status, self.recording.confirm
         )
         self.acquisition = AcquisitionController(
-            window, picture, connection, self.gallery, self.picture, self.snapshots, preferences, said, self
+            window, image, connection, self.gallery, self.image, self.snapshots, preferences, said, self
         )
         self.status_bar = StatusController(
-            window.status, picture, connection, self.picture, self.status, self.messages, self
+            window.status, image, connection, self.image, self.status, self.messages, self
         )
         self.features = FeatureController(window.features, window.favourites, self)
         self.work = CameraWork(tasks, connection, said)
         self.settings_files = SettingsFilesController(window, files, connection, self.work, said)
         self.user_sets = UserSetsController(window.actionUserSets, window, connection, self.work, said)
         self.lut = LutController(window.actionLookUpTable, window, files, connection, self.work, said)
-        self.display = DisplayController(window, picture, window.histogram, connection, self.picture, self)
-        self.components = ComponentController(
-            window, picture, window.histogram, connection, self.picture, self
-        )
-        self.points = PointCloudController(window.actionShowPoints, window, self.picture, self)
+        self.display = DisplayController(window, image, window.histogram, connection, self.image, self)
+        self.components = ComponentController(window, image, window.histogram, connection, self.image, self)
+        self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
         self.measures = MeasuringController(
-            picture, window, window.actionClipping, connection, self.picture, self.measuring, self
+            image, window, window.actionClipping, connection, self.image, self.measuring, self
         )
         self.pausing = PauseController(
-            window, picture.pauseBar, connection, self.picture, self.history, said, self
+            window, image.pauseBar, connection, self.image, self.history, said, self
         )
-        self.playback = PlaybackController(window, picture.playbackBar, connection, said, self)
-        self.region = RegionController(window, picture, connection, self.picture, said, self)
-        self.tuning = TuningController(window, picture, tasks, connection, self.picture, said, self)
+        self.playback = PlaybackController(window, image.playbackBar, connection, said, self)
+        self.region = RegionController(window, image, connection, self.image, said, self)
+        self.tuning = TuningController(window, image, tasks, connection, self.image, said, self)
         self.changes = ChangesController(window, window.changes, rows, files, connection, said, self)
         self.values = ValuesController(window.values, window.valuesDock, files, connection, said, self)
         self.favourites = FavouritesController(
@@ -132,9 +130,7 @@ class Program(QObject):
         self.feature_menu = FeatureMenuController(window, rows, connection, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
         self.calibrating = CalibrationOpener(window.actionCalibrate, window, connection)
-        self.calibration = CalibrationViewController(
-            window, picture, files, connection, self.picture, said, self
-        )
+        self.calibration = CalibrationViewController(window, image, files, connection, self.image, said, self)
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
@@ -144,15 +140,15 @@ class Program(QObject):
         self._restore()
 
     def begin(self, uri: str | None) -> None:
-        """Connect to a source where one is named, and look for others once its first picture is painted.
+        """Connect to a source where one is named, and look for others once its first image is painted.
 
-        A search imports every kind of source, which would delay the first picture. It begins after
+        A search imports every kind of source, which would delay the first image. It begins after
         `SEARCH_AFTER_MS` at the latest.
         """
         if uri is None:
             self.source_list.start()
             return
-        self.window.picture.painted.connect(self._search)
+        self.window.image.painted.connect(self._search)
         QTimer.singleShot(SEARCH_AFTER_MS, self._search)
         self.sources.connect_to(uri)
 
@@ -163,8 +159,8 @@ class Program(QObject):
     def _search(self) -> None:
         if not self._down:
             self.source_list.start()
-            with suppress(TypeError):  # by the clock, after the picture
-                self.window.picture.painted.disconnect(self._search)
+            with suppress(TypeError):  # by the clock, after the image
+                self.window.image.painted.disconnect(self._search)
 
     def shut_down(self, timeout: float) -> list[str]:
         """Release everything; return the names of what did not end in `timeout` seconds. Can be repeated."""
@@ -178,9 +174,9 @@ class Program(QObject):
             self.connection.close_all()
         deadline = time.monotonic() + timeout
         waits: tuple[tuple[str, Callable[[float], bool]], ...] = (
-            ("the small pictures", self.gallery.close),
-            ("the picture", self.picture.detach),
-            ("the last pictures", self.history.detach),
+            ("the thumbnails", self.gallery.close),
+            ("the image", self.image.detach),
+            ("the last images", self.history.detach),
             ("the measurements", self.measuring.close),
             ("the point cloud", self.points.shut_down),
             ("a recording", self.recordings.close),

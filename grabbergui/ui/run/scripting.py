@@ -174,7 +174,7 @@ class ScriptApi:
             raise _Ended(EXIT_FAILURE)
 
     def screenshot(self, path: str | Path, widget: QWidget | None = None) -> Path:
-        """Save a picture of the window, or of a part of it."""
+        """Save a screenshot of the window, or of a part of it."""
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         if not (widget or self.window).grab().save(str(path)):

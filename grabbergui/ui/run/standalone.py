@@ -52,7 +52,7 @@ def calibrate(
     """Calibrate a camera in a dialog; return the file that was saved last, if any, once it is closed.
 
     The source must stream. With `seconds` the dialog takes views at once and closes after that time; with
-    `screenshot` it saves a picture of itself then. Setting `stop` closes it.
+    `screenshot` it saves a screenshot of itself then. Setting `stop` closes it.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
@@ -133,8 +133,8 @@ def servo(
 ) -> None:
     """Show a running runner until the window is closed or the time is up.
 
-    A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` a
-    picture of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
+    A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` an
+    image of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
     With a `stand` of the runner's robot and gate, hand and eye can be calibrated from the window.
     """
     app = application()

@@ -1,4 +1,4 @@
-"""Runs the window: with a display, or without one for a while and with a picture of itself."""
+"""Runs the window: with a display, or without one for a while and with a screenshot of itself."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 FIRST_URI = "sim:colour"
 """The source of a first start: a camera on which every control has an effect, white balance too."""
 SCREENSHOT_FRAMES = 20
-"Pictures to be painted before the window's own picture is taken: the controls are there by then."
+"Images to be painted before the screenshot is taken; by then the controls are filled."
 SCREENSHOT_PATIENCE = 15.0
 "Seconds to wait for the first frame where no duration is given."
 FINISH_TIME = 30.0
@@ -50,8 +50,8 @@ def run(
 ) -> int:
     """Open the window on a source and return the exit code once it is closed.
 
-    With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of
-    itself when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr
+    With `duration` it closes by itself after so many seconds. With `screenshot` it saves a screenshot
+    when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr
     when no frame came. With `script` it runs that file, whose exit code is the window's, and opens
     nothing by itself but `uri`; see `ui.run.scripting`. With `settings` the first camera that opens is
     compared with that file, and the report offers to load it. `theme` is `light`, `dark`, or `auto` (what
@@ -108,7 +108,7 @@ class _Report:
     """Takes a screenshot once frames flow, and prints the outcome at the end."""
 
     def __init__(self, controller: Program, path: Path | None, *, wanted: bool) -> None:
-        """`wanted`: the window has no viewer, so a run without a single picture has failed."""
+        """`wanted`: the window has no viewer, so a run without a single image has failed."""
         self._controller = controller
         self._path = path
         self._wanted = wanted
@@ -117,12 +117,12 @@ class _Report:
         self._taken = False
         self._code = 0
         self.on_taken: Callable[[], object] = lambda: None
-        controller.window.picture.painted.connect(self._on_painted)
+        controller.window.image.painted.connect(self._on_painted)
 
     def _on_painted(self) -> None:
         self._painted += 1
         if self._painted >= SCREENSHOT_FRAMES:
-            self._controller.window.picture.painted.disconnect(self._on_painted)
+            self._controller.window.image.painted.disconnect(self._on_painted)
             # Not from within painting.
             QTimer.singleShot(1000, self._take)
 
@@ -143,7 +143,7 @@ class _Report:
         QCoreApplication.quit()
 
     def finish(self, *, interrupted: bool) -> int:
-        """Print the outcome and return the exit code. A run ended by a signal may have shown no picture."""
+        """Print the outcome and return the exit code. A run ended by a signal may have shown no image."""
         if self._code or (interrupted and self._path is None):
             return self._code
         if self._painted == 0 and self._wanted:

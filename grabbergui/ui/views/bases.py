@@ -18,11 +18,11 @@ from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.quantities import ColourScale, PolarisedView
 from grabbergui.models.messages import Message
-from grabbergui.models.picture.components import Picture
-from grabbergui.models.picture.quantities import ColourScale, PolarisedView
 from grabbergui.models.status import Tone
-from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
+from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
 
 if TYPE_CHECKING:
     from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
@@ -71,26 +71,26 @@ class StatusView(Protocol):
         """Show that nothing streams."""
 
 
-class LivePictureView(Protocol):
-    """The place of the picture."""
+class LiveImageView(Protocol):
+    """The place of the image."""
 
     @property
     def empty(self) -> bool:
-        """Whether no picture is shown."""
+        """Whether no image is shown."""
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note in place of the picture; with no summary, none."""
+        """Show a note in place of the image; with no summary, none."""
 
     def setAge(self, seconds: float | None) -> None:
-        """Dim a picture that nothing follows, and show its age; with None, show it as it is."""
+        """Dim an image that nothing follows, and show its age; with None, show it as it is."""
 
 
 class DrawableView(Protocol):
-    """A picture that regions and lines can be drawn on."""
+    """An image that regions and lines can be drawn on."""
 
     @property
-    def canvas(self) -> PictureCanvas:
-        """The picture itself, zoomed and panned."""
+    def canvas(self) -> ImageCanvas:
+        """The image itself, zoomed and panned."""
 
     @property
     def drawing(self) -> DrawingTool:
@@ -100,8 +100,8 @@ class DrawableView(Protocol):
         """Use the next drag of the mouse for this purpose, and show a hint."""
 
 
-class PictureView(DrawableView, LivePictureView, Protocol):
-    """The picture with its readout."""
+class ImageView(DrawableView, LiveImageView, Protocol):
+    """The image with its readout."""
 
     @property
     def viewChanged(self) -> pyqtBoundSignal:
@@ -113,23 +113,23 @@ class PictureView(DrawableView, LivePictureView, Protocol):
 
     @property
     def cursorLeft(self) -> pyqtBoundSignal:
-        """The cursor is no longer over the picture."""
+        """The cursor is no longer over the image."""
 
     @property
     def painted(self) -> pyqtBoundSignal:
-        """A picture has reached the screen."""
+        """An image has reached the screen."""
 
-    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+    def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
 
     def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
         """Offer these components of the frame, or none, and mark the one that is shown."""
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show the scale of false colours; None for a picture of light."""
+        """Show the scale of false colours; None for an intensity image."""
 
-    def setBeside(self, pictures: Sequence[Picture]) -> None:
-        """Show these components beside the picture, or none."""
+    def setBeside(self, images: Sequence[ShownImage]) -> None:
+        """Show these components beside the image, or none."""
 
     def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
         """Describe the pixel under the cursor; `beside` has all components' values there by their labels."""
@@ -190,7 +190,7 @@ class AcquisitionActions(Protocol):
 
 
 class DisplayActions(Protocol):
-    """How the picture is shown; none of them changes the camera."""
+    """How the image is shown; none of them changes the camera."""
 
     actionCrosshair: QAction
     actionGrid: QAction
@@ -234,7 +234,7 @@ class PauseActions(Protocol):
 
 
 class TuningActions(Protocol):
-    """One-push exposure and white balance, on the whole picture or a region."""
+    """One-push exposure and white balance, on the whole image or a region."""
 
     actionExpose: QAction
     actionBalance: QAction

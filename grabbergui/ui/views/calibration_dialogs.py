@@ -31,9 +31,9 @@ from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdi
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.messages import MessageStack
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.windows import fit_screen, load_form
 
 NAME_WIDTH = 360
@@ -41,7 +41,7 @@ NAME_WIDTH = 360
 DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
 """The usual ones of printed boards; the command line accepts all others."""
 CROSSES = 110
-"""How many times larger the picture is than a cross on a corner."""
+"""How many times larger the image is than a cross on a corner."""
 NOT_KEPT = (250, 180, 40)
 """The colour of corners in a frame that is no view."""
 ENLARGED = 100
@@ -59,16 +59,16 @@ class Step(Enum):
 
 
 class CalibratingDialog(QDialog):
-    """A dialog of several pages beside the live picture, in which the detected corners are marked."""
+    """A dialog of several pages beside the live image, in which the detected corners are marked."""
 
     viewChanged = pyqtSignal(object, object)
-    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
+    """The visible Region of the image, and (width, height) in screen pixels that it takes."""
     closing = pyqtSignal()
 
     messages: MessageStack
-    canvas: PictureCanvas
+    canvas: ImageCanvas
     verdictLabel: QLabel
-    pictureLabel: QLabel
+    imageLabel: QLabel
     stepsLabel: QLabel
     pages: QStackedWidget
     backButton: QPushButton
@@ -82,7 +82,7 @@ class CalibratingDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.drawing = DrawingItem()
-        """The corners over the picture."""
+        """The corners over the image."""
         self.canvas.addOverlay(self.drawing)
         self.canvas.viewChanged.connect(self.viewChanged)
 
@@ -91,15 +91,15 @@ class CalibratingDialog(QDialog):
         self.closing.emit()
         super().done(result)
 
-    def _show_picture(self, preview: Preview, colour: tuple[int, int, int]) -> None:
+    def _show_image(self, preview: Preview, colour: tuple[int, int, int]) -> None:
         """Show a frame, and a cross of that colour on each corner that is seen."""
         if preview.image is None:
             return
         size, corners = preview.size, preview.corners
-        self.canvas.setPicture(preview.image, *size)
+        self.canvas.setImage(preview.image, *size)
         found = Drawing([] if corners is None else crosses(corners, size[0] / CROSSES, colour))
         self.drawing.setDrawing(found, *size)
-        self.pictureLabel.setText(f"{size[0]} × {size[1]}")
+        self.imageLabel.setText(f"{size[0]} × {size[1]}")
 
 
 class CalibrationDialog(CalibratingDialog):
@@ -197,14 +197,14 @@ class CalibrationDialog(CalibratingDialog):
     def setPreview(self, preview: BoardPreview, wanted: int) -> None:
         """Show the newest frame and the coverage."""
         if preview.image is None:
-            set_verdict(self.verdictLabel, self.tr("no pictures come from the camera"), "bad")
+            set_verdict(self.verdictLabel, self.tr("no images come from the camera"), "bad")
         else:
-            self._show_picture(preview, GOOD if preview.verdict is Verdict.KEPT else NOT_KEPT)
+            self._show_image(preview, GOOD if preview.verdict is Verdict.KEPT else NOT_KEPT)
             self.cells.setCells(preview.coverage.cells, *preview.size)
             if preview.verdict is not None:
                 set_verdict(self.verdictLabel, *self._said(preview.verdict))
         self.coverage.setCoverage(preview.coverage)
-        self.coverageLabel.setText(self.tr("{0:.0%} of the picture is covered").format(preview.coverage.part))
+        self.coverageLabel.setText(self.tr("{0:.0%} of the image is covered").format(preview.coverage.part))
         self.progress.setMaximum(wanted)
         self.progress.setValue(min(preview.views, wanted))
         self.hintLabel.setText(preview.hint)
@@ -253,9 +253,9 @@ class CalibrationDialog(CalibratingDialog):
                 self.views.setCurrentItem(self.views.topLevelItem(current))
 
     def setView(self, image: DisplayImage, solution: Solution, number: int) -> None:
-        """Show a kept view with its errors enlarged, instead of the live picture."""
+        """Show a kept view with its errors enlarged, instead of the live image."""
         size = solution.result.calibration.width, solution.result.calibration.height
-        self.canvas.setPicture(image, *size)
+        self.canvas.setImage(image, *size)
         self.drawing.setDrawing(
             _errors(solution.corners[number], solution.result.residuals[number], size[0]), *size
         )

@@ -1,4 +1,4 @@
-"""The pinned controls above the picture."""
+"""The pinned controls above the image."""
 
 from __future__ import annotations
 

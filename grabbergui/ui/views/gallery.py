@@ -1,4 +1,4 @@
-"""The tiles of the open sources, below the picture."""
+"""The tiles of the open sources, below the image."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
+from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
-from grabbergui.ui.widgets.picture_items import DIMMED, as_qimage
 from grabbergui.ui.windows import load_form
 
 TILE_WIDTH, TILE_HEIGHT = 204, 156
 "Of a tile, pixels."
 COMPACT_WIDTH, COMPACT_HEIGHT = 152, 62
 "Of a compact tile, pixels; the least width: two fit beside each other on 800 pixels."
-TILE_PICTURE, COMPACT_PICTURE = (150, 84), (44, 50)
-"Least size of a tile's picture in pixels."
+TILE_IMAGE, COMPACT_IMAGE = (150, 84), (44, 50)
+"Least size of a tile's image in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 "Keys that make a tile's source current."
 
@@ -45,7 +45,7 @@ class Thumbnail(QWidget):
         """The image shown."""
         return self._image
 
-    def setPicture(self, image: DisplayImage | None) -> None:
+    def setImage(self, image: DisplayImage | None) -> None:
         """Show an image, or none."""
         self._image = as_qimage(image) if image is not None else None
         self.update()
@@ -57,7 +57,7 @@ class Thumbnail(QWidget):
             self.update()
 
     def roomInPixels(self, width: int, height: int) -> tuple[int, int]:
-        """Return the screen pixels that a picture of that size takes here."""
+        """Return the screen pixels that an image of that size takes here."""
         ratio = self.devicePixelRatioF()
         size = QSize(width, height).scaled(self.size() * ratio, Qt.AspectRatioMode.KeepAspectRatio)
         return max(1, size.width()), max(1, size.height())
@@ -106,13 +106,13 @@ class CameraTile(QFrame):
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
 
     def setCompact(self, compact: bool, width: int = COMPACT_WIDTH) -> None:
-        """Put the picture beside the text, which needs less height, or above it."""
+        """Put the image beside the text, which needs less height, or above it."""
         self.verticalLayout.setDirection(
             QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
         )
         self.verticalLayout.setSpacing(6 if compact else 1)
-        self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else TILE_PICTURE))
-        self.thumbnail.setMaximumWidth(COMPACT_PICTURE[0] if compact else TILE_WIDTH)
+        self.thumbnail.setMinimumSize(*(COMPACT_IMAGE if compact else TILE_IMAGE))
+        self.thumbnail.setMaximumWidth(COMPACT_IMAGE[0] if compact else TILE_WIDTH)
         if compact:
             self.setFixedSize(width, COMPACT_HEIGHT)
         else:
@@ -128,7 +128,7 @@ class CameraTile(QFrame):
         self.recordingLabel.setVisible(recording)
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Dim the picture, which is not current."""
+        """Dim the image, which is not current."""
         self.thumbnail.setDimmed(dimmed)
 
     def setCurrent(self, current: bool) -> None:
@@ -138,9 +138,9 @@ class CameraTile(QFrame):
         )
         restyle(self, "current", current)
 
-    def setPicture(self, image: DisplayImage | None) -> None:
+    def setImage(self, image: DisplayImage | None) -> None:
         """Show an image, or none."""
-        self.thumbnail.setPicture(image)
+        self.thumbnail.setImage(image)
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
         """Make the source current."""

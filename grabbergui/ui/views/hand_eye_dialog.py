@@ -198,7 +198,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         """Show the newest frame, and whether the target is seen in it."""
         problem = preview.problem
         set_verdict(self.verdictLabel, problem or self.tr("the target is seen"), "bad" if problem else "good")
-        self._show_picture(preview, BUSY if problem else GOOD)
+        self._show_image(preview, BUSY if problem else GOOD)
 
     def setPlan(self, html: str) -> None:
         """Show what the robot will do."""
@@ -327,7 +327,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         self.eyeLabel.setText(
             self._refused.get(eye, "")
-            or self.tr("Bring the board into the middle of the picture; it must not move on its own.")
+            or self.tr("Bring the board into the middle of the image; it must not move on its own.")
         )
 
     def _on_setup_edited(self) -> None:

@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.picture.quantities import COLOUR_MAPS, PolarisedView
+from grabbergui.models.image.quantities import COLOUR_MAPS, PolarisedView
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
@@ -28,9 +28,9 @@ from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.help_views import LogPanel
+from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel, ValuesPanel
 from grabbergui.ui.views.panel_layout import PanelLayout
-from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.messages import StatusStrip
@@ -39,7 +39,7 @@ from grabbergui.ui.windows import TITLE_BAR, give_focus, load_form
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
 TOOLS_HEIGHT = 210
-"Initial height of the panels below the picture."
+"Initial height of the panels below the image."
 
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
@@ -58,13 +58,13 @@ class MainWindow(QMainWindow):
     """The user closes the window; emitted once, before it disappears."""
     themeChosen = pyqtSignal(Theme)
     colourMapChosen = pyqtSignal(str)
-    """The name of a colour map for monochrome pictures; empty for grey."""
+    """The name of a colour map for monochrome images; empty for grey."""
     polarisedViewChosen = pyqtSignal(object)
     """The `PolarisedView` of a polarised mosaic."""
 
     favourites: FavouritesStrip
     favouritesArea: FavouritesArea
-    picture: PictureView
+    image: ImageView
     gallery: Gallery
     recordingBar: RecordingBar
     sources: SourceListView
@@ -166,7 +166,7 @@ class MainWindow(QMainWindow):
         self._group_colours()
         self._group_polarised_views()
         self._join_own_actions()
-        self._keep_bare_keys_to_picture()
+        self._keep_bare_keys_to_image()
         self._explain_shortcuts()
         self.setWindowIcon(window_icon())
 
@@ -179,9 +179,9 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Give the focus back to the picture on an Enter or Escape that no control used."""
+        """Give the focus back to the image on an Enter or Escape that no control used."""
         if event is not None and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape):
-            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+            self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         super().keyPressEvent(event)
 
@@ -211,18 +211,18 @@ class MainWindow(QMainWindow):
         """Follow the Tab key through the panels from left to right, in each as one reads.
 
         Qt also asks when the widget with the focus is hidden (a button of a message) or disabled (a lost
-        camera's): the picture gets it then, whose keys are letters, and not whichever field comes next.
+        camera's): the image gets it then, whose keys are letters, and not whichever field comes next.
         """
         focused = QApplication.focusWidget()
         if focused is not None and not (focused.isVisibleTo(self) and focused.isEnabled()):
-            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+            self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
         docks = self.findChildren(QDockWidget)
         # Qt reports all docks of a tabbed group as visible.
         shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
-        regions = [self.sourcesDock, *cards, self.picture, self.gallery, self.recordingBar,
+        regions = [self.sourcesDock, *cards, self.image, self.gallery, self.recordingBar,
                    *tools, self.featuresDock, self.messages]  # fmt: skip
         return give_focus(regions, focused, forward=forward)
 
@@ -231,7 +231,7 @@ class MainWindow(QMainWindow):
         self._themes[theme].setChecked(True)
 
     def _arrange_tools(self) -> None:
-        """Put the panels below the picture into tabs, and show some tools by their icons alone."""
+        """Put the panels below the image into tabs, and show some tools by their icons alone."""
         tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock, self.changesDock,
                  self.logDock)  # fmt: skip
         for dock in tools:
@@ -332,7 +332,7 @@ class MainWindow(QMainWindow):
         self.themeChosen.emit(chosen)
 
     def _join_own_actions(self) -> None:
-        canvas = self.picture.canvas
+        canvas = self.image.canvas
         self.actionFit.triggered.connect(canvas.fit)
         self.actionOneToOne.triggered.connect(canvas.oneToOne)
         self.actionZoomIn.triggered.connect(lambda: canvas.zoomBy(1.5))
@@ -343,25 +343,25 @@ class MainWindow(QMainWindow):
         self.profile.plotAppeared.connect(self._on_profile_plot_appeared)
         self.actionQuit.triggered.connect(self._on_quit)
 
-    def _keep_bare_keys_to_picture(self) -> None:
-        """Let shortcuts without Ctrl act only while the picture has the focus: fields need their letters."""
+    def _keep_bare_keys_to_image(self) -> None:
+        """Let shortcuts without Ctrl act only while the image has the focus: fields need their letters."""
         for action in self.findChildren(QAction):
             keys = action.shortcut()
             bare = not keys.isEmpty() and not keys[0] & _COMMAND_KEYS and keys[0] & ~_MODIFIERS < _FIRST_NAMED
             if bare:
                 action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-                self.picture.addAction(action)
+                self.image.addAction(action)
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         app.focusChanged.connect(self._on_application_focus_changed)
-        self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+        self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _on_application_focus_changed(self, before: QWidget | None, now: QWidget | None) -> None:
-        """Give the picture the focus that Qt takes from a field whose panel is disabled."""
+        """Give the image the focus that Qt takes from a field whose panel is disabled."""
         if before is None or now is not None or before.isEnabled():
             return
         if self.isActiveWindow() and self.isAncestorOf(before):
-            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+            self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _on_address(self) -> None:
         self.sourcesDock.show()

@@ -184,7 +184,7 @@ class FocusPanel(QWidget):
     def setWhat(self, region: str) -> None:
         """Show the scored region as text."""
         self.wholeButton.setEnabled(bool(region))
-        self.scoreLabel.setToolTip(region or self.tr("of the whole picture"))
+        self.scoreLabel.setToolTip(region or self.tr("of the whole image"))
 
     def clear(self) -> None:
         """Show nothing."""
@@ -231,7 +231,7 @@ class ProfilePanel(QWidget):
     def setLine(self, line: Line | None) -> None:
         """Show the ends of the line, in the frame's pixels."""
         if line is None:
-            self.lineLabel.setText(self.tr("Draw a line through the picture to see its values."))
+            self.lineLabel.setText(self.tr("Draw a line through the image to see its values."))
         else:
             self.lineLabel.setText(f"({line.x0}, {line.y0}) … ({line.x1}, {line.y1})")
 

@@ -10,11 +10,11 @@ from PyQt5.QtWidgets import QDockWidget, QMainWindow, QStyle, QWidget
 
 from grabbergui.ui.views.favourites import FavouritesArea
 from grabbergui.ui.views.gallery import Gallery
-from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.views.image_view import ImageView
 
-LEAST_PICTURE = 240
+LEAST_IMAGE = 240
 "Pixels of the image's height below which the tiles take less of it."
-LOW_PICTURE = 150
+LOW_IMAGE = 150
 "Pixels of the image's height below which pinned controls scroll."
 LEAST_CENTRE = 380
 "Width of the centre in pixels, below which the panels at the sides become narrower."
@@ -29,7 +29,7 @@ class Arranged(Protocol):
 
     centre: QWidget
     favouritesArea: FavouritesArea
-    picture: PictureView
+    image: ImageView
     gallery: Gallery
     sourcesDock: QDockWidget
     featuresDock: QDockWidget
@@ -97,7 +97,7 @@ class PanelLayout(QObject):
         if missing > 0:
             share = missing / sum(spare.values())
             self._resize_sides({dock: dock.width() - round(spare[dock] * share) for dock in sides})
-        low = LOW_PICTURE - self._parts.picture.height()
+        low = LOW_IMAGE - self._parts.image.height()
         tools = [dock for dock in self._docks_below() if not dock.visibleRegion().isEmpty()]
         if low > 0 and tools:
             heights = [max(dock.minimumSizeHint().height(), dock.height() - low) for dock in tools]
@@ -125,10 +125,10 @@ class PanelLayout(QObject):
         least_tiles, most_tiles = (tiles * gallery.heightAs(compact=compact) for compact in (True, False))
         parts.centre.setMinimumHeight(others + controls.least_height + least_tiles)
         # The image's own least height is among the others.
-        room = parts.centre.height() - others + parts.picture.minimumSizeHint().height()
-        compact = room - controls.most_height - most_tiles < LEAST_PICTURE
+        room = parts.centre.height() - others + parts.image.minimumSizeHint().height()
+        compact = room - controls.most_height - most_tiles < LEAST_IMAGE
         gallery.setCompact(compact)
-        controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_PICTURE)
+        controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_IMAGE)
 
     # -- the focus aid beside the histogram ------------------------------------------------------
     def place_focus(self, *, beside: bool) -> None:

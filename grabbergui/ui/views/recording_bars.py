@@ -168,8 +168,8 @@ class RecordingBar(QWidget):
             RecordingKind.FFV1: self.tr("Movie, lossless up to 16 bits (FFV1)"),
             RecordingKind.HEVC: self.tr("Movie, smaller (HEVC)"),
             RecordingKind.AV1: self.tr("Movie, smallest (AV1)"),
-            RecordingKind.PNG: self.tr("Pictures (PNG)"),
-            RecordingKind.TIFF: self.tr("Pictures (TIFF, fast)"),
+            RecordingKind.PNG: self.tr("Images (PNG)"),
+            RecordingKind.TIFF: self.tr("Images (TIFF, fast)"),
         }[kind]
 
     def _arrange(self) -> None:
@@ -292,7 +292,7 @@ def _clock(seconds: float) -> str:
 
 
 class PauseBar(QWidget):
-    """Steps through the last frames; hidden while the picture is live."""
+    """Steps through the last frames; hidden while the image is live."""
 
     frameChosen = pyqtSignal(int)
     """Index of the frame to show; 0 is the oldest."""

@@ -1,4 +1,4 @@
-"""The servoing window: the picture with its detections, the robot, states, curves, emergency stop."""
+"""The servoing window: the image with its detections, the robot, states, curves, emergency stop."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.messages import MessageStack
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.plots import ValueAxis
 from grabbergui.ui.widgets.robot_view import RobotView
 from grabbergui.ui.windows import StopKeys, WheelGuard, load_form
@@ -201,7 +201,7 @@ class ServoWindow(QWidget):
     tuningChanged = pyqtSignal(object)
     """A Tuning that was set by hand."""
     viewChanged = pyqtSignal(object, object)
-    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
+    """The visible Region of the image, and (width, height) in screen pixels that it takes."""
 
     messages: MessageStack
     states: StateStrip
@@ -210,7 +210,7 @@ class ServoWindow(QWidget):
     startButton: QPushButton
     stopButton: QPushButton
     sides: QSplitter
-    canvas: PictureCanvas
+    canvas: ImageCanvas
     history: QTreeWidget
     headGainBox: QDoubleSpinBox
     headFastestBox: QDoubleSpinBox
@@ -229,7 +229,7 @@ class ServoWindow(QWidget):
         load_form("servo", self)
         self.sides.setSizes([760, 600])
         self.drawing = DrawingItem()
-        """The detections drawn over the picture."""
+        """The detections drawn over the image."""
         self.canvas.addOverlay(self.drawing)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.distancePlot.setUp(self.tr("Hand to goal, mm"), (), CURVE_SECONDS, 10)
@@ -257,9 +257,9 @@ class ServoWindow(QWidget):
         StopKeys(self, STOP_KEYS).pressed.connect(self.stopPressed)
 
     # -- setters ---------------------------------------------------------------------------------
-    def setPicture(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
-        """Show a picture of that size, and the drawing over it."""
-        self.canvas.setPicture(image, width, height)
+    def setImage(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
+        """Show an image of that size, and the drawing over it."""
+        self.canvas.setImage(image, width, height)
         self.drawing.setDrawing(drawing, width, height)
 
     def setPosture(self, posture: Posture | None) -> None:

@@ -12,12 +12,12 @@ from PyQt5.QtWidgets import QSizePolicy, QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.calibration.collector import GRID, Counts, Coverage
 from grabbergui.servo.overlay import Drawing
-from grabbergui.ui.widgets.picture_items import PictureOverlay
+from grabbergui.ui.widgets.image_items import ImageOverlay
 
 _HALO = QColor(0, 0, 0, 130)
 
 
-class DrawingItem(PictureOverlay):
+class DrawingItem(ImageOverlay):
     """Shows a Drawing in a scene whose unit is the frame's pixel."""
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class DrawingItem(PictureOverlay):
         return self._drawing
 
     def setDrawing(self, drawing: Drawing, width: int, height: int) -> None:
-        """Show a drawing over a picture of that size."""
+        """Show a drawing over an image of that size."""
         self._drawing = drawing
         self.cover(width, height)
 
@@ -76,7 +76,7 @@ ENOUGH = 12
 _GREEN = QColor(60, 200, 90)
 
 
-class CoverageItem(PictureOverlay):
+class CoverageItem(ImageOverlay):
     """Fills cells with a green that grows with their corners; outlines those without any."""
 
     def __init__(self) -> None:
@@ -84,7 +84,7 @@ class CoverageItem(PictureOverlay):
         self._cells = np.zeros(GRID[::-1], np.int64)
 
     def setCells(self, cells: Counts, width: int, height: int) -> None:
-        """Show counts (rows, columns) over a picture of that size."""
+        """Show counts (rows, columns) over an image of that size."""
         self._cells = cells
         self.cover(width, height)
 

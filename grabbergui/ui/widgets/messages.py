@@ -258,7 +258,7 @@ class MessageLine(QFrame):
 
 
 # -- over the image ------------------------------------------------------------------------------
-class PictureNote(QFrame):
+class ImageNote(QFrame):
     """Shows why there is no image, the remedy, and the stage at which the image is lost."""
 
     summaryLabel: QLabel
@@ -267,7 +267,7 @@ class PictureNote(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        load_form("picture_note", self)
+        load_form("image_note", self)
         self.hide()
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
@@ -296,11 +296,11 @@ def _way(end: Stage) -> str:
 
 def _stage_name(stage: Stage) -> str:
     names = {
-        Stage.CONTROL: translate("PictureNote", "control"),
-        Stage.PACKETS: translate("PictureNote", "packets"),
-        Stage.FRAMES: translate("PictureNote", "frames"),
-        Stage.CONVERSION: translate("PictureNote", "conversion"),
-        Stage.DISPLAY: translate("PictureNote", "display"),
+        Stage.CONTROL: translate("ImageNote", "control"),
+        Stage.PACKETS: translate("ImageNote", "packets"),
+        Stage.FRAMES: translate("ImageNote", "frames"),
+        Stage.CONVERSION: translate("ImageNote", "conversion"),
+        Stage.DISPLAY: translate("ImageNote", "display"),
     }
     return names[stage]
 

@@ -10,10 +10,10 @@ from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResiz
 from PyQt5.QtWidgets import QApplication, QGridLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.picture.components import Picture
-from grabbergui.models.picture.quantities import ColourScale
-from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.picture_items import DIMMED, CursorMark, PictureItem
+from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.quantities import ColourScale
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
+from grabbergui.ui.widgets.image_items import DIMMED, CursorMark, ImageItem
 from grabbergui.ui.widgets.plots import SCALE_MARGIN, ScaleBar, place_scale
 
 # -- one pane ------------------------------------------------------------------------------------
@@ -22,7 +22,7 @@ _PAD = 6
 
 
 class PaneCaption(QWidget):
-    """The name of a component over its picture, its value under the cursor, and a scale that has no room."""
+    """The name of a component over its image, its value under the cursor, and a scale that has no room."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -45,7 +45,7 @@ class PaneCaption(QWidget):
             self.arrange()
 
     def arrange(self) -> None:
-        """Fit the text into the width of the picture, in one line or several."""
+        """Fit the text into the width of the image, in one line or several."""
         self.ensurePolished()  # the style sheet may set another font
         name, value, scale = self._parts
         room = self._room()
@@ -60,7 +60,7 @@ class PaneCaption(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Write it bright over dark, to be read on any picture."""
+        """Write it bright over dark, to be read on any image."""
         painter, line = QPainter(self), self.fontMetrics().height()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
@@ -79,7 +79,7 @@ class PaneCaption(QWidget):
 class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
     """Shows a part of a component. Wheel and dragging move it, which its owner passes on to all panes.
 
-    Places are fractions of the picture, as components may differ in size.
+    Places are fractions of the image, as components may differ in size.
     """
 
     moved = pyqtSignal(QRectF)
@@ -93,11 +93,11 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, background=None)
         self.setFrameShape(self.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # letters are keys of the chosen picture
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # letters are keys of the chosen image
         self.setMinimumSize(60, 40)
         self._box = pg.ViewBox(lockAspect=True, invertY=True, enableMenu=False, defaultPadding=0)
         self._box.setBorder(None)
-        self._item = PictureItem(lambda: None)
+        self._item = ImageItem(lambda: None)
         self._pressed: QPointF | None = None
         self.mark = CursorMark()
         self.setCentralItem(self._box)
@@ -109,16 +109,16 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self.scaleBar = ScaleBar(self)
         self._name = self._value = ""
 
-    def setPicture(self, name: str, image: DisplayImage, width: int, height: int) -> None:
+    def setImage(self, name: str, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a component of that name and size in pixels."""
-        self._item.setPicture(image, width, height)
+        self._item.setImage(image, width, height)
         if name != self._name:
             self._name = name
             self.setAccessibleName(name)
             self._caption()
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show the scale of false colours; None for a picture of light."""
+        """Show the scale of false colours; None for an intensity image."""
         if self.scaleBar.setScale(scale):
             self._caption()
 
@@ -129,18 +129,18 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._caption()
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Dim the picture, which is not current."""
+        """Dim the image, which is not current."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def setSeen(self, part: QRectF) -> None:
-        """Show this part of the picture."""
+        """Show this part of the image."""
         width, height = self._item.frame_size
         seen = QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height)
         if width and height and seen != self._box.viewRect():
             self._box.setRange(seen, padding=0)
 
     def setMark(self, place: QPointF | None) -> None:
-        """Mark a place of the picture, or none."""
+        """Mark a place of the image, or none."""
         self.mark.setVisible(place is not None)
         if place is not None:
             width, height = self._item.frame_size
@@ -202,7 +202,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
 
 def columns_for(count: int, width: int, height: int, aspect: float) -> int:
-    """Return the number of columns in which `count` pictures of that aspect (width / height) are largest."""
+    """Return the number of columns in which `count` images of that aspect (width / height) are largest."""
 
     def size(columns: int) -> float:
         lines = -(-count // columns)
@@ -231,14 +231,14 @@ class PaneArea(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._canvas: PictureCanvas | None = None
+        self._canvas: ImageCanvas | None = None
         self._panes: dict[str, ComponentPane] = {}
         self._names: tuple[str, ...] = ()
         self._chosen = ""
         self._columns = 0
         self._scale_text = self._value = ""
 
-    def take(self, canvas: PictureCanvas) -> None:
+    def take(self, canvas: ImageCanvas) -> None:
         """Take the canvas, which is in this widget's grid already."""
         self._canvas = canvas
         self.caption = PaneCaption(canvas)
@@ -262,17 +262,17 @@ class PaneArea(QWidget):
         place: QRect = self._canvas.geometry()
         return place.translated(self.pos())
 
-    def setPictures(self, order: Sequence[str], chosen: str, pictures: Sequence[Picture]) -> None:
+    def setImages(self, order: Sequence[str], chosen: str, images: Sequence[ShownImage]) -> None:
         """Show these components beside the chosen one, in the frame's order; with none, the canvas alone."""
-        by_name = {picture.label: picture for picture in pictures}
+        by_name = {shown.label: shown for shown in images}
         names = tuple(name for name in order if name == chosen or name in by_name) if by_name else ()
         if (names, chosen) != (self._names, self._chosen):
             self._names, self._chosen = names, chosen
             self._make_panes(by_name)
-        for name, picture in by_name.items():
+        for name, shown in by_name.items():
             pane = self._panes[name]
-            pane.setPicture(name, picture.image, picture.width, picture.height)
-            pane.setScale(picture.quantity.scale if picture.quantity is not None else None)
+            pane.setImage(name, shown.image, shown.width, shown.height)
+            pane.setScale(shown.quantity.scale if shown.quantity is not None else None)
             if self._canvas is not None:
                 pane.setSeen(self._canvas.seen)
 
@@ -295,7 +295,7 @@ class PaneArea(QWidget):
 
     # -- Qt's own --------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the panes so that their pictures are as large as possible."""
+        """Arrange the panes so that their images are as large as possible."""
         super().resizeEvent(event)
         if self._panes:
             self._arrange()
@@ -317,7 +317,7 @@ class PaneArea(QWidget):
         painter.drawRect(self._canvas.geometry().adjusted(-1, -1, 0, 0))
 
     # -- inside ----------------------------------------------------------------------------------
-    def _make_panes(self, wanted: Mapping[str, Picture]) -> None:
+    def _make_panes(self, wanted: Mapping[str, ShownImage]) -> None:
         for name in [name for name in self._panes if name not in wanted]:
             pane = self._panes.pop(name)
             pane.hide()
@@ -348,7 +348,7 @@ class PaneArea(QWidget):
         if not isinstance(grid, QGridLayout) or canvas is None:
             return
         count = len(self._names) or 1
-        width, height = canvas.pictureSize
+        width, height = canvas.imageSize
         columns = columns_for(count, self.width(), self.height(), width / height if height else 4 / 3)
         if columns == self._columns:
             return
@@ -381,7 +381,7 @@ class PaneArea(QWidget):
     def _on_canvas_cursor_moved(self, x: int, y: int) -> None:
         canvas = self._canvas
         if self._panes and canvas is not None and canvas.underMouse():
-            width, height = canvas.pictureSize
+            width, height = canvas.imageSize
             self._mark_cursor(QPointF((x + 0.5) / width, (y + 0.5) / height), None)
 
     def _on_pane_cursor_moved(self, pane: ComponentPane, place: QPointF) -> None:
@@ -390,10 +390,10 @@ class PaneArea(QWidget):
             self._mark_cursor(place, pane)
 
     def _mark_cursor(self, place: QPointF | None, source: ComponentPane | None) -> None:
-        """Mark a place in all pictures but the one that the cursor is on: a pane, or the canvas if None."""
+        """Mark a place in all images but the one that the cursor is on: a pane, or the canvas if None."""
         for pane in self._panes.values():
             pane.setMark(None if pane is source else place)
         self._mark.setVisible(place is not None and source is not None)
         if place is not None and self._canvas is not None:
-            width, height = self._canvas.pictureSize
+            width, height = self._canvas.imageSize
             self._mark.setPos(place.x() * width, place.y() * height)

@@ -1,4 +1,4 @@
-"""Plots of one line a channel or a value in the window's colours; the scale of a picture in false colour."""
+"""Plots of one line a channel or a value in the window's colours; the scale of an image in false colour."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from PyQt5.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.numbers import in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.features.shown import breakable
+from grabbergui.models.image.quantities import NO_DATA, ColourScale
 from grabbergui.models.language import localized
-from grabbergui.models.picture.quantities import NO_DATA, ColourScale
 from grabbergui.ui.windows import load_form
 
 CHANNEL_COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
@@ -59,7 +59,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._filled: bool = False
         self._colours: dict[str, str] = {}
-        "Colours of lines that are no channels of a picture."
+        "Colours of lines that are no channels of an image."
         self._dress()
 
     def setFilled(self, filled: bool) -> None:
@@ -254,16 +254,16 @@ class CurveRow(QWidget):
 
 # -- the scale of false colours ------------------------------------------------------------------
 SCALE_MARGIN = 6
-"Between a scale and the edge of its picture, pixels."
+"Between a scale and the edge of its image, pixels."
 _SCALE_HEIGHT = 260
 _LEAST_ROOM = 4
-"A scale takes at most 1/_LEAST_ROOM of the width of its picture; beyond, it is text."
+"A scale takes at most 1/_LEAST_ROOM of the width of its image; beyond, it is text."
 _BAR = 16
 "Width of the colours, pixels."
 _EDGE = 10
 _TICK = 5
 _BACK = QColor(0, 0, 0, 150)
-"The picture behind may have any colour."
+"The image behind may have any colour."
 _TEXT = QColor(255, 255, 255)
 
 
@@ -344,7 +344,7 @@ class ScaleBar(QWidget):
 def place_scale(bar: ScaleBar, room: QRect, margin: int = SCALE_MARGIN, *, needed: bool = False) -> str:
     """Put a scale at the right edge of `room`.
 
-    Return its text instead where it would hide the picture, unless it is `needed`.
+    Return its text instead where it would hide the image, unless it is `needed`.
     """
     scale = bar.scale
     if scale is None:

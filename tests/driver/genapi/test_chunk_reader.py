@@ -1,4 +1,4 @@
-"""Chunks behind pictures: the layout alone, and through the whole driver on the simulated camera's wire."""
+"""Chunks behind images: the layout alone, and through the whole driver on the simulated camera's wire."""
 
 import os
 import struct

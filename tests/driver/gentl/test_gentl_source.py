@@ -143,10 +143,10 @@ def test_two_cameras_of_one_producer_stream_at_once(grabber):
         queues = [camera.open_queue(8) for camera in (grabber, other)]
         for camera in (grabber, other):
             camera.start()
-        pictures = [queue.get(PATIENCE).rgb() for queue in queues]
+        images = [queue.get(PATIENCE).rgb() for queue in queues]
     finally:
         other.close()
-    assert not np.array_equal(*pictures)
+    assert not np.array_equal(*images)
     assert queues[0].get(PATIENCE).complete  # the other's end did not end this one's
 
 

@@ -1,4 +1,4 @@
-"""Datagrams of small pictures, and an assembler with a clock of its own that takes them."""
+"""Datagrams of small images, and an assembler with a clock of its own that takes them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LAST = -(-SIZE // STRIDE) + 1
 "Packet id of the trailer: 16 payload packets, the last of 36 bytes."
 
 
-def picture(block_id: int) -> bytes:
+def image(block_id: int) -> bytes:
     """Return the pixels of a block, which differ from those of the next ones."""
     return bytes((block_id * 7 + i) % 251 for i in range(SIZE))
 
@@ -37,7 +37,7 @@ def block(
     stride: int = STRIDE,
 ) -> list[bytes]:
     """Return the datagrams of one block: leader, payload packets, trailer."""
-    data = picture(block_id) if data is None else data
+    data = image(block_id) if data is None else data
     leader = Leader(payload_type, 1000 * block_id, 0x01080001, WIDTH, HEIGHT)
     pieces = [data[at : at + stride] for at in range(0, len(data), stride)]
     trailer = Trailer(payload_type, height, len(data) if payload_type & 0x4000 else None)
@@ -115,9 +115,9 @@ def ids(done: Iterable[Block]) -> list[int]:
     return [each.block_id for each in done]
 
 
-def is_picture(done: Block) -> bool:
-    """Return whether a block is complete, with the pixels that `picture` gives."""
-    return done.complete and done.payload.tobytes() == picture(done.block_id)
+def is_image(done: Block) -> bool:
+    """Return whether a block is complete, with the pixels that `image` gives."""
+    return done.complete and done.payload.tobytes() == image(done.block_id)
 
 
 def fuzz_headers() -> st.SearchStrategy[bytes]:

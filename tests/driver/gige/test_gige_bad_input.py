@@ -49,7 +49,7 @@ def grabber(simulated: GigeCamera) -> Iterator[FrameGrabber]:
 
 
 def lie_about_payload(camera: GigeCamera, size: int | None) -> None:
-    """Let the camera say that its pictures have so many bytes, whatever they have; None: the truth again."""
+    """Let the camera say that its images have so many bytes, whatever they have; None: the truth again."""
     read = CameraModel.read.__get__(camera.model)
 
     def lying(address: int, length: int) -> bytes:

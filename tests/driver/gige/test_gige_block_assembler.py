@@ -16,8 +16,8 @@ from block_bench import (
     block,
     fuzz_headers,
     ids,
-    is_picture,
-    picture,
+    image,
+    is_image,
 )
 from gige_transcripts import lines
 from hypothesis import given, settings
@@ -32,7 +32,7 @@ from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 def test_blocks_come_out_as_they_were_sent(extended: bool) -> None:
     bench = Bench()
     done = bench.feed(datagram for block_id in (1, 2, 3) for datagram in block(block_id, extended=extended))
-    assert ids(done) == [1, 2, 3] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3] and all(map(is_image, done))
     assert [each.leader.timestamp for each in done] == [1000, 2000, 3000]
     assert bench.statistics.packets == 3 * (LAST + 1)
     assert (bench.statistics.frames, bench.statistics.bytes) == (3, 3 * SIZE)
@@ -69,7 +69,7 @@ def test_any_order_and_any_copies_give_the_same_images(seed: int) -> None:
     keyed = sorted(enumerate(datagrams), key=lambda pair: pair[0] + shuffle.uniform(0, 12))
     bench = Bench(initial_wait=0.01)
     done = bench.feed(datagram for _, datagram in keyed)
-    assert ids(done) == [1, 2, 3] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3] and all(map(is_image, done))
     assert bench.requests == []
     assert bench.statistics.packets_duplicate == 3 * (LAST + 1)
     assert bench.statistics.incomplete == bench.statistics.lost == 0
@@ -80,7 +80,7 @@ def test_a_leader_has_the_first_packet_id() -> None:
     leader, *rest = block(1)
     bench.feed([PacketHeader(PacketFormat.LEADER, 1, 2).encode() + leader[8:], *rest])
     assert bench.statistics.packets_ignored == 1
-    assert [is_picture(done) for done in bench.feed([leader])] == [True]
+    assert [is_image(done) for done in bench.feed([leader])] == [True]
 
 
 def test_a_trailer_before_other_packets_is_no_end() -> None:
@@ -132,9 +132,9 @@ def test_padding_beyond_the_end_of_the_payload_is_clipped_counted_and_the_frame_
     deliver_incomplete: bool,
 ) -> None:
     bench = Bench(deliver_incomplete=deliver_incomplete)
-    padded = picture(1) + bytes(-SIZE % STRIDE)
+    padded = image(1) + bytes(-SIZE % STRIDE)
     (done,) = bench.feed(block(1, data=padded))
-    assert is_picture(done) and done.complete
+    assert is_image(done) and done.complete
     bench.feed(block(2, data=padded))
     assert bench.statistics.packets_clipped == 2
     assert bench.statistics.packets_ignored == bench.statistics.incomplete == 0
@@ -169,13 +169,13 @@ def test_what_a_source_drops_is_counted() -> None:
 def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
     bench = Bench(stride=STRIDE + 36)
     done = bench.feed([*block(1), *block(2)])
-    assert ids(done) == [1, 2] and all(map(is_picture, done))
+    assert ids(done) == [1, 2] and all(map(is_image, done))
 
 
 def test_a_double_is_one_though_a_block_has_more_packets_than_were_announced() -> None:
     bench = Bench(stride=STRIDE + 36)
     (done,) = bench.feed(datagram for datagram in block(1) for _ in range(2))
-    assert is_picture(done) and bench.statistics.packets_duplicate == LAST + 1
+    assert is_image(done) and bench.statistics.packets_duplicate == LAST + 1
 
 
 def test_blocks_that_begin_in_another_order_come_out_in_theirs() -> None:
@@ -231,7 +231,7 @@ def test_a_block_with_chunks_is_expected_to_be_as_long_as_the_last() -> None:
 
 
 def test_chunks_stay_at_the_end_of_the_payload() -> None:
-    data = picture(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
+    data = image(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
     bench = Bench(payload_size=SIZE + 500)
     (done,) = bench.feed(block(1, data=data, payload_type=0x4001))
     assert done.payload.tobytes() == data and done.leader.has_chunks
@@ -239,7 +239,7 @@ def test_chunks_stay_at_the_end_of_the_payload() -> None:
 
 def test_a_shorter_image_has_fewer_lines() -> None:
     bench = Bench()
-    (done,) = bench.feed(block(1, data=picture(1)[: WIDTH * 10], height=10))
+    (done,) = bench.feed(block(1, data=image(1)[: WIDTH * 10], height=10))
     assert done.complete and done.height == 10 and len(done.payload) == WIDTH * 10
 
 

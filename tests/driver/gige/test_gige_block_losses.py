@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import pytest
-from block_bench import HEIGHT, LAST, SIZE, STRIDE, WIDTH, Bench, block, ids, is_picture, picture
+from block_bench import HEIGHT, LAST, SIZE, STRIDE, WIDTH, Bench, block, ids, image, is_image
 from gige_transcripts import lines
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
@@ -22,7 +22,7 @@ def test_captured_losses_are_asked_for_and_mended() -> None:
     for line in lines("viva-resend", "D"):
         done += bench.wait(max(0.0, begun + line.ms / 1000 - bench.now))
         done += bench.feed([line.data], 0)
-    assert len(done) == 5 and all(each.complete for each in done), "a lost trailer costs no picture"
+    assert len(done) == 5 and all(each.complete for each in done), "a lost trailer costs no image"
     assert bench.statistics.packets_resent == 4
 
 
@@ -47,7 +47,7 @@ def test_lost_packets_are_asked_for_once_and_mend_the_block(lost: list[int]) -> 
         return sent[request.first : request.last + 1]
 
     done += bench.wait(0.2, answer)
-    assert ids(done) == [1] and is_picture(done[0])
+    assert ids(done) == [1] and is_image(done[0])
     packets = [packet for request in asked for packet in range(request.first, request.last + 1)]
     assert len(packets) == len(set(packets)) and set(lost) - {LAST} <= set(packets) <= {*lost, LAST}
     assert bench.statistics.packets_resent >= len(set(lost) - {LAST})
@@ -96,7 +96,7 @@ def test_incomplete_blocks_are_delivered_by_choice_without_an_older_image_in_the
     assert not broken.complete and broken.missing_bytes == 100 + 36
     assert len(broken.payload) == SIZE
     assert not broken.payload[200:300].any() and not broken.payload[1500:].any()
-    assert broken.payload[:200].tobytes() == picture(2)[:200]
+    assert broken.payload[:200].tobytes() == image(2)[:200]
 
 
 def test_a_frame_whose_leader_is_lost_has_no_timestamp_rather_than_that_of_the_frame_before() -> None:
@@ -186,7 +186,7 @@ def test_no_more_blocks_than_allowed_wait_for_their_packets() -> None:
 
 
 def test_a_lost_trailer_after_chunks_costs_nothing() -> None:
-    data = picture(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
+    data = image(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
     bench = Bench(payload_size=SIZE + 500, enabled=False)
     done = bench.feed(block(1, data=data, payload_type=0x4001)[:-1]) + bench.wait(1.0)
     assert [each.payload.tobytes() for each in done] == [data] and done[0].complete

@@ -1,4 +1,4 @@
-"""Both ways of receiving, over real sockets on the loopback, give the same pictures."""
+"""Both ways of receiving, over real sockets on the loopback, give the same images."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
+from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.stream import batches, receiver, recvmmsg
@@ -76,7 +76,7 @@ def test_images_arrive(wire: Wire, extended: bool) -> None:
     sent = [datagram for block_id in range(1, 11) for datagram in block(block_id, extended=extended)]
     wire.send(sent)
     done = wire.drain(bench, len(sent))
-    assert ids(done) == list(range(1, 11)) and all(map(is_picture, done))
+    assert ids(done) == list(range(1, 11)) and all(map(is_image, done))
     assert bench.statistics.packets_ignored == bench.statistics.packets_duplicate == 0
 
 
@@ -94,7 +94,7 @@ def test_gaps_doubles_and_late_packets_land_where_they_belong(wire: Wire, seed: 
     for begin in range(0, len(sent), 50):
         wire.send(sent[begin : begin + 50])
         done += wire.drain(bench, min(begin + 50, len(sent)))
-    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_image, done))
 
 
 @linux_only
@@ -129,7 +129,7 @@ def test_packets_that_the_kernel_joined_are_taken_apart(
         done = wire.drain(bench, packets)
         wire.send(late)
         done += wire.drain(bench, packets + len(late))
-    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_image, done))
 
 
 @linux_only
@@ -170,7 +170,7 @@ def test_blocks_in_order_are_received_in_place(
             wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, 0)
             wire.send([trailer])
             done += wire.drain(bench, packets + foreign)
-    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_image, done))
     assert bench.statistics.packets_ignored == foreign and bench.statistics.packets_duplicate == 0
     assert sum(placed) == SIZE // stride * 5
 
@@ -192,7 +192,7 @@ def test_as_many_packets_as_a_sender_joins_are_received_in_place() -> None:
         wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, 0)
         wire.send([trailer])
         (done,) = wire.drain(bench, len(payload) + 2)
-    assert is_picture(done)
+    assert is_image(done)
 
 
 @linux_only
@@ -214,7 +214,7 @@ def test_packets_without_a_known_place_are_read_many_at_a_time(monkeypatch: pyte
         leader, *payload, _ = block(1, stride=16)
         wire.send([*payload, leader])
         (done,) = wire.drain(bench, len(payload) + 1)
-    assert is_picture(done)
+    assert is_image(done)
     assert reads.count(1) == batches.SHORT_DATAGRAMS and len(reads) < 10
 
 
@@ -242,7 +242,7 @@ def test_a_stream_out_of_order_is_not_received_in_place_for_a_while(monkeypatch:
             packets += len(sent)
             wire.send(sent)
             done += wire.drain(bench, packets)
-    assert ids(done) == list(range(1, 31)) and all(map(is_picture, done))
+    assert ids(done) == list(range(1, 31)) and all(map(is_image, done))
     assert 0 < len(reads) < 10
 
 
@@ -253,7 +253,7 @@ def test_strangers_are_not_heard(wire: Wire) -> None:
         wire.send([other], wire.stranger)
         wire.send([own])
     (done,) = wire.drain(bench, 2 * (LAST + 1))
-    assert is_picture(done) and bench.statistics.packets_ignored == LAST + 1
+    assert is_image(done) and bench.statistics.packets_ignored == LAST + 1
 
 
 def test_odd_datagrams_are_dropped(wire: Wire) -> None:
@@ -271,7 +271,7 @@ def test_ids_change_their_width_in_mid_stream(wire: Wire) -> None:
     sent = [*block(1), *block(2, extended=True), *block(3, extended=True), *block(4)]
     wire.send(sent)
     done = wire.drain(bench, len(sent))
-    assert len(done) == 4 and all(map(is_picture, done))
+    assert len(done) == 4 and all(map(is_image, done))
 
 
 def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
@@ -301,4 +301,4 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
         monkeypatch.undo()
         wire.send([*block(9), *block(10)])
         done = wire.drain(bench, bench.statistics.packets + 2 * (LAST + 1))
-    assert ids(done) == [9, 10] and all(map(is_picture, done))
+    assert ids(done) == [9, 10] and all(map(is_image, done))

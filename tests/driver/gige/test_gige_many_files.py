@@ -37,5 +37,5 @@ def receiver() -> Iterator[socket.socket]:
 def test_a_socket_beyond_the_thousandth_file_is_waited_for(receiver: socket.socket) -> None:
     assert readable([receiver], 0.0) == []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.sendto(b"picture", receiver.getsockname())
+        sender.sendto(b"image", receiver.getsockname())
         assert readable([receiver], 5.0) == [receiver]

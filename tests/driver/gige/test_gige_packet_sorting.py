@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from block_bench import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
+from block_bench import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, image, is_image
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -87,7 +87,7 @@ def test_rows_repair_lost_duplicate_and_swapped_packets(seed: int, extended: boo
         at = dice.randrange(len(sent) - 1)
         sent[at], sent[at + 1] = sent[at + 1], sent[at]
     done = feed_rows(bench, sent) + feed_rows(bench, lost)
-    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_image, done))
     assert bench.statistics.packets_ignored == 0
 
 
@@ -98,7 +98,7 @@ def test_rows_sent_again_are_counted() -> None:
     bench.wait(0.01)
     assert [(request.first, request.last) for request in bench.requests] == [(3, 8)]
     (done,) = feed_rows(bench, sent[3:9])
-    assert is_picture(done) and bench.statistics.packets_resent == 6
+    assert is_image(done) and bench.statistics.packets_resent == 6
 
 
 def test_rows_of_a_block_whose_leader_is_lost() -> None:
@@ -106,7 +106,7 @@ def test_rows_of_a_block_whose_leader_is_lost() -> None:
     sent = block(1)
     assert feed_rows(bench, sent[1:]) == []
     (done,) = bench.feed(sent[:1])
-    assert is_picture(done)
+    assert is_image(done)
 
 
 def test_rows_that_reach_beyond_the_payload_are_dropped() -> None:
@@ -120,7 +120,7 @@ def test_rows_without_a_free_buffer_are_only_counted() -> None:
     bench = Bench(buffers=1)
     (held,) = bench.feed(block(1))
     assert feed_rows(bench, block(2)) == [] and bench.statistics.underruns == 1
-    assert held.payload.tobytes() == picture(1)
+    assert held.payload.tobytes() == image(1)
     assert bench.statistics.packets == 2 * (LAST + 1)
 
 
@@ -191,7 +191,7 @@ def test_rows_of_another_length_than_announced_are_followed(extended: bool, orde
     first, second = (block(block_id, extended=extended) for block_id in (1, 2))
     batches = (first[:2], first[2:LAST][::order], first[LAST:], second)
     bench, outcome = check_rows_and_singles_agree(*batches, stride=STRIDE + 36)
-    assert outcome == [(1, True, 0, picture(1)), (2, True, 0, picture(2))]
+    assert outcome == [(1, True, 0, image(1)), (2, True, 0, image(2))]
     assert bench.assembler.stride == STRIDE
 
 

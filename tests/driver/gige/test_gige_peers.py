@@ -105,7 +105,7 @@ def test_streams_fifty_complete_frames(aravis_camera: Any, batched: bool) -> Non
     assert {(frame.width, frame.height, frame.pixel_format.name) for frame in frames} == {(512, 512, "Mono8")}
     ids = [frame.frame_id for frame in frames]
     assert ids == list(range(ids[0], ids[0] + 50))
-    assert len({frame.payload.tobytes() for frame in frames[:5]}) == 5, "the picture moves"
+    assert len({frame.payload.tobytes() for frame in frames[:5]}) == 5, "the image moves"
     assert frames[-1].timestamp_ns - frames[0].timestamp_ns > 49 * 20e6, "25 frames/s or less"
     assert abs(frames[-1].received_ns - frames[-1].timestamp_ns) < 1e9, "this camera keeps the host's time"
 

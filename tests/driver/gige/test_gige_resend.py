@@ -8,7 +8,7 @@ import random
 
 import numpy as np
 import pytest
-from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_picture
+from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_image
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
@@ -79,7 +79,7 @@ class LossyLine:
                 return done
             while self._queue and self._queue[0][0] <= bench.now:
                 bench.assembler.receive(heapq.heappop(self._queue)[2], bench.now)
-            done += [finished.block_id for finished in bench.tick() if is_picture(finished)]
+            done += [finished.block_id for finished in bench.tick() if is_image(finished)]
             while bench.requests:
                 self._answer(bench.requests.pop(0))
 
@@ -232,7 +232,7 @@ def test_a_long_gap_is_asked_for_in_pieces() -> None:
         return sent[request.first : request.last + 1]
 
     (done,) = bench.wait(0.015, answer)
-    assert is_picture(done) and asked == [(2, 4), (5, 7), (8, 8)], "answers make room before time does"
+    assert is_image(done) and asked == [(2, 4), (5, 7), (8, 8)], "answers make room before time does"
 
 
 def test_the_window_opens_with_answers_and_with_time() -> None:

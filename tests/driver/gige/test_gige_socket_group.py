@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from block_bench import LAST, Bench, block, ids, is_picture
+from block_bench import LAST, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
@@ -97,7 +97,7 @@ def long_block(stride: int, packets: int, *, extended: bool = False) -> list[byt
 
 @pytest.mark.parametrize("extended", [False, True])
 def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
-    """Nobody reads while the pictures come; they are in order afterwards and nothing is asked for."""
+    """Nobody reads while the images come; they are in order afterwards and nothing is asked for."""
     stride, packets = 100, 400
     bench = Bench(payload_size=stride * packets, stride=stride, buffers=8)
     alone = int(buffer_bytes(port.receiver) / 768)
@@ -145,7 +145,7 @@ def test_images_arrive_in_order(port: Port) -> None:
             done += drain(source, bench)
     finally:
         source.close()
-    assert ids(done) == list(range(1, 21)) and all(map(is_picture, done))
+    assert ids(done) == list(range(1, 21)) and all(map(is_image, done))
     assert bench.statistics.packets == 20 * (LAST + 1) and bench.requests == []
 
 

@@ -61,14 +61,14 @@ class Bench:
         used = self.model.render(plan, out)
         return plan, out[:used]
 
-    def picture_with(self, register, value):
+    def image_with(self, register, value):
         """The first frame's values that was exposed with a register set so."""
         self.set(register, value)
         for _ in range(self.get(reg.SETTING_LATENCY)):
             self.plan()
-        return self.picture()
+        return self.image()
 
-    def picture(self):
+    def image(self):
         """The next frame's values as floats, for formats that are not packed: 0 to 1."""
         plan, payload = self.payload()
         settings = plan.settings

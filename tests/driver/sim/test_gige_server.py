@@ -401,8 +401,8 @@ def test_our_own_driver_through_a_bad_network(stage):
         frames = grabber.open_queue(64)
         grabber.start()
         for _ in range(30):
-            picture = frames.get(PATIENCE).raw()
-            assert np.array_equal(picture[:, 0], np.arange(480) & 0xFF)
+            image = frames.get(PATIENCE).raw()
+            assert np.array_equal(image[:, 0], np.arange(480) & 0xFF)
     finally:
         grabber.close()
     until(lambda: not camera.control.controlled)

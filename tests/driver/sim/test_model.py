@@ -262,7 +262,7 @@ def test_exposure_auto_reaches_its_target_and_once_falls_back(make_bench, start)
     bench.set(reg.AUTO_TARGET_BRIGHTNESS, 0.5)
     bench.start()
     for _ in range(10):
-        brightness = bench.picture().mean()
+        brightness = bench.image().mean()
         if bench.get(reg.EXPOSURE_AUTO) == Auto.OFF:
             break
     assert bench.get(reg.EXPOSURE_AUTO) == Auto.OFF
@@ -276,7 +276,7 @@ def test_exposure_auto_follows_the_scene_and_hides_its_register(make_bench):
     for target in (0.2, 0.6):
         bench.set(reg.AUTO_TARGET_BRIGHTNESS, target)
         for _ in range(6):
-            brightness = bench.picture().mean()
+            brightness = bench.image().mean()
         assert brightness == pytest.approx(target, abs=0.02)
     assert bench.get(reg.EXPOSURE_AUTO) == Auto.CONTINUOUS
     assert refused(bench, reg.EXPOSURE_TIME, 100.0) is Refusal.ACCESS_DENIED
@@ -294,7 +294,7 @@ def test_gain_auto_takes_over_where_exposure_ends(make_bench):
     bench.set(reg.AUTO_EXPOSURE_UPPER, 4000.0)
     bench.start()
     for _ in range(8):
-        brightness = bench.picture().mean()
+        brightness = bench.image().mean()
     assert brightness == pytest.approx(0.4, abs=0.02)
     assert bench.get(reg.EXPOSURE_TIME) == pytest.approx(4000)
     assert bench.get(reg.GAIN_RAW) > 100

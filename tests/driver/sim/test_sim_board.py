@@ -23,11 +23,11 @@ def settings():
 def seen(scene, seconds):
     """Corners found (ids, pixels) and corners that should be (35, 2)."""
     of = settings()
-    picture = scene.rendered(int(seconds * 1e9), of)[..., 1]
+    image = scene.rendered(int(seconds * 1e9), of)[..., 1]
     pattern = cv2.aruco.CharucoBoard(
         (8, 6), board.SQUARE, board.MARKER, cv2.aruco.getPredefinedDictionary(board.DICTIONARY)
     )
-    grey = np.clip(picture // 32, 0, 255).astype(np.uint8)
+    grey = np.clip(image // 32, 0, 255).astype(np.uint8)
     corners, ids, _, _ = cv2.aruco.CharucoDetector(pattern).detectBoard(grey)
     flat = np.array(pattern.getChessboardCorners())[:, :2] - (4 * board.SQUARE, 3 * board.SQUARE)
     points = np.column_stack((flat[:, 0], -flat[:, 1], np.zeros(35), np.ones(35)))

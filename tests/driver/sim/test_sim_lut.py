@@ -1,4 +1,4 @@
-"""The simulated camera's look-up table changes the picture, and is its file as well."""
+"""The simulated camera's look-up table changes the image, and is its file as well."""
 
 import numpy as np
 import pytest

@@ -41,10 +41,10 @@ def render(of, scene=None):
 
 def test_a_board_has_the_size_and_place_that_perspective_gives():
     matrix = pinhole(settings())
-    picture = np.zeros((512, 608, 3), np.uint16)
+    image = np.zeros((512, 608, 3), np.uint16)
     board = Panel(at(0.8, 0.1, 0.45), 0.16, 0.10, marker_board(0, 20), fine=True)
-    draw(board, picture, np.linalg.inv(CAMERA), matrix)
-    brightness = picture[..., 1] / picture[..., 1].max()
+    draw(board, image, np.linalg.inv(CAMERA), matrix)
+    brightness = image[..., 1] / image[..., 1].max()
     focal, centre = matrix[0, 0], matrix[:2, 2]
     for axis, middle, size in ((0, -0.1, 0.16), (1, 0.05, 0.10)):
         # Along a line through the white rim, covered pixels count by how much of them is covered.
@@ -87,9 +87,9 @@ def test_the_back_of_a_board_and_what_is_behind_the_camera_are_not_seen():
     texture = marker_board(0, 20)
     view = np.linalg.inv(CAMERA)
     for pose in (at(0.8, 0, 0.5, yaw=180), at(-0.8, 0, 0.5), at(-0.8, 0, 0.5, yaw=180)):
-        picture = np.zeros((512, 608, 3), np.uint16)
-        draw(Panel(pose, 0.16, 0.16, texture, fine=True), picture, view, pinhole(settings()))
-        assert not picture.any()
+        image = np.zeros((512, 608, 3), np.uint16)
+        draw(Panel(pose, 0.16, 0.16, texture, fine=True), image, view, pinhole(settings()))
+        assert not image.any()
 
 
 def test_a_camera_anywhere_in_the_room_sees_something_everywhere():
@@ -103,7 +103,7 @@ def test_a_camera_anywhere_in_the_room_sees_something_everywhere():
         assert (scene.rendered(0, of).max(axis=2) > 0).mean() > 0.995
 
 
-def test_a_grey_picture_is_the_brightness_of_the_coloured_one():
+def test_a_grey_image_is_the_brightness_of_the_coloured_one():
     scene, of = RenderedScene(), settings()
     colour, grey = scene.rendered(0, of), scene.rendered(0, of, grey=True)
     assert np.abs(colour @ (0.299, 0.587, 0.114) - grey).max() < 3 < grey.std()
@@ -131,8 +131,8 @@ def test_the_smaller_copies_of_a_texture_go_with_it():
     """A board drawn as large as it is printed takes 20 MB with them, and each camera has its own."""
     before = len(world._pyramids)
     texture = marker_board(0, 20).copy()
-    picture = np.zeros((512, 608, 3), np.uint16)
-    draw(Panel(at(0.8, 0, 0.5), 0.16, 0.16, texture), picture, np.linalg.inv(CAMERA), pinhole(settings()))
-    assert picture.any() and len(world._pyramids) == before + 1
+    image = np.zeros((512, 608, 3), np.uint16)
+    draw(Panel(at(0.8, 0, 0.5), 0.16, 0.16, texture), image, np.linalg.inv(CAMERA), pinhole(settings()))
+    assert image.any() and len(world._pyramids) == before + 1
     del texture
     assert len(world._pyramids) == before

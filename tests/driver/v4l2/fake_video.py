@@ -141,12 +141,12 @@ class FakeVideo:
                 os.write(self._pipe[1], b"x")
 
     def _fill(self, index: int) -> None:
-        content = self.picture()
+        content = self.image()
         self._buffers[index][: len(content)] = content
         stamp = self.stamp()
         self._filled.append(Filled(index, len(content), self._sequence, stamp, damaged=False))
 
-    def picture(self) -> bytes:
+    def image(self) -> bytes:
         width, height = self.size
         grey = np.tile(np.linspace(0, 200, width).astype(np.uint8), (height, 1)) + self.values[EXPOSURE] // 40
         if self.code == "GREY":

@@ -187,13 +187,13 @@ def test_frames_of_a_driver_without_that_clock_have_the_time_of_their_arrival(
 
 def test_a_broken_image_costs_only_itself(camera: Camera, video: FakeVideo) -> None:
     camera.write_feature("PixelFormat", "MJPG")
-    whole = video.picture()
+    whole = video.image()
     size = whole.index(b"\xff\xc0") + 5  # in the frame's header
-    video.picture = lambda: whole[:size] + b"\xf0\0\xf0\0" + whole[size + 4 :]  # type: ignore[method-assign]
+    video.image = lambda: whole[:size] + b"\xf0\0\xf0\0" + whole[size + 4 :]  # type: ignore[method-assign]
     queue = camera.open_queue()
     camera.start()
     until(lambda: camera.statistics().incomplete >= 2)
-    del video.picture  # type: ignore[method-assign]
+    del video.image  # type: ignore[method-assign]
     assert queue.get(PATIENCE).raw().shape == (480, 640, 3)
 
 

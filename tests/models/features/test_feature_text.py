@@ -157,14 +157,14 @@ def test_a_tooltip_has_reason_help_and_range():
         increment=16,
         unit="px",
         display_name="Image <Width>",
-        tooltip="Of the picture.",
-        description="Of the picture.",
+        tooltip="Of the image.",
+        description="Of the image.",
         selectors=("RegionSelector",),
     )
     text = tooltip_html(locked)
     assert "Image &lt;Width&gt;" in text
     assert "is read-only; streaming" in text
-    assert text.count("Of the picture.") == 1
+    assert text.count("Of the image.") == 1
     assert "Value: 64 px" in text
     assert "Selected by: RegionSelector" in text
     assert "16 … 2448 px, step 16" in text

@@ -36,7 +36,7 @@ def test_images_and_camera_info_at_the_cameras_rate(server, probe):
     infos.get(timeout=PATIENCE)
 
     def steady():
-        """Pictures at the camera's rate; others who have the cores may make it stumble now and then."""
+        """Images at the camera's rate; others who have the cores may make it stumble now and then."""
         some = [images.get(timeout=PATIENCE) for _ in range(50)]
         first, last = (m.header.stamp.sec + m.header.stamp.nanosec / 1e9 for m in (some[0], some[-1]))
         return some if (last - first) / 49 == pytest.approx(1 / 50, rel=0.1) else None

@@ -19,7 +19,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp import grabber_ends, grabber_values
 from grabbergui.net.yarp.client import YarpGrabber
-from grabbergui.net.yarp.client_stream import PictureStream
+from grabbergui.net.yarp.client_stream import ImageStream
 from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
@@ -148,15 +148,15 @@ def test_a_stream_whose_first_start_on_the_return_fails_starts_at_the_next_attem
     with pytest.raises(DeviceLostError):
         remote.start()
     tries: list[object] = []
-    start = PictureStream.open
+    start = ImageStream.open
 
-    def refused_once(self: PictureStream) -> None:
+    def refused_once(self: ImageStream) -> None:
         tries.append(self)
         if len(tries) == 1:
             raise TransportError("the port for images is not there yet")
         start(self)
 
-    monkeypatch.setattr(PictureStream, "open", refused_once)
+    monkeypatch.setattr(ImageStream, "open", refused_once)
     with scene.share():
         queue = remote.open_queue(1)
         until(lambda: states[-1] is ConnectionState.OPEN, "the return")

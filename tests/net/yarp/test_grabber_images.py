@@ -46,8 +46,8 @@ def test_ours_sends_mono_as_the_sensor_has_it(scene: Stage) -> None:
 
 def test_a_port_that_only_sends_images(scene: Stage) -> None:
     pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
-    with OutputPort("/pictures", scene.names) as port:
-        remote = connect(scene, "yarp:/pictures")
+    with OutputPort("/images", scene.names) as port:
+        remote = connect(scene, "yarp:/images")
         remote.open()
         assert list(remote.feature_tree().descriptions()) == []
         queue = remote.open_queue()
@@ -57,7 +57,7 @@ def test_a_port_that_only_sends_images(scene: Stage) -> None:
         assert np.array_equal(queue.get(PATIENCE).rgb(), pixels)
         port.write(*image.encode(np.zeros((2, 2, 3), "<f4"), "rgb."))
         port.write(b"no image")
-        until(lambda: remote.statistics().packets_ignored, "a message that is no picture")
+        until(lambda: remote.statistics().packets_ignored, "a message that is no image")
         port.write(*image.encode(pixels, "rgb"))
         assert queue.get(PATIENCE).complete
         remote.close()

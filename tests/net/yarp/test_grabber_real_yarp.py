@@ -82,7 +82,7 @@ def test_our_ports_are_listed_and_answer(scene: Stage, yarp: Run) -> None:
 def test_yarp_reads_our_images(
     scene: Stage, yarp: Run, environment: dict[str, str], carrier: str, tmp_path: Path
 ) -> None:
-    output = tmp_path / "pictures"
+    output = tmp_path / "images"
     with scene.share(), output.open("w") as file:
         reader = subprocess.Popen(["yarp", "read", "/reader"], env=environment, stdout=file, stderr=file)
         try:
@@ -91,8 +91,8 @@ def test_yarp_reads_our_images(
             until(lambda: "Success" in yarp("connect", "/grabber", "/reader", carrier), "the connection")
             # Over mjpeg the numbers between are those of the reader's own YARP.
             layout = rb"\[mono\] \(1 16800" if "mono" in carrier else rb"\[rgb\] \(3 50400"
-            picture = re.compile(rb"\[mat\] " + layout + rb" \d+ 168 100\)")
-            until(lambda: picture.search(output.read_bytes()), "a picture")
+            image = re.compile(rb"\[mat\] " + layout + rb" \d+ 168 100\)")
+            until(lambda: image.search(output.read_bytes()), "an image")
             yarp("disconnect", "/grabber", "/reader")
         finally:
             reader.kill()

@@ -120,8 +120,8 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
 
 
 def test_images(wire: Wire) -> None:
-    (picture,) = wire.ask(Operation.IMAGE).values
-    header, pixels = image.decode(bytes_of(picture))
+    (whole,) = wire.ask(Operation.IMAGE).values
+    header, pixels = image.decode(bytes_of(whole))
     assert (header.code, header.row_bytes, pixels.shape) == ("rgb", 504, (100, 168, 3))
     assert len(np.unique(pixels)) > 1
     (part,) = wire.ask(Operation.CROP, 0, ((10, 20), (14, 29))).values
@@ -133,8 +133,8 @@ def test_images(wire: Wire) -> None:
         assert (header.code, pixels.shape) == ("mono", (100, 168))
 
 
-def bytes_of(picture: object) -> bytes:
-    mat, code, layout, pixels = picture  # type: ignore[misc]
+def bytes_of(image: object) -> bytes:
+    mat, code, layout, pixels = image  # type: ignore[misc]
     return Bottle([mat, code, Bottle(layout, specialised=True), pixels], specialised=False).encode()
 
 

@@ -41,7 +41,7 @@ def echo(request):
     return Bottle([Vocab("ok"), *request.bottle()])
 
 
-PICTURE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
+IMAGE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 
 
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
@@ -50,7 +50,7 @@ def test_images_over_every_carrier(names, carrier):
         reader.connect("/out", carrier)
         until(lambda: output.connections, "the reader")
         stamp = Stamp(7, 1234.5).encode()
-        smooth = np.full_like(PICTURE, 90)
+        smooth = np.full_like(IMAGE, 90)
         output.write(*image.encode(smooth, "rgb"), stamp)
         payload, envelope = reader.read(PATIENCE)
         header, pixels = image.decode(payload)
@@ -182,9 +182,9 @@ def test_a_slow_reader_slows_nobody():
         output.add(Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/"))
         thread.join()
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
-        picture = image.encode(np.zeros((1000, 1000, 3), np.uint8), "rgb")
+        message = image.encode(np.zeros((1000, 1000, 3), np.uint8), "rgb")
         for number in range(20):
-            output.write(*picture, Stamp(number, 1).encode())
+            output.write(*message, Stamp(number, 1).encode())
             assert Stamp.decode(reader.read(PATIENCE)[1]).count == number
         assert output.dropped > 5
         accepted[0].close()

@@ -107,7 +107,7 @@ def test_a_reader_of_mjpeg_counts_by_what_it_is_sent(few):
         reader = stack.enter_context(connect(output, greeting=b"GET /?action=stream\n\n\r\n"))
         until(lambda: output.connections, "the reader")
         (sender,) = output._registry.outputs
-        sender.sent, sender.active = 3, float("inf")  # as if pictures went there all the time
+        sender.sent, sender.active = 3, float("inf")  # as if images went there all the time
         for _ in range(20):
             stack.enter_context(connect(output))
         until(lambda: len(output._registry.inputs) + len(output._registry.outputs) == 5, "the limit")

@@ -60,7 +60,7 @@ def board_shown():
 
 @pytest.fixture
 def runner(robot, simulated, config, board_shown):
-    """The whole loop, its pictures from the simulated head: a person, and a second later the marker."""
+    """The whole loop, its images from the simulated head: a person, and a second later the marker."""
     things = Things(board=lambda seconds: board_pose() if seconds > 1 and board_shown.is_set() else None)
     camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker, things))
     camera.open()

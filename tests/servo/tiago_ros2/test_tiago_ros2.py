@@ -250,7 +250,7 @@ def test_the_commands_reach_the_marker_in_two_processes(listener, tmp_path, caps
         assert chosen.run(chosen) == 0
         report = json.loads((tmp_path / "report.json").read_text())
         assert report["reached"]
-        assert report["pictures"] > 10  # as many as a busy machine draws
+        assert report["images"] > 10  # as many as a busy machine draws
         assert "approaching" in capsys.readouterr().out
         assert {marker.header.frame_id for marker in markers} == {tiago.CAMERA}  # as camera_info has it
     finally:

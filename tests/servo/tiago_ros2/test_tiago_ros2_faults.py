@@ -72,21 +72,21 @@ def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config):
     camera.open()
     server = Ros2GrabberServer(camera, "/camera")
     server.start()
-    pictures = sources.create("ros2:/camera")
-    runner = detecting_runner(pictures, robot, config)
+    images = sources.create("ros2:/camera")
+    runner = detecting_runner(images, robot, config)
     cycles = []
     runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
     try:
-        pictures.open()
+        images.open()
         approaching(runner, simulated)
         server.stop()
         until(lambda: cycles[-1].state is State.LOST and cycles[-1].time - last_moving(cycles).time > 0.3)
-        assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.picture_timeout
-        assert "no fresh picture" in cycles[-1].reason
+        assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.image_timeout
+        assert "no fresh image" in cycles[-1].reason
         until(lambda: simulated.robot.speed < 1e-3)
     finally:
         runner.stop()
-        pictures.close()
+        images.close()
         server.stop()
         camera.close()
 

@@ -63,7 +63,7 @@ def test_a_click_beside_the_handle_takes_it_there(take, qtbot):
 def test_a_pixel_of_a_wide_range_changes_the_number_by_less_than_three_percent(take, qtbot):
     hand = take(EXPOSURE)
     slider = hand.editor.slider()
-    slider.resize(117, 24)  # as above the picture of a window of 1280 × 800
+    slider.resize(117, 24)  # as above the image of a window of 1280 × 800
     middle = handle_of(slider)
     qtbot.mousePress(slider, Qt.LeftButton, pos=middle)
     numbers = [10000.0]

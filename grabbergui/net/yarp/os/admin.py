@@ -133,7 +133,7 @@ class PortCommands:
 
     def page(self) -> bytes:
         """Return the HTTP response for a browser: the connections, and the images if the port sends some."""
-        return encode_page(self._port.name, self.line("*"), pictures=self._images)
+        return encode_page(self._port.name, self.line("*"), images=self._images)
 
     def answer_name_query(self, line: str, asker: str) -> str:
         """Answer a line to a name server. Raises RemoteProtocolError, as this port is none."""
@@ -248,14 +248,14 @@ def page_wanted(request_line: str) -> bool:
     return request_line.split(" ")[1:2] == ["/"]
 
 
-def encode_page(title: str, lines: Iterable[str], *, pictures: bool = False) -> bytes:
-    """Return an HTML answer with lines of text; ports' addresses become links, `pictures` are live images."""
+def encode_page(title: str, lines: Iterable[str], *, images: bool = False) -> bytes:
+    """Return an HTML answer with lines of text; ports' addresses become links, `images` are live images."""
     shown = "".join(f"<li>{_linked(escape(line))}</li>" for line in lines)
-    picture = f'<img src="{STREAM_PATH}" alt="{escape(title)}">' if pictures else ""
+    image = f'<img src="{STREAM_PATH}" alt="{escape(title)}">' if images else ""
     body = (
         f'<!DOCTYPE html><html><head><meta charset="utf-8"><title>{escape(title)}</title>'
         f"<style>{_STYLE}</style></head>"
-        f"<body><h1>{escape(title)}</h1>{picture}<ul>{shown}</ul></body></html>"
+        f"<body><h1>{escape(title)}</h1>{image}<ul>{shown}</ul></body></html>"
     ).encode("utf-8", "replace")
     head = (
         "HTTP/1.0 200 OK\r\nContent-Type: text/html; charset=utf-8\r\n"

@@ -3,23 +3,23 @@ import numpy as np
 from frames import frame_of
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
-from grabbergui.models.picture.components import Picture, cursor_text, value_texts
-from grabbergui.models.picture.rendering import DisplaySettings, Orientation, render
+from grabbergui.models.image.components import ShownImage, cursor_text, value_texts
+from grabbergui.models.image.rendering import DisplaySettings, Orientation, render
 
 
 def texts_of(frame, region, orientation):
     settings = DisplaySettings(orientation=orientation)
     image = DisplayImage(np.zeros((1, 1), np.uint8), region)
-    return value_texts(Picture(frame, image, 0, 0, quantity=settings.quantity(frame)), settings)
+    return value_texts(ShownImage(frame, image, 0, 0, quantity=settings.quantity(frame)), settings)
 
 
 def test_each_pixel_has_the_sensors_value_where_it_is_seen():
-    picture = np.arange(100, dtype=np.uint16).reshape(10, 10) * 40
-    frame = frame_of(picture, "Mono12")
+    image = np.arange(100, dtype=np.uint16).reshape(10, 10) * 40
+    frame = frame_of(image, "Mono12")
     texts = texts_of(frame, Region(2, 3, 2, 1), Orientation())
-    assert texts == {(2, 3): str(picture[3, 2]), (3, 3): str(picture[3, 3])}
+    assert texts == {(2, 3): str(image[3, 2]), (3, 3): str(image[3, 3])}
     turned = texts_of(frame, Region(0, 0, 1, 1), Orientation(1))
-    assert turned == {(0, 0): str(picture[9, 0])}
+    assert turned == {(0, 0): str(image[9, 0])}
 
 
 def test_colour_has_a_line_for_each_component():
@@ -37,14 +37,14 @@ def test_nothing_is_written_on_a_large_region_or_an_unreadable_frame():
 def test_a_distance_is_read_in_millimetres_with_the_sensors_value_behind_it():
     frame = frame_of(np.array([[0, 12345]], np.uint16), "Coord3D_C16")
     settings = DisplaySettings(scan=Scan3d(True, (Coordinate(), Coordinate(), Coordinate(0.1, 0, 0))))
-    picture = Picture(frame, render(frame, None, None, settings), 2, 1, quantity=settings.quantity(frame))
-    assert cursor_text(picture, (1, 0), settings) == "x 1  y 0   1234.5 mm  (12345)"
-    assert cursor_text(picture, (0, 0), settings) == "x 0  y 0   no data  (0)"
-    assert cursor_text(picture, (2, 0), settings) == "x 2  y 0"
-    assert value_texts(picture, settings) == {(0, 0): "–", (1, 0): "1234.5\nmm"}
+    image = ShownImage(frame, render(frame, None, None, settings), 2, 1, quantity=settings.quantity(frame))
+    assert cursor_text(image, (1, 0), settings) == "x 1  y 0   1234.5 mm  (12345)"
+    assert cursor_text(image, (0, 0), settings) == "x 0  y 0   no data  (0)"
+    assert cursor_text(image, (2, 0), settings) == "x 2  y 0"
+    assert value_texts(image, settings) == {(0, 0): "–", (1, 0): "1234.5\nmm"}
 
 
 def test_light_is_read_as_the_sensor_gave_it():
     frame, settings = frame_of(np.array([[7]], np.uint8)), DisplaySettings()
-    picture = Picture(frame, render(frame, None, None, settings), 1, 1)
-    assert cursor_text(picture, (0, 0), settings) == "x 0  y 0   mono 7"
+    image = ShownImage(frame, render(frame, None, None, settings), 1, 1)
+    assert cursor_text(image, (0, 0), settings) == "x 0  y 0   mono 7"

@@ -1,4 +1,4 @@
-"""The canvas of the picture: zoom, pan, fit, the pixel under the cursor, and the tool that draws on it."""
+"""The canvas of the image: zoom, pan, fit, the pixel under the cursor, and the tool that draws on it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.measuring import Line
-from grabbergui.ui.widgets.picture_items import DIMMED, Mark, PictureItem, PictureMarks, PixelValues
+from grabbergui.ui.widgets.image_items import DIMMED, ImageItem, ImageMarks, Mark, PixelValues
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame, on a screen at 100 %."
@@ -20,8 +20,8 @@ MINIMUM_FRACTION = 0.25
 "Smallest zoom, as a share of the size that fits."
 
 
-class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
-    """Shows a picture; wheel zooms about the cursor, dragging pans, a double click fits.
+class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
+    """Shows an image; wheel zooms about the cursor, dragging pans, a double click fits.
 
     It reports the visible part of the frame and its size on the screen; the image is made elsewhere.
     """
@@ -29,28 +29,28 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
     viewChanged = pyqtSignal(object, object)
     """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
     zoomChanged = pyqtSignal(float, bool)
-    """Screen pixels for one of the frame, and whether the picture is kept fitted."""
+    """Screen pixels for one of the frame, and whether the image is kept fitted."""
     cursorMoved = pyqtSignal(int, int)
     """Column and line under the cursor."""
     cursorLeft = pyqtSignal()
-    """The cursor left the picture."""
+    """The cursor left the image."""
     painted = pyqtSignal()
-    """A picture has reached the screen."""
+    """An image has reached the screen."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, background=None)
         self.setFrameShape(self.NoFrame)
         self._box = pg.ViewBox(lockAspect=True, invertY=True, enableMenu=False, defaultPadding=0)
         self._box.setBorder(None)
-        self._item = PictureItem(self.painted.emit)
+        self._item = ImageItem(self.painted.emit)
         self._fitted = True
         self._empty = True
         self._cursor: tuple[int, int] | None = None
         self._pointer: QPointF | None = None
         "Where in this widget the mouse is."
         self.setCentralItem(self._box)
-        self.marks = PictureMarks()
-        """Lines over the picture."""
+        self.marks = ImageMarks()
+        """Lines over the image."""
         self.values = PixelValues()
         """Values written on single pixels."""
         self._box.addItem(self._item, ignoreBounds=True)
@@ -68,7 +68,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     @property
     def fitted(self) -> bool:
-        """Whether the whole picture stays in view when the window or the frame changes its size."""
+        """Whether the whole image stays in view when the window or the frame changes its size."""
         return self._fitted
 
     @property
@@ -76,11 +76,11 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Column and line under the cursor, or None."""
         return self._cursor
 
-    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+    def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
         other_size = (width, height) != self._item.frame_size
         centre = self.seen.center()
-        self._item.setPicture(image, width, height)
+        self._item.setImage(image, width, height)
         self._item.show()
         self.marks.cover(width, height)
         self.values.cover(width, height)
@@ -94,19 +94,19 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     @property
     def empty(self) -> bool:
-        """Whether no picture is shown."""
+        """Whether no image is shown."""
         return self._empty
 
     @property
     def seen(self) -> QRectF:
-        """The visible part in fractions of the picture; beyond 0 … 1 if the view is larger."""
+        """The visible part in fractions of the image; beyond 0 … 1 if the view is larger."""
         (width, height), rect = self._item.frame_size, self._box.viewRect()
         if not width or not height:
             return QRectF(0, 0, 1, 1)
         return QRectF(rect.x() / width, rect.y() / height, rect.width() / width, rect.height() / height)
 
     def setSeen(self, part: QRectF) -> None:
-        """Show this part of the picture, in fractions of it, as if the user had moved it."""
+        """Show this part of the image, in fractions of it, as if the user had moved it."""
         width, height = self._item.frame_size
         if not self._empty:
             self._fitted = False
@@ -117,7 +117,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._announce()
 
     def centreOn(self, place: QPointF) -> None:
-        """Show this place in the middle, in fractions of the picture, at the same zoom; nothing if fitted."""
+        """Show this place in the middle, in fractions of the image, at the same zoom; nothing if fitted."""
         width, height = self._item.frame_size
         if not self._empty and not self._fitted:
             seen = QRectF(self._box.viewRect())
@@ -127,7 +127,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
             self._announce()
 
     def setCursorAt(self, place: QPointF) -> None:
-        """Put the cursor's readout on the pixel at this place, in fractions of the picture."""
+        """Put the cursor's readout on the pixel at this place, in fractions of the image."""
         width, height = self._item.frame_size
         if not self._empty:
             x, y = math.floor(place.x() * width), math.floor(place.y() * height)
@@ -152,18 +152,18 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._leave()
 
     def toggleFit(self) -> None:
-        """Fit, or return to 1:1 if the picture is fitted."""
+        """Fit, or return to 1:1 if the image is fitted."""
         if self._fitted:
             self.oneToOne()
         else:
             self.fit()
 
     def setDimmed(self, dimmed: bool) -> None:
-        """Dim the picture, which is not current."""
+        """Dim the image, which is not current."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def addOverlay(self, item: pg.GraphicsObject) -> None:
-        """Add an item over the picture, in its coordinates."""
+        """Add an item over the image, in its coordinates."""
         self._box.addItem(item, ignoreBounds=True)
 
     def clear(self) -> None:
@@ -195,19 +195,19 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         return QPointF(self.mapFromScene(self._box.mapViewToScene(QPointF(x, y))))
 
     def viewToFrame(self, position: QPointF) -> QPointF:
-        """Return the point of the picture at a place in this widget, or the nearest one."""
+        """Return the point of the image at a place in this widget, or the nearest one."""
         point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
         width, height = self._item.frame_size
         return QPointF(min(max(point.x(), 0.0), width), min(max(point.y(), 0.0), height))
 
     @property
-    def pictureSize(self) -> tuple[int, int]:
-        """Width and height of the whole picture in its own pixels."""
+    def imageSize(self) -> tuple[int, int]:
+        """Width and height of the whole image in its own pixels."""
         return self._item.frame_size
 
     # -- Qt's own --------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Keep the picture fitted, or else its zoom."""
+        """Keep the image fitted, or else its zoom."""
         zoom, fitted = (self.zoom, self._fitted) if hasattr(self, "_item") else (1.0, False)
         super().resizeEvent(event)
         if hasattr(self, "_item") and not self._empty:
@@ -290,7 +290,7 @@ class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
 # -- drawing on it -------------------------------------------------------------------------------
 LEAST_DRAG = 2.0
-"Shortest drag in pixels of the picture; a shorter one is ignored."
+"Shortest drag in pixels of the image; a shorter one is ignored."
 
 
 class Purpose(Enum):
@@ -307,12 +307,12 @@ class DrawingTool(QObject):
     """Takes the mouse from the canvas, from `begin` until a shape is drawn or Escape is pressed."""
 
     regionDrawn = pyqtSignal(Purpose, Region)
-    """In pixels of the picture as it is displayed, within it."""
+    """In pixels of the image as it is displayed, within it."""
     lineDrawn = pyqtSignal(Purpose, Line)
     ended = pyqtSignal()
     """A shape was drawn, or cancelled."""
 
-    def __init__(self, canvas: PictureCanvas) -> None:
+    def __init__(self, canvas: ImageCanvas) -> None:
         super().__init__(canvas)
         self._canvas = canvas
         self._purpose: Purpose | None = None
@@ -382,7 +382,7 @@ class DrawingTool(QObject):
         left, top = math.floor(box.left()), math.floor(box.top())
         right, bottom = math.ceil(box.right()), math.ceil(box.bottom())
         region = Region(left, top, max(1, right - left), max(1, bottom - top))
-        self.regionDrawn.emit(purpose, region.clipped(*self._canvas.pictureSize))
+        self.regionDrawn.emit(purpose, region.clipped(*self._canvas.imageSize))
 
     def _end(self) -> None:
         self._purpose = self._start = None

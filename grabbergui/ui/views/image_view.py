@@ -1,4 +1,4 @@
-"""The live picture with its readout, and work in progress and notes over it; the window of its points."""
+"""The live image with its readout, and work in progress and notes over it; the window of its points."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QSizePolicy, QTabBar, QV
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
-from grabbergui.models.picture.components import Picture
-from grabbergui.models.picture.points import BACKGROUND
-from grabbergui.models.picture.quantities import ColourScale
+from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.points import BACKGROUND
+from grabbergui.models.image.quantities import ColourScale
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
+from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
+from grabbergui.ui.widgets.image_items import as_qimage
 from grabbergui.ui.widgets.labels import ShrinkingLabel, TaskStack
-from grabbergui.ui.widgets.messages import PictureNote
+from grabbergui.ui.widgets.messages import ImageNote
 from grabbergui.ui.widgets.pane_area import PaneArea
-from grabbergui.ui.widgets.picture_canvas import DrawingTool, PictureCanvas, Purpose
-from grabbergui.ui.widgets.picture_items import as_qimage
 from grabbergui.ui.widgets.plots import SCALE_MARGIN, ScaleBar, place_scale
 from grabbergui.ui.windows import load_form
 
@@ -27,8 +27,8 @@ NOTE_WIDTH = 560
 NOTE_MARGIN = 16
 
 
-class PictureView(QWidget):
-    """Setters for the picture and its readout; signals for the visible part and the cursor."""
+class ImageView(QWidget):
+    """Setters for the image and its readout; signals for the visible part and the cursor."""
 
     viewChanged = pyqtSignal(object, object)
     """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
@@ -36,13 +36,13 @@ class PictureView(QWidget):
     """Column and line under the cursor."""
     cursorLeft = pyqtSignal()
     painted = pyqtSignal()
-    """A picture has reached the screen."""
+    """An image has reached the screen."""
 
     componentChosen = pyqtSignal(str)
     """The label of a component of the frame."""
     sideBySideToggled = pyqtSignal(bool)
 
-    canvas: PictureCanvas
+    canvas: ImageCanvas
     componentBar: QWidget
     componentTabs: QTabBar
     sideBySideBox: QCheckBox
@@ -56,23 +56,23 @@ class PictureView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        load_form("picture_view", self)
+        load_form("image_view", self)
         self._labels: tuple[str, ...] = ()
         self._shown = ""
         "The component that is shown."
         self._asked = ""
         "The component that was chosen and is not shown yet."
-        self.note = PictureNote(self)
+        self.note = ImageNote(self)
         self.tasks = TaskStack(self)
-        """Work in progress, over the lower edge of the picture, which does not move."""
+        """Work in progress, over the lower edge of the image, which does not move."""
         self.tasks.changed.connect(self._place_tasks)
         self.ageLabel = QLabel(self)
-        """The age of the last picture of a lost source."""
+        """The age of the last image of a lost source."""
         self.ageLabel.setProperty("age", True)
         self.ageLabel.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.ageLabel.hide()
         self.scaleBar = ScaleBar(self)
-        """The scale of false colours, over the right edge of the picture."""
+        """The scale of false colours, over the right edge of the image."""
         self.componentTabs.setDrawBase(False)
         self.componentTabs.setExpanding(False)
         self.componentTabs.currentChanged.connect(self._on_tab_changed)
@@ -89,9 +89,9 @@ class PictureView(QWidget):
         self.canvas.painted.connect(self.painted)
         self.canvas.zoomChanged.connect(self._on_canvas_zoom_changed)
 
-    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+    def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
-        self.canvas.setPicture(image, width, height)
+        self.canvas.setImage(image, width, height)
 
     def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
         """Offer these components of the frame in tabs, or none, and mark the one that is shown."""
@@ -113,27 +113,27 @@ class PictureView(QWidget):
             self._asked = ""
 
     def setScale(self, scale: ColourScale | None) -> None:
-        """Show the scale of false colours; None for a picture of light."""
+        """Show the scale of false colours; None for an intensity image."""
         if self.scaleBar.setScale(scale):
             self._place_scale()
 
-    def setBeside(self, pictures: Sequence[Picture]) -> None:
-        """Show these components beside the picture, or none."""
-        self.paneArea.setPictures(self._labels, self._shown, pictures)
+    def setBeside(self, images: Sequence[ShownImage]) -> None:
+        """Show these components beside the image, or none."""
+        self.paneArea.setImages(self._labels, self._shown, images)
 
     @property
     def empty(self) -> bool:
-        """Whether no picture is shown."""
+        """Whether no image is shown."""
         return self.canvas.empty
 
     def setAge(self, seconds: float | None) -> None:
-        """Dim a picture that nothing follows, and show its age; with None, show it as it is."""
+        """Dim an image that nothing follows, and show its age; with None, show it as it is."""
         stale = seconds is not None and not self.empty
         self.canvas.setDimmed(stale)
         self.paneArea.setDimmed(stale)
         self.ageLabel.setVisible(stale)
         if stale and seconds is not None:
-            self.ageLabel.setText(self.tr("Last picture, {0} old").format(_age(seconds)))
+            self.ageLabel.setText(self.tr("Last image, {0} old").format(_age(seconds)))
             self.ageLabel.adjustSize()
             top = self.paneArea.caption.height() if self.paneArea.panes else 0
             self.ageLabel.move(self.paneArea.canvasPlace.topLeft() + QPoint(NOTE_MARGIN, NOTE_MARGIN + top))
@@ -190,7 +190,7 @@ class PictureView(QWidget):
         self.clippingLabel.setText(text)
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note in place of the picture; with no summary, none."""
+        """Show a note in place of the image; with no summary, none."""
         self.note.setNote(summary, advice, stage)
         self._place_note()
 

@@ -1,4 +1,4 @@
-"""The live picture: acquisition, display settings, the component shown, and the window of the point cloud."""
+"""The live image: acquisition, display settings, the component shown, and the window of the point cloud."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core import scan3d
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
-from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.components import (
+from grabbergui.models.image.components import (
     CameraWatch,
-    Picture,
+    ShownImage,
     beside_text,
     cursor_text,
     is_polarised,
     value_at_text,
     value_texts,
 )
-from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.picture.points import PointCloudModel
-from grabbergui.models.picture.quantities import Levels, PolarisedView
-from grabbergui.models.picture.rendering import Orientation, with_levels
+from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.image.points import PointCloudModel
+from grabbergui.models.image.quantities import Levels, PolarisedView
+from grabbergui.models.image.rendering import Orientation, with_levels
+from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.application import Preferences
@@ -37,26 +37,26 @@ from grabbergui.ui.views.bases import (
     ComponentView,
     DisplayActions,
     DrawableView,
-    PictureView,
+    ImageView,
 )
+from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.measuring_panels import HistogramPanel
-from grabbergui.ui.views.picture_view import PointCloudDialog
-from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
+from grabbergui.ui.widgets.image_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
 "Milliseconds between two readings of the pixel under the cursor."
 
 
 class AcquisitionController(QObject):
-    """Shows the live picture; starts, stops, takes snapshots."""
+    """Shows the live image; starts, stops, takes snapshots."""
 
     def __init__(
         self,
         actions: AcquisitionActions,
-        view: PictureView,
+        view: ImageView,
         connection: Connection,
         gallery: GalleryModel,
-        picture: PictureModel,
+        image: ImageModel,
         snapshots: SnapshotWriter,
         preferences: Preferences,
         messages: CurrentMessages,
@@ -68,7 +68,7 @@ class AcquisitionController(QObject):
         self._messages = messages
         self._connection = connection
         self._gallery = gallery
-        self._picture = picture
+        self._image = image
         self._snapshots = snapshots
         self._preferences = preferences
         self._shown: OpenSource | None = None
@@ -82,7 +82,7 @@ class AcquisitionController(QObject):
 
     def _bind_models(self) -> None:
         bridge = Bridge(self)
-        bridge.bind(self._picture.ready, self._on_picture_ready)
+        bridge.bind(self._image.ready, self._on_image_ready)
         bridge.bind(self._connection.opened, self._on_connection_opened)
         bridge.bind(self._connection.state_changed, self._on_connection_state_changed)
         bridge.bind(self._snapshots.saved, self._on_snapshot_saved)
@@ -97,14 +97,14 @@ class AcquisitionController(QObject):
         actions.actionStop.triggered.connect(self._connection.stop)
         actions.actionSnapshot.triggered.connect(self.snapshot)
         actions.actionPointCloud.triggered.connect(self.save_points)
-        view.viewChanged.connect(self._picture.set_viewport)
+        view.viewChanged.connect(self._image.set_viewport)
         view.cursorMoved.connect(self._show_cursor)
         view.cursorLeft.connect(self._show_cursor)
-        view.painted.connect(self._picture.painted)
+        view.painted.connect(self._image.painted)
 
     def snapshot(self) -> None:
         """Save the newest frame in the snapshot folder."""
-        frame, source = self._picture.frame, self._connection.source
+        frame, source = self._image.frame, self._connection.source
         if frame is None or source is None or source.grabber is None:
             self._messages.error(self.tr("there is no frame to save yet; start the camera first"))
             return
@@ -112,60 +112,60 @@ class AcquisitionController(QObject):
 
     def save_points(self) -> None:
         """Save the points of the newest frame in the snapshot folder."""
-        frame, source = self._picture.frame, self._connection.source
+        frame, source = self._image.frame, self._connection.source
         if frame is not None and source is not None and source.grabber is not None:
-            folder, scan = self._preferences.snapshot_folder, self._picture.settings.scan
+            folder, scan = self._preferences.snapshot_folder, self._image.settings.scan
             self._snapshots.save_points(frame, folder, source.grabber.info, scan)
 
-    # -- the picture -----------------------------------------------------------------------------
-    def _on_picture_ready(self) -> None:
-        picture = self._picture.take()
-        if picture is None or self._shown is None:
+    # -- the image -----------------------------------------------------------------------------
+    def _on_image_ready(self) -> None:
+        shown = self._image.take()
+        if shown is None or self._shown is None:
             return
-        self._view.setPicture(picture.image, picture.width, picture.height)
-        self._view.setComponents(picture.labels, picture.label)
-        self._view.setScale(None if picture.quantity is None else picture.quantity.scale)
-        self._view.setBeside(picture.others)
-        self._show_values(picture)
+        self._view.setImage(shown.image, shown.width, shown.height)
+        self._view.setComponents(shown.labels, shown.label)
+        self._view.setScale(None if shown.quantity is None else shown.quantity.scale)
+        self._view.setBeside(shown.others)
+        self._show_values(shown)
         if not self._actions.actionSnapshot.isEnabled():
             self._enable_actions()
 
-    def _show_values(self, picture: Picture) -> None:
+    def _show_values(self, shown: ShownImage) -> None:
         """Show the sensor's values on pixels that are large enough."""
         canvas, texts = self._view.canvas, {}
         if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
-            texts = value_texts(picture, self._picture.settings)
+            texts = value_texts(shown, self._image.settings)
         canvas.values.setTexts(texts)
 
     def _show_cursor(self, *_: int) -> None:
-        picture, pixel = self._picture.latest, self._view.canvas.cursorPixel
-        if picture is None or pixel is None or self._shown is None:
+        shown, pixel = self._image.latest, self._view.canvas.cursorPixel
+        if shown is None or pixel is None or self._shown is None:
             self._view.setCursorText("")
             return
-        settings = self._picture.settings
-        texts = {other.label: beside_text(picture, other, pixel, settings) for other in picture.others}
+        settings = self._image.settings
+        texts = {other.label: beside_text(shown, other, pixel, settings) for other in shown.others}
         if texts:
-            texts[picture.label] = value_at_text(picture, pixel, settings)
-        self._view.setCursorText(cursor_text(picture, pixel, settings), texts)
+            texts[shown.label] = value_at_text(shown, pixel, settings)
+        self._view.setCursorText(cursor_text(shown, pixel, settings), texts)
 
     # -- the connection --------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None:
             return
         self._shown = source
-        # A source that is lost or waits for a trigger sends nothing now, but its tile has its last picture.
-        self._picture.attach(source.grabber, self._gallery.picture_of(source))
+        # A source that is lost or waits for a trigger sends nothing now, but its tile has its last image.
+        self._image.attach(source.grabber, self._gallery.image_of(source))
         self._enable_actions()
 
     def _on_connection_closing(self, _: OpenSource) -> None:
-        self._picture.detach()
+        self._image.detach()
 
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         if state in (LinkState.CLOSED, LinkState.OPENING):
             self._shown = None
             self._view.clear()
         if state is LinkState.STREAMING:
-            self._picture.restarted()
+            self._image.restarted()
         self._enable_actions()
 
     def _on_snapshot_saved(self, path: Path) -> None:
@@ -180,11 +180,11 @@ class AcquisitionController(QObject):
         actions.actionStart.setEnabled(state is LinkState.OPEN)
         actions.actionStop.setEnabled(state is LinkState.STREAMING)
         for action in (actions.actionSnapshot, actions.actionPointCloud):
-            action.setEnabled(self._shown is not None and self._picture.frame is not None)
+            action.setEnabled(self._shown is not None and self._image.frame is not None)
 
 
 class DisplayController(QObject):
-    """How the picture is displayed. Never changes the camera or saved frames."""
+    """How the image is displayed. Never changes the camera or saved frames."""
 
     orientationChanged = pyqtSignal()
 
@@ -194,12 +194,12 @@ class DisplayController(QObject):
         view: DrawableView,
         histogram: HistogramPanel,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._histogram = histogram
-        self._picture = picture
+        self._image = image
         self._canvas = view.canvas
         marks = view.canvas.marks
         Bridge(self).bind(connection.opened, self._on_connection_opened)
@@ -219,23 +219,23 @@ class DisplayController(QObject):
             action.triggered.connect(lambda _, change=change: self._turn(change))
 
     def _turn(self, change: Callable[[Orientation], Orientation]) -> None:
-        settings, seen = self._picture.settings, self._canvas.seen.center()
+        settings, seen = self._image.settings, self._canvas.seen.center()
         orientation = change(settings.orientation)
         self._canvas.centreOn(QPointF(*settings.orientation.place_in(orientation, seen.x(), seen.y())))
-        self._picture.settings = replace(settings, orientation=orientation)
+        self._image.settings = replace(settings, orientation=orientation)
         self.orientationChanged.emit()
 
     def _on_clipping_toggled(self, shown: bool) -> None:
-        self._picture.settings = replace(self._picture.settings, show_clipping=shown)
+        self._image.settings = replace(self._image.settings, show_clipping=shown)
 
     def _on_colour_map_chosen(self, name: str) -> None:
-        self._picture.settings = replace(self._picture.settings, colour_map=name)
+        self._image.settings = replace(self._image.settings, colour_map=name)
 
     def _on_levels_dragged(self, black: float, white: float) -> None:
-        self._picture.settings = with_levels(self._picture.settings, black, white)
+        self._image.settings = with_levels(self._image.settings, black, white)
 
     def _reset_levels(self) -> None:
-        self._picture.settings = replace(self._picture.settings, levels=Levels())
+        self._image.settings = replace(self._image.settings, levels=Levels())
         self._histogram.setLevels(0.0, 1.0)
 
     def _on_connection_opened(self, _: OpenSource) -> None:
@@ -251,13 +251,13 @@ class ComponentController(QObject):
         view: ComponentView,
         histogram: HistogramPanel,
         connection: Connection,
-        picture: PictureModel,
+        image: ImageModel,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._actions = actions
         self._histogram = histogram
-        self._picture = picture
+        self._image = image
         self._coordinates = CameraWatch(connection, Scan3d.read, scan3d.may_change)
         self._polarisation = CameraWatch(connection, is_polarised)
         view.componentChosen.connect(self._on_component_chosen)
@@ -271,45 +271,45 @@ class ComponentController(QObject):
 
     def _on_component_chosen(self, label: str) -> None:
         # Levels and colours of one component mean nothing in another: each keeps its own.
-        before, latest = self._picture.settings, self._picture.latest
+        before, latest = self._image.settings, self._image.latest
         shown = before.component or (latest.label if latest is not None else "")
         if label == shown:
             return
         settings = before.choosing(label, shown)
-        self._picture.settings = settings
+        self._image.settings = settings
         self._histogram.setLevels(settings.levels.black, settings.levels.white)
         self._actions.setColourMap(settings.colour_map)
         self._actions.setPolarisedView(settings.polarised)
 
     def _on_side_by_side_toggled(self, wanted: bool) -> None:
-        self._picture.settings = replace(self._picture.settings, side_by_side=wanted)
+        self._image.settings = replace(self._image.settings, side_by_side=wanted)
 
     def _on_polarised_view_chosen(self, view: PolarisedView) -> None:
-        self._picture.settings = replace(self._picture.settings, polarised=view)
+        self._image.settings = replace(self._image.settings, polarised=view)
 
     def _on_polarised_toggled(self, polarised: bool) -> None:
-        if not polarised and self._picture.settings.polarised is not PolarisedView.MOSAIC:
+        if not polarised and self._image.settings.polarised is not PolarisedView.MOSAIC:
             self._on_polarised_view_chosen(PolarisedView.MOSAIC)
             self._actions.setPolarisedView(PolarisedView.MOSAIC)
 
     def _on_coordinates_changed(self, scan: Scan3d) -> None:
-        self._picture.settings = replace(self._picture.settings, scan=scan)
+        self._image.settings = replace(self._image.settings, scan=scan)
 
     def _on_connection_opened(self, _: OpenSource) -> None:
-        before = self._picture.settings
+        before = self._image.settings
         if before.component or before.appearances or before.polarised is not PolarisedView.MOSAIC:
             mosaic = PolarisedView.MOSAIC
-            self._picture.settings = replace(before, component="", appearances={}, polarised=mosaic)
+            self._image.settings = replace(before, component="", appearances={}, polarised=mosaic)
         self._actions.setPolarisedView(PolarisedView.MOSAIC)
 
 
 class PointCloudController(QObject):
     """Draws the points of the newest frame while their window is open. Never changes the camera."""
 
-    def __init__(self, action: QAction, window: QWidget, picture: PictureModel, parent: QObject) -> None:
+    def __init__(self, action: QAction, window: QWidget, image: ImageModel, parent: QObject) -> None:
         super().__init__(parent)
         self._window = window
-        self.model = PointCloudModel(lambda: picture.frame, lambda: picture.settings.scan)
+        self.model = PointCloudModel(lambda: image.frame, lambda: image.settings.scan)
         self.dialog: PointCloudDialog | None = None
         action.triggered.connect(self.show)
         bridge = Bridge(self)

@@ -7,7 +7,7 @@ import pytest
 from frames import frame_of
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pixels import Region
-from grabbergui.models.picture.rendering import DisplaySettings, distorted_pixel, render, undistorted
+from grabbergui.models.image.rendering import DisplaySettings, distorted_pixel, render, undistorted
 
 WIDTH, HEIGHT = 320, 240
 MATRIX = np.array([[260.0, 0, 161.0], [0, 262.0, 118.0], [0, 0, 1]])

@@ -1,4 +1,4 @@
-"""Bad input by real pictures: rendered, exposed and detected as in every run. No arm moves for any of it."""
+"""Bad input by real images: rendered, exposed and detected as in every run. No arm moves for any of it."""
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ BOARD = board_pose()
 
 
 class Fault:
-    """A fault of the pictures from `begin` on."""
+    """A fault of the images from `begin` on."""
 
     problem = ""
     "What the loop must say of it, at some time."
@@ -28,7 +28,7 @@ class Fault:
 
 
 class Flickering(Fault):
-    """Seen in every other picture."""
+    """Seen in every other image."""
 
     problem = "no marker 20 is seen"
 
@@ -37,7 +37,7 @@ class Flickering(Fault):
 
 
 class Jumping(Fault):
-    """A hand's breadth to and fro, from picture to picture."""
+    """A hand's breadth to and fro, from image to image."""
 
     problem = "is not sure yet"
 
@@ -85,7 +85,7 @@ class Twins(Fault):
 
 
 class Solver(Fault):
-    """The picture is good, but the solver makes something else of it."""
+    """The image is good, but the solver makes something else of it."""
 
     def begin(self, run, monkeypatch):
         right = cv2.solvePnPGeneric
@@ -149,7 +149,7 @@ def test_an_approach_ends_within_200_ms(fault, monkeypatch):
     run.run(0.3)
     assert run.robot.speed > 0.05
     fault.begin(run, monkeypatch)
-    # The last good pictures are on their way still; from the first bad one on, nothing moves.
+    # The last good images are on their way still; from the first bad one on, nothing moves.
     run.run(run.latency + 1 / run.fps + 0.2)
     before = run.robot.state().arm
     reasons = set()

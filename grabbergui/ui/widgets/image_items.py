@@ -1,4 +1,4 @@
-"""Items of pictures: the image, and over it values of pixels, crosshair, grid, regions, and the cursor."""
+"""Items of images: the image, and over it values of pixels, crosshair, grid, regions, and the cursor."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from grabbergui.core.pixels import DisplayImage
 
 # -- the image -----------------------------------------------------------------------------------
 DIMMED = 0.35
-"Opacity of a picture that is not current."
+"Opacity of an image that is not current."
 
 
-class PictureItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
+class ImageItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """A frame in a scene whose unit is the frame's pixel.
 
     The image covers what the view showed when it was asked for and has about the screen's resolution, so
@@ -40,7 +40,7 @@ class PictureItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has n
         """Width and height of the whole frame."""
         return self._size
 
-    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+    def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size."""
         if (width, height) != self._size:
             self.prepareGeometryChange()
@@ -100,17 +100,17 @@ def as_qimage(image: DisplayImage) -> QImage:
 
 
 # -- what lies over it ---------------------------------------------------------------------------
-class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
-    """An item in the picture's coordinates: x to the right, y down, one unit a pixel."""
+class ImageOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
+    """An item in the image's coordinates: x to the right, y down, one unit a pixel."""
 
     def __init__(self, level: float) -> None:
-        """`level` is its place among what lies over the picture: the higher, the further in front."""
+        """`level` is its place among what lies over the image: the higher, the further in front."""
         super().__init__()
         self.setZValue(level)
         self._bounds = QRectF()
 
     def cover(self, width: int, height: int) -> None:
-        """Cover a picture of that size, and repaint."""
+        """Cover an image of that size, and repaint."""
         bounds = QRectF(0, 0, width, height)
         if bounds != self._bounds:
             self.prepareGeometryChange()
@@ -118,12 +118,12 @@ class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library ha
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """The whole picture."""
+        """The whole image."""
         return self._bounds
 
 
 LEGIBLE_ZOOM = 40.0
-"Screen pixels per pixel of the picture from which its value has room."
+"Screen pixels per pixel of the image from which its value has room."
 _LARGEST, _LEAST = 11, 6
 "Heights of text on a pixel, in screen pixels; smaller ones cannot be read."
 _GAP = 4
@@ -132,8 +132,8 @@ _BEHIND = QColor(0, 0, 0, 150)
 "Outline of the text: it must stand out from white pixels too."
 
 
-class PixelValues(PictureOverlay):
-    """Text on single pixels of the picture as it is displayed."""
+class PixelValues(ImageOverlay):
+    """Text on single pixels of the image as it is displayed."""
 
     def __init__(self) -> None:
         super().__init__(5)
@@ -203,7 +203,7 @@ def size_text(chosen: QRectF) -> str:
     return f"{width} × {height}"
 
 
-class PictureMarks(PictureOverlay):
+class ImageMarks(ImageOverlay):
     """Drawn in the view's own pixels; every line is one screen pixel wide, over a darker one to stand out."""
 
     def __init__(self) -> None:
@@ -260,7 +260,7 @@ class PictureMarks(PictureOverlay):
         painter.fillPath(around, _SHADE)  # odd and even: the inner one is left out
 
     def _write_size(self, painter: QPainter, chosen: QRectF) -> None:
-        """Write the region's size in pixels of the picture, in the size of the window's text."""
+        """Write the region's size in pixels of the image, in the size of the window's text."""
         text = size_text(chosen.intersected(self.boundingRect()))
         on_screen = painter.transform().mapRect(chosen)
         to_screen = painter.transform()
@@ -305,7 +305,7 @@ _CROSS = 7
 
 
 class CursorMark(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
-    """A small cross at the cursor's place in another picture of the same frame; hidden at first."""
+    """A small cross at the cursor's place in another image of the same frame; hidden at first."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -320,7 +320,7 @@ class CursorMark(pg.GraphicsObject):  # type: ignore[misc]  # the library has no
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Draw it bright over dark, to be seen on any picture."""
+        """Draw it bright over dark, to be seen on any image."""
         for colour, width in ((QColor(0, 0, 0, 160), 3), (QColor(255, 255, 255), 1)):
             painter.setPen(QPen(colour, width))
             painter.drawLine(-_CROSS, 0, _CROSS, 0)

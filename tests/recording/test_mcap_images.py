@@ -94,10 +94,10 @@ def test_the_byte_order_of_single_bytes_is_ignored(written, encoding):
 
 def test_more_messages_than_memory_could_hold_are_refused(written, monkeypatch):
     monkeypatch.setattr(mcap_file, "MOST_MESSAGES", 2)
-    pictures = [image(bytes(16), "mono8", 4, 4, 4)] * 3
-    assert len(written(*pictures[:2], name="two.mcap")) == 2
+    images = [image(bytes(16), "mono8", 4, 4, 4)] * 3
+    assert len(written(*images[:2], name="two.mcap")) == 2
     with pytest.raises(UsageError, match="more than 2 messages"):
-        written(*pictures, name="three.mcap")
+        written(*images, name="three.mcap")
 
 
 def test_zeros_at_the_end_are_ignored(written):

@@ -1,4 +1,4 @@
-"""The picture to show: the newest frame, converted for the screen on a thread of its own."""
+"""The image to show: the newest frame, converted for the screen on a thread of its own."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.models.error_text import error_text
+from grabbergui.models.image.components import ShownImage, StreamChannels, beside, chosen, own_label
+from grabbergui.models.image.components import labels as component_labels
+from grabbergui.models.image.rendering import DisplaySettings, render, scaled_region
 from grabbergui.models.language import translate
-from grabbergui.models.picture.components import Picture, StreamChannels, beside, chosen, own_label
-from grabbergui.models.picture.components import labels as component_labels
-from grabbergui.models.picture.rendering import DisplaySettings, render, scaled_region
 
 log = logging.getLogger(__name__)
 
@@ -29,19 +29,19 @@ COMPONENT_WAIT = 0.5
 """Seconds for which frames with fewer components are skipped: a network loses single components, and tabs
 that appear and disappear are unreadable."""
 PAINT_WAIT = 0.5
-"Seconds to wait for the window to paint; a hidden window takes no pictures."
+"Seconds to wait for the window to paint; a hidden window takes no images."
 
 
-class PictureModel:
+class ImageModel:
     """Converts the visible part of a source's newest frame, and offers it for painting.
 
-    At most one picture waits to be painted, and nothing is converted before the window has taken it, so a
+    At most one image waits to be painted, and nothing is converted before the window has taken it, so a
     slow screen costs no CPU time and never delays the display. Methods may be called from any thread and
     never wait, except for a `timeout`; signals come from the display thread.
     """
 
     ready = Signal()
-    """`take` returns a new picture."""
+    """`take` returns a new image."""
     failed = Signal(str)
     """Frames cannot be converted, as display text; once for each cause."""
 
@@ -50,10 +50,10 @@ class PictureModel:
         self._thread: threading.Thread | None = None
         self._region: Region | None = None
         self._size: tuple[int, int] | None = None
-        self._offer: Picture | None = None
+        self._offer: ShownImage | None = None
         self._frame: Frame | None = None
         self._frozen: Frame | None = None
-        self._latest: Picture | None = None
+        self._latest: ShownImage | None = None
         self._components: tuple[Frame, dict[str, Frame]] | None = None
         "A frame, and its components as frames by their labels."
         self._channels = StreamChannels()
@@ -72,7 +72,7 @@ class PictureModel:
         self.converted = 0
         "Number of frames converted since."
         self.mean: float | None = None
-        "Mean of the 8-bit pixels of the last picture; None before the first."
+        "Mean of the 8-bit pixels of the last image; None before the first."
         self.last_received: float | None = None
         "`time.monotonic` of the last frame; None before the first."
 
@@ -88,8 +88,8 @@ class PictureModel:
         return latest.frame if frame is not None and frame.parts and latest is not None else frame
 
     @property
-    def latest(self) -> Picture | None:
-        """The last picture of this source; None before the first."""
+    def latest(self) -> ShownImage | None:
+        """The last image of this source; None before the first."""
         return self._latest
 
     @property
@@ -99,10 +99,10 @@ class PictureModel:
 
     @property
     def painted_rate(self) -> float:
-        """Pictures painted per second, over the last two seconds."""
+        """Images painted per second, over the last two seconds."""
         return self._painted.rates()[0]
 
-    def attach(self, grabber: FrameGrabber, other: PictureModel | None = None) -> None:
+    def attach(self, grabber: FrameGrabber, other: ImageModel | None = None) -> None:
         """Show this source's frames, beginning with the last one that `other` received from it."""
         self.detach()
         queue = grabber.open_queue(depth=2)
@@ -179,12 +179,12 @@ class PictureModel:
         if queue is not None and frame is not None:
             queue.put(frame)
 
-    def take(self) -> Picture | None:
-        """Return the newest picture, once; None without a new one."""
+    def take(self) -> ShownImage | None:
+        """Return the newest image, once; None without a new one."""
         with self._lock:
-            picture, self._offer = self._offer, None
+            newest, self._offer = self._offer, None
         self._taken.set()
-        return picture
+        return newest
 
     def painted(self) -> None:
         """Record that an image has reached the screen."""
@@ -245,15 +245,15 @@ class PictureModel:
             region, size, settings = self._region, self._size, self._settings
             self._frame = frame
         try:
-            picture = self._picture_of(frame, region, size, settings)
-            image = picture.image
+            shown = self._shown_image(frame, region, size, settings)
+            image = shown.image
         except PixelFormatError as error:
             self._report(error_text(error))
             return
         except Exception as error:
             # A damaged frame must not end the display of later ones.
             log.exception("a frame could not be converted")
-            text = translate("Picture", "frame {0} ({1}) cannot be shown: {2}")
+            text = translate("Image", "frame {0} ({1}) cannot be shown: {2}")
             self._report(text.format(frame.frame_id, frame.pixel_format, error))
             return
         self._problem = ""
@@ -264,47 +264,47 @@ class PictureModel:
         with self._lock:
             if self._queue is not queue:
                 return  # another source was attached
-            self._latest = picture
+            self._latest = shown
             self._taken.clear()
-            self._offer = picture
+            self._offer = shown
         self.ready.emit()
 
-    def _picture_of(
+    def _shown_image(
         self, frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
-    ) -> Picture:
+    ) -> ShownImage:
         labels = component_labels(frame)
         label = settings.component if settings.component in labels else own_label(frame)
-        shown = self._component(frame, label) if labels else frame
-        quantity = settings.quantity(shown)
-        image = render(shown, region, size, settings, quantity)
-        seen = settings.orientation.view_size(shown.width, shown.height)
-        picture = Picture(shown, image, *seen, labels, label, quantity)
+        part = self._component(frame, label) if labels else frame
+        quantity = settings.quantity(part)
+        image = render(part, region, size, settings, quantity)
+        seen = settings.orientation.view_size(part.width, part.height)
+        shown = ShownImage(part, image, *seen, labels, label, quantity)
         if not (settings.side_by_side and labels):
-            return picture
-        return replace(picture, others=self._beside(frame, picture, region, size, settings))
+            return shown
+        return replace(shown, others=self._beside(frame, shown, region, size, settings))
 
     def _beside(
         self,
         frame: Frame,
-        picture: Picture,
+        shown: ShownImage,
         region: Region | None,
         size: tuple[int, int] | None,
         settings: DisplaySettings,
-    ) -> tuple[Picture, ...]:
+    ) -> tuple[ShownImage, ...]:
         """Return the same part of the other components, without those that cannot be shown."""
         others = []
-        for label in beside(picture.labels, picture.label):
+        for label in beside(shown.labels, shown.label):
             look = settings.of_other(label)
             try:
                 part = self._component(frame, label)
                 whole = look.orientation.view_size(part.width, part.height)
-                view = region and scaled_region(region, (picture.width, picture.height), whole)
+                view = region and scaled_region(region, (shown.width, shown.height), whole)
                 quantity = look.quantity(part)
                 image = render(part, view, size, look, quantity)
             except PixelFormatError as error:
                 log.debug("%s cannot be shown: %s", label, error)
                 continue
-            others.append(Picture(part, image, *whole, picture.labels, label, quantity))
+            others.append(ShownImage(part, image, *whole, shown.labels, label, quantity))
         return tuple(others)
 
     def _component(self, frame: Frame, label: str) -> Frame:

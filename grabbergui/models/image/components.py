@@ -1,4 +1,4 @@
-"""The components of a frame: their labels, their pictures, and their values as text.
+"""The components of a frame: their labels, their images, and their values as text.
 
 Also the images of several stream channels as components of one frame, and facts about the current camera that
 the values need: whether its sensor is polarised, its Scan3d features.
@@ -19,10 +19,10 @@ from grabbergui.core.frame import EncodedFrame, Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import DisplayImage, value_at
 from grabbergui.models.connection import Connection
+from grabbergui.models.image.quantities import Quantity
+from grabbergui.models.image.rendering import DisplaySettings, distorted_pixel
 from grabbergui.models.language import localized, translate
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.quantities import Quantity
-from grabbergui.models.picture.rendering import DisplaySettings, distorted_pixel
 
 
 # -- labels --------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ def beside(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class ShownImage:
     """A frame and its visible part, ready to be painted."""
 
     frame: Frame
@@ -95,7 +95,7 @@ class Picture:
     "The component that is shown, one of `labels`."
     quantity: Quantity | None = None
     "The quantity that the colours represent; None for light."
-    others: tuple[Picture, ...] = ()
+    others: tuple[ShownImage, ...] = ()
     "The same part of the other components; empty unless all are shown side by side."
 
 
@@ -104,21 +104,23 @@ MOST_VALUES = 2500
 "Largest number of pixels whose values are written; more would be too small to read."
 
 
-def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
+def cursor_text(shown: ShownImage, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Describe a pixel of the view: its column and line in the frame, and the value with its unit."""
-    frame = picture.frame
+    frame = shown.frame
     x, y = _pixel_of_frame(frame, pixel, settings)
     place = f"x {x}  y {y}"
     try:
         values = ", ".join(map(_sample_text, value_at(frame, x, y)))
-        if picture.quantity is not None:
-            return f"{place}   {_quantity_text(picture.quantity, x, y)}  ({values})"
+        if shown.quantity is not None:
+            return f"{place}   {_quantity_text(shown.quantity, x, y)}  ({values})"
     except (PixelFormatError, IndexError):
         return place
     return f"{place}   {frame.pixel_format.family.value} {values}"
 
 
-def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
+def beside_text(
+    main: ShownImage, other: ShownImage, pixel: tuple[int, int], settings: DisplaySettings
+) -> str:
     """Return the value of a component beside `main` at a pixel of main's view; empty if it cannot be read.
 
     `settings` are those of `main`.
@@ -128,24 +130,24 @@ def beside_text(main: Picture, other: Picture, pixel: tuple[int, int], settings:
     return value_at_text(other, (x, y), settings.of_other(other.label))
 
 
-def value_at_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySettings) -> str:
+def value_at_text(shown: ShownImage, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Return the value at a pixel of the view, with its unit if it has one; empty if it cannot be read."""
-    frame = picture.frame
+    frame = shown.frame
     x, y = _pixel_of_frame(frame, pixel, settings)
     try:
-        if picture.quantity is not None:
-            return _quantity_text(picture.quantity, x, y)
+        if shown.quantity is not None:
+            return _quantity_text(shown.quantity, x, y)
         return ", ".join(map(_sample_text, value_at(frame, x, y)))
     except (PixelFormatError, IndexError):
         return ""
 
 
-def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, int], str]:
+def value_texts(shown: ShownImage, settings: DisplaySettings) -> dict[tuple[int, int], str]:
     """Return the values of the visible region by column and line of the view, one line for each sample.
 
     Empty if the region is too large or undistorted, or if the format cannot be read.
     """
-    frame, region = picture.frame, picture.image.region
+    frame, region = shown.frame, shown.image.region
     if region.width * region.height > MOST_VALUES or settings.undistorts(frame) is not None:
         return {}
     texts = {}
@@ -153,7 +155,7 @@ def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, 
         for y in range(region.y, region.bottom):
             for x in range(region.x, region.right):
                 pixel = settings.orientation.pixel(x, y, frame.width, frame.height)
-                texts[x, y] = _pixel_text(frame, picture.quantity, *pixel)
+                texts[x, y] = _pixel_text(frame, shown.quantity, *pixel)
     except (PixelFormatError, IndexError):
         return {}
     return texts
@@ -172,7 +174,7 @@ def _pixel_of_frame(frame: Frame, pixel: tuple[int, int], settings: DisplaySetti
 
 
 def _quantity_text(quantity: Quantity, x: int, y: int) -> str:
-    return localized(quantity.text_at(x, y, translate("Picture", "no data")))
+    return localized(quantity.text_at(x, y, translate("Image", "no data")))
 
 
 def _pixel_text(frame: Frame, quantity: Quantity | None, x: int, y: int) -> str:

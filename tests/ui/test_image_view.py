@@ -1,4 +1,4 @@
-"""The picture: fit, 1:1, zoom about the cursor, sharp pixels, and the value under the cursor."""
+"""The image: fit, 1:1, zoom about the cursor, sharp pixels, and the value under the cursor."""
 
 import numpy as np
 import pytest
@@ -8,16 +8,16 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.widgets.picture_canvas import Purpose
-from grabbergui.ui.widgets.picture_items import PixelValues
+from grabbergui.ui.views.image_view import ImageView
+from grabbergui.ui.widgets.image_canvas import Purpose
+from grabbergui.ui.widgets.image_items import PixelValues
 
 WIDTH, HEIGHT = 1600, 1200
 
 
 @pytest.fixture
 def view(qtbot):
-    view = PictureView()
+    view = ImageView()
     qtbot.addWidget(view)
     view.resize(800, 640)
     view.show()
@@ -31,13 +31,13 @@ def whole(width=WIDTH, height=HEIGHT, scale=4):
 
 
 def shown(view):
-    """The picture's place on the widget: left, top, right, bottom."""
+    """The image's place on the widget: left, top, right, bottom."""
     first, last = view.canvas.frameToView(0, 0), view.canvas.frameToView(WIDTH, HEIGHT)
     return first.x(), first.y(), last.x(), last.y()
 
 
 def test_an_image_is_fitted_whole_and_its_proportions_are_kept(view):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     left, top, right, bottom = shown(view)
     assert left >= -1 and top >= -1
     assert right <= view.canvas.width() + 1 and bottom <= view.canvas.height() + 1
@@ -47,7 +47,7 @@ def test_an_image_is_fitted_whole_and_its_proportions_are_kept(view):
 
 
 def test_it_stays_fitted_when_the_window_changes_its_size(view, qtbot):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     view.resize(500, 700)
     qtbot.waitUntil(lambda: view.canvas.width() == 500)
     left, _, right, _ = shown(view)
@@ -56,7 +56,7 @@ def test_it_stays_fitted_when_the_window_changes_its_size(view, qtbot):
 
 def test_one_to_one_shows_a_screen_pixel_for_each_of_the_frame(view, qtbot):
     asked = []
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     view.viewChanged.connect(lambda region, size: asked.append((region, size)))
     view.canvas.oneToOne()
     assert view.canvas.zoom == pytest.approx(1.0, abs=1e-6)
@@ -67,13 +67,13 @@ def test_one_to_one_shows_a_screen_pixel_for_each_of_the_frame(view, qtbot):
 
 
 def test_at_one_to_one_the_screen_shows_the_very_pixels(view, qtbot):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     asked = []
     view.viewChanged.connect(lambda region, size: asked.append(region))
     view.canvas.oneToOne()
     region = asked[-1].clipped(WIDTH, HEIGHT)
     pixels = np.random.default_rng(3).integers(0, 256, (region.height, region.width), np.uint8)
-    view.setPicture(DisplayImage(pixels, region), WIDTH, HEIGHT)
+    view.setImage(DisplayImage(pixels, region), WIDTH, HEIGHT)
     image = view.canvas.grab().toImage()
     corner = view.canvas.frameToView(region.x, region.y)
     for x, y in ((0, 0), (100, 50), (301, 203), (region.width - 2, region.height - 2)):
@@ -82,20 +82,20 @@ def test_at_one_to_one_the_screen_shows_the_very_pixels(view, qtbot):
 
 
 def test_enlarged_pixels_are_sharp_squares(view):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     asked = []
     view.viewChanged.connect(lambda region, size: asked.append(region))
     view.canvas.zoomBy(16 / view.canvas.zoom)
     region = asked[-1].clipped(WIDTH, HEIGHT)
     board = (np.indices((region.height, region.width)).sum(axis=0) % 2 * 255).astype(np.uint8)
-    view.setPicture(DisplayImage(board, region), WIDTH, HEIGHT)
+    view.setImage(DisplayImage(board, region), WIDTH, HEIGHT)
     image = view.canvas.grab().toImage()
     values = {image.pixelColor(x, 300).red() for x in range(100, 700)}
     assert values == {0, 255}
 
 
 def test_the_wheel_zooms_about_the_cursor_and_lets_go_of_the_fit(view, qtbot):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     at = view.canvas.frameToView(400, 300)
     zoom = view.canvas.zoom
     event = QWheelEvent(
@@ -110,7 +110,7 @@ def test_the_wheel_zooms_about_the_cursor_and_lets_go_of_the_fit(view, qtbot):
 
 
 def test_zoom_has_bounds(view):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     for _ in range(40):
         view.canvas.zoomBy(2)
     assert view.canvas.zoom <= 64.5
@@ -121,7 +121,7 @@ def test_zoom_has_bounds(view):
 
 @pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0, 3.0])
 def test_pixels_become_large_enough_for_their_values_on_every_screen(app, monkeypatch, ratio):
-    canvas = app.window.picture.canvas
+    canvas = app.window.image.canvas
     monkeypatch.setattr(canvas, "devicePixelRatioF", lambda: ratio)
     app.connect("sim:?width=320&height=240")
     app.watch()
@@ -133,7 +133,7 @@ def test_painted_is_emitted_once_for_each_image(view, qtbot):
     reported = []
     view.painted.connect(lambda: reported.append(1))
     for number in range(1, 4):
-        view.setPicture(whole(), WIDTH, HEIGHT)
+        view.setImage(whole(), WIDTH, HEIGHT)
         qtbot.waitUntil(lambda number=number: len(reported) == number)
     view.canvas.viewport().repaint()
     assert len(reported) == 3
@@ -156,7 +156,7 @@ def test_the_value_under_the_cursor_is_the_sensors(app):
     app.watch()
     app.window.actionStop.trigger()
     app.until(lambda: app.program.connection.state is LinkState.OPEN)
-    view, frame = app.window.picture, app.program.picture.frame
+    view, frame = app.window.image, app.program.image.frame
     view.canvas.zoomBy(8 / view.canvas.zoom)
     middle_x, middle_y = frame.width // 2, frame.height // 2
     for x, y in ((middle_x, middle_y), (middle_x - 31, middle_y + 12), (middle_x + 17, middle_y - 25)):
@@ -172,10 +172,10 @@ def test_the_value_under_the_cursor_is_the_sensors(app):
 def test_zoomed_in_only_the_visible_part_is_converted(app):
     app.connect()
     app.watch()
-    app.window.picture.canvas.zoomBy(10)
+    app.window.image.canvas.zoomBy(10)
     app.watch(3)
-    taken = app.window.picture.canvas._item._target
-    frame = app.program.picture.frame
+    taken = app.window.image.canvas._item._target
+    frame = app.program.image.frame
     assert taken.width() < frame.width / 2
 
 
@@ -211,14 +211,14 @@ def pixel_at(view, x, y):
 
 @pytest.mark.parametrize("act", ["oneToOne", "fit", "zoomBy", "size", "resize"])
 def test_the_readout_is_that_of_the_pixel_under_a_mouse_that_rests(view, act):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     if act == "fit":
         view.canvas.zoomBy(4)
     hover(view, 200, 300)
     before = view.canvas.cursorPixel
     assert before == pixel_at(view, 200, 300)
     if act == "size":
-        view.setPicture(whole(1200, 1600), 1200, 1600)
+        view.setImage(whole(1200, 1600), 1200, 1600)
     elif act == "resize":
         view.resize(600, 640)
     else:
@@ -230,7 +230,7 @@ def test_the_readout_is_that_of_the_pixel_under_a_mouse_that_rests(view, act):
 
 
 def test_the_readout_follows_the_mouse_while_something_is_drawn(view, qtbot):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     view.drawing.begin(Purpose.PROFILE_LINE)
     target = view.canvas.viewport()
     qtbot.mousePress(target, Qt.LeftButton, pos=QPoint(200, 200))
@@ -241,11 +241,11 @@ def test_the_readout_follows_the_mouse_while_something_is_drawn(view, qtbot):
 
 
 def test_an_image_of_another_size_is_in_sight_at_the_same_zoom(view):
-    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.setImage(whole(), WIDTH, HEIGHT)
     view.canvas.zoomBy(8)
     view.canvas.centreOn(QPointF(0.95, 0.1))
     zoom = view.canvas.zoom
-    view.setPicture(whole(320, 240, 1), 320, 240)
+    view.setImage(whole(320, 240, 1), 320, 240)
     centre = view.canvas.seen.center()
     assert (centre.x(), centre.y()) == pytest.approx((0.95, 0.1), abs=0.01)
     assert view.canvas.zoom == pytest.approx(zoom)
@@ -255,23 +255,23 @@ def test_an_image_of_another_size_is_in_sight_at_the_same_zoom(view):
     ("turn", "back"),
     [("TurnRight", "TurnLeft"), ("TurnLeft", "TurnRight"), ("MirrorX", "MirrorX"), ("MirrorY", "MirrorY")],
 )
-def test_what_is_in_the_middle_stays_there_when_the_picture_is_turned_or_mirrored(app, turn, back):
-    canvas, picture = app.window.picture.canvas, app.program.picture
+def test_what_is_in_the_middle_stays_there_when_the_image_is_turned_or_mirrored(app, turn, back):
+    canvas, image = app.window.image.canvas, app.program.image
     app.connect("sim:?width=640&height=480")
     app.watch()
     canvas.zoomBy(8)
     canvas.centreOn(QPointF(0.8, 0.1))
 
     def middle():
-        centre, (width, height) = canvas.seen.center(), canvas.pictureSize
-        frame = picture.frame
+        centre, (width, height) = canvas.seen.center(), canvas.imageSize
+        frame = image.frame
         x, y = int(centre.x() * width), int(centre.y() * height)
-        return picture.settings.orientation.pixel(x, y, frame.width, frame.height)
+        return image.settings.orientation.pixel(x, y, frame.width, frame.height)
 
-    before, size = middle(), canvas.pictureSize
+    before, size = middle(), canvas.imageSize
     turned = size[::-1] if turn.startswith("Turn") else size
     for action in (turn, back):
         getattr(app.window, f"action{action}").trigger()
         wanted = turned if action == turn else size
-        app.until(lambda wanted=wanted: canvas.pictureSize == wanted)
+        app.until(lambda wanted=wanted: canvas.imageSize == wanted)
         assert np.abs(np.subtract(middle(), before)).max() <= 3

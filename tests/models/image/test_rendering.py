@@ -3,8 +3,8 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.pixels import Region, for_display
-from grabbergui.models.picture.quantities import COLOUR_MAPS, Levels
-from grabbergui.models.picture.rendering import (
+from grabbergui.models.image.quantities import COLOUR_MAPS, Levels
+from grabbergui.models.image.rendering import (
     BLACK_COLOUR,
     SATURATED_COLOUR,
     DisplaySettings,
@@ -17,7 +17,7 @@ from grabbergui.models.picture.rendering import (
 RAMP = np.arange(4096, dtype=np.uint16).reshape(64, 64)
 
 
-def test_without_settings_the_picture_is_the_frame():
+def test_without_settings_the_image_is_the_frame():
     frame = frame_of(np.arange(64, dtype=np.uint8).reshape(8, 8))
     image = render(frame, None, None, DisplaySettings())
     assert np.array_equal(image.pixels, for_display(frame).pixels)
@@ -70,9 +70,9 @@ def test_a_map_is_in_the_order_of_the_screen():
 
 
 def test_one_clipped_pixel_of_a_large_image_is_seen_when_it_is_reduced():
-    picture = np.full((1000, 1000), 90, np.uint8)
-    picture[333, 444], picture[700, 100] = 255, 0
-    image = render(frame_of(picture), None, (100, 100), DisplaySettings(show_clipping=True))
+    pixels = np.full((1000, 1000), 90, np.uint8)
+    pixels[333, 444], pixels[700, 100] = 255, 0
+    image = render(frame_of(pixels), None, (100, 100), DisplaySettings(show_clipping=True))
     assert image.pixels.shape == (100, 100, 3)
     assert tuple(image.pixels[33, 44]) == SATURATED_COLOUR
     assert tuple(image.pixels[70, 10]) == BLACK_COLOUR
@@ -95,10 +95,10 @@ def test_what_counts_as_clipped(pixel_format, pixels, black, saturated):
 
 
 def test_a_region_of_a_turned_view_is_that_of_the_frame():
-    picture = np.arange(200, dtype=np.uint8).reshape(10, 20)
+    image = np.arange(200, dtype=np.uint8).reshape(10, 20)
     orientation = Orientation(1, mirrored_x=True)
-    whole = render(frame_of(picture), None, None, DisplaySettings(orientation=orientation))
+    whole = render(frame_of(image), None, None, DisplaySettings(orientation=orientation))
     assert whole.region == Region(0, 0, 10, 20)
-    part = render(frame_of(picture), Region(2, 3, 4, 5), None, DisplaySettings(orientation=orientation))
+    part = render(frame_of(image), Region(2, 3, 4, 5), None, DisplaySettings(orientation=orientation))
     assert part.region == Region(2, 3, 4, 5)
     assert np.array_equal(part.pixels, whole.pixels[3:8, 2:6])

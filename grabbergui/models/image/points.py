@@ -16,7 +16,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.models.error_text import error_text
-from grabbergui.models.picture.quantities import ColourScale
+from grabbergui.models.image.quantities import ColourScale
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ def draw(cloud: PointCloud, view: Viewpoint, size: tuple[int, int]) -> DisplayIm
     The median of the cloud is at the centre of the image.
     """
     width, height = size
-    picture = np.full((height * width, 3), BACKGROUND, np.uint8)
+    image = np.full((height * width, 3), BACKGROUND, np.uint8)
     every = max(1, -(-len(cloud.points) // MOST_POINTS))
     points = cloud.points[::every]
     if len(points):
@@ -78,8 +78,8 @@ def draw(cloud: PointCloud, view: Viewpoint, size: tuple[int, int]) -> DisplayIm
         shown = ahead & (column >= 0) & (column < width) & (line >= 0) & (line < height)
         # Farthest first: the last point drawn on a pixel remains.
         order = np.flatnonzero(shown)[np.argsort(-depth[shown], kind="stable")]
-        picture[line[order] * width + column[order]] = _colours(cloud, points, every)[order]
-    return DisplayImage(picture.reshape(height, width, 3), Region(0, 0, width, height))
+        image[line[order] * width + column[order]] = _colours(cloud, points, every)[order]
+    return DisplayImage(image.reshape(height, width, 3), Region(0, 0, width, height))
 
 
 def _colours(cloud: PointCloud, points: NDArray[np.float32], every: int) -> NDArray[np.uint8]:

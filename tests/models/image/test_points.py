@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grabbergui.core.scan3d import PointCloud
-from grabbergui.models.picture.points import BACKGROUND, Viewpoint, draw
+from grabbergui.models.image.points import BACKGROUND, Viewpoint, draw
 
 
 def drawn(points, colours, view=None):

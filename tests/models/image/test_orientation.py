@@ -4,21 +4,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.picture.rendering import Orientation
+from grabbergui.models.image.rendering import Orientation
 
 ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for y in (False, True)]
-PICTURE = np.arange(12, dtype=np.uint8).reshape(3, 4)
+IMAGE = np.arange(12, dtype=np.uint8).reshape(3, 4)
 
 
 @pytest.mark.parametrize("orientation", ALL, ids=str)
 def test_every_pixel_is_where_the_view_shows_it(orientation):
-    view = orientation.applied(PICTURE)
+    view = orientation.applied(IMAGE)
     height, width = view.shape
     assert (width, height) == orientation.view_size(4, 3)
     for y in range(height):
         for x in range(width):
             column, line = orientation.pixel(x, y, 4, 3)
-            assert PICTURE[line, column] == view[y, x]
+            assert IMAGE[line, column] == view[y, x]
             assert orientation.to_view(Region(column, line, 1, 1), 4, 3) == Region(x, y, 1, 1)
 
 
@@ -30,15 +30,15 @@ def test_regions_go_there_and_back(orientation, x, y, width, height):
 
 @pytest.mark.parametrize("orientation", ALL, ids=str)
 def test_mirroring_and_turning_act_on_the_view(orientation):
-    seen = orientation.applied(PICTURE)
-    assert np.array_equal(orientation.mirrored(x=True).applied(PICTURE), seen[:, ::-1])
-    assert np.array_equal(orientation.mirrored(y=True).applied(PICTURE), seen[::-1])
-    assert np.array_equal(orientation.turned(1).applied(PICTURE), np.rot90(seen, -1))
-    assert np.array_equal(orientation.turned(-1).applied(PICTURE), np.rot90(seen))
+    seen = orientation.applied(IMAGE)
+    assert np.array_equal(orientation.mirrored(x=True).applied(IMAGE), seen[:, ::-1])
+    assert np.array_equal(orientation.mirrored(y=True).applied(IMAGE), seen[::-1])
+    assert np.array_equal(orientation.turned(1).applied(IMAGE), np.rot90(seen, -1))
+    assert np.array_equal(orientation.turned(-1).applied(IMAGE), np.rot90(seen))
 
 
 def test_colour_keeps_its_components():
-    rgb = np.dstack([PICTURE, PICTURE + 100, PICTURE + 200])
+    rgb = np.dstack([IMAGE, IMAGE + 100, IMAGE + 200])
     turned = Orientation(1).applied(rgb)
     assert turned.shape == (4, 3, 3)
     assert turned[0, 0].tolist() == [8, 108, 208]

@@ -1,4 +1,4 @@
-"""Pictures built and read bit by bit and pixel by pixel: the slow, obvious way, to hold the fast one against.
+"""Images built and read bit by bit and pixel by pixel: the slow, obvious way, to hold the fast one against.
 
 Everything follows from a format's name as the convention's text reads it, not from our table.
 """
@@ -72,7 +72,7 @@ def shared_chroma(name: str) -> tuple[int, int]:
 def encoded(
     values: np.ndarray, pixel_format: PixelFormat, padding: int = 0, big_endian: bool = False
 ) -> bytes:
-    """The payload of a picture; every line is padded with 0xEE where padding is asked for."""
+    """The payload of an image; every line is padded with 0xEE where padding is asked for."""
     name = pixel_format.name
     planes = [
         [encoded_run(line, name, big_endian) for line in plane]

@@ -22,7 +22,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.models.picture.quantities import (
+from grabbergui.models.image.quantities import (
     Levels,
     PolarisedView,
     Quantity,
