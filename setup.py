@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: resources/ and docs/ are installed, and the README can be read anywhere."""
+"""The build steps that pyproject.toml cannot express: installs resources/ and docs/, adapts the README."""
 
 import re
 from pathlib import Path

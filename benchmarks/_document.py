@@ -12,7 +12,7 @@ from benchmarks._results import KEPT, Chart, Section, Table
 
 DOCUMENT = Path(__file__).parents[1] / "docs/benchmarks.md"
 IMAGES = "images/benchmarks"
-"Of the charts, from the document."
+"Folder of the charts, relative to the document."
 PREAMBLE = """# Benchmarks
 
 The figures of a table come from one run on one machine: compare its rows with each other, not with those of

@@ -1,6 +1,6 @@
-"""Simulated robots on their networks whose encoders can fail while they move.
+"""Simulated robots on YARP and ROS 2 whose encoders can fail during motion.
 
-The process that owns one is the robot, and an operator on its network.
+The process that owns one simulates the robot and acts as an operator on its network.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from grabbergui.servo.robots.teo_ports import TeoPorts
 
 TEO_CAMERA, TIAGO_CAMERA, NAME_SERVER = "127.19.3.1", "127.19.3.2", "127.19.3.3"
 PATIENCE = 60.0
-"Seconds within which the program answers."
+"Seconds that the program has for an answer."
 
 
 class FallibleRobot(Tireless):
@@ -71,9 +71,9 @@ class Stand:
 
     robot: FallibleRobot
     options: list[str]
-    "How the program finds it."
+    "Command-line options with which the program finds the robot."
     camera: str
-    "Address of the camera that it is to have."
+    "Address for the robot's camera."
     ask_to_stop: Callable[[], None]
     "Asks the program over the robot's network to stop, and awaits its answer."
 

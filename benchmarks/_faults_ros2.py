@@ -23,11 +23,11 @@ CAMERA = f"sim:?width=1280&height=720&fps={FPS}"
 NAME = "/fault/camera"
 FROZEN_SECONDS = 10.0
 QUEUED = 10
-"Images that a subscription keeps."
+"Depth of a subscription's queue, images."
 KILLED = 5
-"Programs."
+"Number of programs that are killed."
 LONGEST = 60.0
-"Seconds in which what they left must be free again."
+"Seconds within which the resources of killed programs must be free again."
 _READER = f"""
 import sys
 from grabbergui.net.ros2.runtime import Ros2Node

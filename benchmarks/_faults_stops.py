@@ -30,17 +30,17 @@ from grabbergui.core.calibration import Calibration
 CHAPTER = "Every stop of a servo program"
 TRIES = 3
 PATIENCE = 60.0
-"Seconds within which the hand moves at full speed, and rests."
+"Longest wait in seconds until the hand moves at full speed, and until it rests."
 REST_S = 0.7
-"Seconds at rest after which the hand is taken to stay there."
+"Seconds of rest after which the hand counts as stopped."
 MIDDLE_M = 0.03
 "Metres from the hand's first place within which it is stopped, so that it is far from turning back."
 AGAIN_S = 1.0
-"Seconds between two requests to go on."
+"Seconds between two requests to resume."
 WIDTH, HEIGHT = 320, 240
 CAMERA = f"sim:?width={WIDTH}&height={HEIGHT}&fps=30"
 CONFIG = f"[arm]\nfastest = {SPEED}\n[head]\nstart = 3\n"
-"Of the program; the head rests, wherever the marker is."
+"The program's configuration; with it the head rests, wherever the marker is."
 AT_ONCE_MM, SILENT_MM, FROZEN_MM = 15.0, 35.0, 75.0
 "Promises: of a stop; of images or readings that cease for 0.15 s; of encoders that stand still for 0.3 s."
 
@@ -123,7 +123,7 @@ class Stop:
     window: bool = False
     "Whether the program shows its window; otherwise it is headless."
     ends: bool = False
-    "Whether the program ends by it."
+    "Whether the program exits afterwards."
 
 
 _KEYS = itertools.cycle(("Space", "Escape"))
@@ -176,7 +176,7 @@ TRIED: dict[str, tuple[str, ...]] = {
     "tiago": ("button", "request", "image_lost", "robot_silent", "encoders_frozen"),
     "stock_tiago": ("request", "image_lost", "robot_silent", "encoders_frozen"),
 }
-"The rest is the same with each robot."
+"Ways to stop that are tried with each robot; the others do not depend on the robot."
 
 
 def _tried(robot: str, stop: Stop) -> Outcome:
@@ -215,7 +215,7 @@ def scene_of(opened: AbstractContextManager[Stand], *, window: bool) -> Iterator
 
 
 def await_full_speed(scene: Scene, go_on: str) -> None:
-    """Wait until the hand is at full speed in the middle of its way; do `go_on` while it rests."""
+    """Wait until the hand is at full speed in the middle of its way; call `go_on` while it rests."""
     robot, begun, due = scene.stand.robot, time.monotonic(), 0.0
     middle = robot.model.arm.forward(robot.model.home)[2, 3]
     while True:
@@ -235,7 +235,7 @@ def await_full_speed(scene: Scene, go_on: str) -> None:
 
 
 def moved_after(scene: Scene, act: Callable[[Scene], None]) -> tuple[float, float]:
-    """Do something; return how far the hand moves on, in metres, and the seconds until it rests."""
+    """Call a function; return how far the hand moves on, in metres, and the seconds until it rests."""
     robot = scene.stand.robot
     start, begun = robot.place(), time.monotonic()
     act(scene)

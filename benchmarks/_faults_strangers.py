@@ -35,7 +35,7 @@ SERVER = "127.15.1.1"
 GIGE_CAMERA = "127.15.1.2"
 STRANGER = "127.15.1.66"
 UNDISTURBED_SECONDS = 3.0
-"Before each attack: the rate then is what the attack must not lower."
+"Seconds before each attack in which the reference rate is measured."
 HELD = 0.8
 "Part of that rate that must remain; other programs on the machine move it by a tenth."
 ATTACK_SECONDS = 10.0

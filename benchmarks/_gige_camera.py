@@ -34,7 +34,7 @@ _COUNTED = {
     reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
 }
 GIGABIT = 125e6
-"Bytes a second of the link."
+"Bandwidth of the link, bytes per second."
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Conditions:
     """How the camera sends."""
 
     bandwidth: float = GIGABIT
-    "Bytes a second; 0 as fast as it goes."
+    "Bytes per second; 0 for no limit."
     loss: float = 0.0
     segmentation: bool = True
     "Whether the kernel cuts packets out of large sends. It makes the camera faster, as a camera's hardware."

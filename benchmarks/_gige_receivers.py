@@ -23,7 +23,7 @@ from grabbergui.core.errors import FrameTimeoutError
 
 ARAVIS = "arv-camera-test-0.8"
 SYSTEM_PYTHON = "/usr/bin/python3"
-"Has PyGObject, where the system has Aravis for it."
+"The Python that has PyGObject and Aravis's bindings, if they are installed."
 SOCKETS = "ours, packet_ring=0"
 FRAME_TIMEOUT = 0.5
 STOCK_RECEIVE_BUFFER = 212_992
@@ -40,14 +40,14 @@ class Run:
 
     complete: int
     incomplete: int
-    "Frames that began, or should have, and did not get complete."
+    "Frames that were incomplete or missing."
     seconds: float
     cpu: float
-    "Seconds of the receiving process."
+    "CPU seconds of the receiving process."
     memory: int = 0
-    "Bytes at most."
+    "Peak memory in bytes."
     arrivals: dict[str, float] = field(default_factory=dict)
-    "When each frame was in the consumer's hands, by block id; monotonic seconds."
+    "Time at which the consumer got each frame (`time.monotonic`), by block id."
     resent: int = 0
     "Packets received after a resend request, if the receiver reports them."
 
@@ -61,7 +61,7 @@ class Run:
 
 
 Receiver = Callable[[int, float], Run]
-"Called with the packet size and how many seconds to receive."
+"Takes the packet size in bytes and the duration in seconds."
 
 
 # -- in a process of their own -----------------------------------------------------------------------
@@ -160,7 +160,7 @@ IN_CHILD: dict[str, Receiver] = {
 
 
 def in_child(name: str, packet_size: int, seconds: float) -> Run:
-    """Run one of the above in a process of its own."""
+    """Run one of the functions above in a process of its own."""
     command = [sys.executable, "-m", "benchmarks._gige_receivers", name, str(packet_size), str(seconds)]
     text, _, memory = _measured(command)
     return Run(**{**json.loads(text.splitlines()[-1]), "memory": memory})

@@ -23,7 +23,7 @@ from grabbergui.servo.robots import teo
 
 CAMERA = Calibration.from_field_of_view(1280, 960, 62)
 GRID = np.array([(0.025 * x, 0.025 * y, 0.0) for y in range(-2, 3) for x in range(-3, 4)])
-"Corners of a board of 15 × 10 cm, metres; its z points at who looks at it."
+"Corners of a board of 15 × 10 cm, metres; z points towards the viewer."
 KINDS = ("eye in head", "eye in hand", "eye to hand", "head and hand")
 
 
@@ -31,13 +31,13 @@ KINDS = ("eye in head", "eye in hand", "eye to hand", "head and hand")
 class Scene:
     arrangement: Arrangement
     truth: Guess
-    "With every joint's offset, also those that do not show in images."
+    "The true parameters, including joint offsets that have no effect on images."
     nominal: Guess
-    "As a drawing of the robot would have it."
+    "The parameters of the robot's drawings."
 
 
 def scene(kind: str, degrees: float = 0.2, seed: int = 0) -> Scene:
-    """A TEO whose joints are each off by ±`degrees`, and its camera by a few millimetres and degrees."""
+    """Return a TEO with joint offsets of ±`degrees` and a camera off by some millimetres and degrees."""
     random = np.random.default_rng(seed)
     head, arm = teo.HEAD, teo.RIGHT_ARM
     camera_chain = {"eye in head": head, "head and hand": head, "eye in hand": arm}.get(kind)
@@ -72,14 +72,14 @@ def scene(kind: str, degrees: float = 0.2, seed: int = 0) -> Scene:
 
 
 def facing(metres: float) -> Pose:
-    """A board at a distance before a camera, seen from the front."""
+    """Return the pose of a board in front of a camera, at a distance and facing it."""
     return geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, metres))
 
 
 def views(
     of: Scene, count: int = 30, pixel: float = 0.5, seed: int = 1, reading: float = 0.0
 ) -> list[HandEyeView]:
-    """Images in the poses that are proposed for the nominal robot; readings are `reading` degrees noisy."""
+    """Return the views from the poses proposed for the nominal robot; encoder noise is `reading` degrees."""
     random, noise = np.random.default_rng(seed), np.radians(reading)
     seen = []
     for camera, target in propose(of.arrangement, of.nominal, GRID, CAMERA, count):
@@ -94,7 +94,7 @@ def views(
 
 
 def observable(of: Scene) -> Pose:
-    """The camera's true pose, with the offsets that images cannot distinguish from it."""
+    """Return the camera's true pose, including the offsets that images cannot tell from it."""
     truth, (camera, target) = of.truth, of.arrangement.free_offsets()
     eye = truth.camera
     if of.arrangement.camera is not None:
@@ -109,7 +109,7 @@ def observable(of: Scene) -> Pose:
 
 
 def spread(of: Scene, seen: list[HandEyeView]) -> float:
-    """Standard deviation of the camera's place after some views, metres, corners being sure to 0.5 px."""
+    """Return the standard deviation of the camera's position, metres, for corner noise of 0.5 px."""
     known = information(Problem(of.arrangement, CAMERA), seen, of.nominal, 0.5)
     known += 1e-6 * np.eye(len(known))
     return float(np.sqrt(np.diag(np.linalg.inv(known))[:3].sum()))

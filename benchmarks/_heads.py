@@ -1,4 +1,4 @@
-"""Heads turned and lit: a photograph or drawing of a face laid on an ellipsoid, for face detection."""
+"""Renders turned and lit heads for face detection: a photograph or drawing of a face on an ellipsoid."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from grabbergui.driver.sim import rendered_world as world
 POSES = tuple(itertools.product((-40, -25, -10, 10, 25, 40), (-25, -12, 0, 12, 25)))
 "Yaw and pitch of the heads, degrees."
 HEAD_PART = 0.77
-"Of a head's square that its height takes."
+"Height of the head as a part of its square."
 
 
 @dataclass(frozen=True)
 class Light:
-    """Where light comes from (x right, y down, z away from the camera), how much of it, and the rest."""
+    """Direction (x right, y down, z away from the camera) and strength of the light, and ambient light."""
 
     name: str
     direction: tuple[float, float, float]
     strength: float
     ambient: float
     room: float
-    "Brightness of what is behind the head."
+    "Brightness of the background."
 
 
 LIGHTS = (
@@ -80,10 +80,10 @@ def photographed_faces(folder: Path) -> Iterator[Face]:
 
 
 def head(face: Face, yaw: float, pitch: float, light: Light, side: int) -> tuple[Grey, NDArray[np.bool_]]:
-    """Return a head in a square of `side` pixels, and where the square shows it.
+    """Return a square of `side` pixels with a head, and the mask of the head's pixels.
 
-    Each pixel's line of sight is intersected with the turned ellipsoid; where it meets, says which pixel of
-    the face is seen and how much light falls on it (Lambert).
+    Each pixel's line of sight is intersected with the turned ellipsoid. The intersection determines the
+    pixel of the face and its illumination (Lambert).
     """
     radii = np.array(face.radii)
     across = (np.arange(side) - side / 2 + 0.5) * 2 * radii[1] / (HEAD_PART * side)
@@ -116,7 +116,7 @@ def head(face: Face, yaw: float, pitch: float, light: Light, side: int) -> tuple
 def scene(
     face: Face, yaw: float, pitch: float, light: Light, side: int, random: np.random.Generator
 ) -> tuple[Grey, tuple[float, float]]:
-    """Return a 1080p image of a head somewhere before clouds, with noise, and the middle of the head."""
+    """Return a noisy 1080p image of a head at a random place, and the middle of the head."""
     width, height = 1920, 1080
     image = cv2.resize(random.integers(60, 190, (24, 32), np.uint8), (width, height)) * light.room
     shown, seen = head(face, yaw, pitch, light, side)

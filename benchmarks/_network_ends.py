@@ -36,21 +36,21 @@ class Served:
     """Frames and CPU time of the serving process between `"begin"` and `"end"`."""
 
     stamps: list[int]
-    "Of all frames exposed."
+    "Stamps of all exposed frames."
     lost: int
-    "Frames that the camera's own stream lost."
+    "Frames lost between the camera and the server."
     cpu: float
-    "Seconds, of the process."
+    "CPU seconds of the process."
     sensor_cpu: float
-    "Of that, the simulation of the camera."
+    "CPU seconds of the simulated camera, a part of `cpu`."
     memory: int
-    "Bytes resident."
+    "Resident memory in bytes."
 
 
 def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
     """Share a camera on both networks until `"end"` arrives.
 
-    Answers `("size", width, height, rate)` with what size it became, `"begin"` with nothing, and `"end"` with
+    Answers `("size", width, height, rate)` with the resulting size, `"begin"` with None, and `"end"` with
     a `Served`.
     """
     with ExitStack() as stack:
@@ -116,7 +116,7 @@ class _Stamps:
 
 # -- the readers ---------------------------------------------------------------------------------------
 Arrivals = list[tuple[int, int]]
-"""Each image's stamp and arrival."""
+"""Stamp and arrival time of each image, nanoseconds."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Read:
 
     arrivals: Arrivals
     cores: float
-    "CPU seconds a second."
+    "CPU seconds per second."
 
 
 def read_yarp(pipe: Connection, number: int, nameserver: str) -> None:

@@ -27,13 +27,13 @@ IN_FLIGHT = 300_000_000
 
 @dataclass(frozen=True)
 class Size:
-    """Images to stream."""
+    """Size and rate of the images to stream."""
 
     name: str
     width: int
     height: int
     rate: float
-    "Frames a second."
+    "Frames per second."
 
 
 def on_this_machine_only() -> None:
@@ -68,7 +68,7 @@ class Delivery:
     def __init__(self, judged: list[int], readers: list[Read]) -> None:
         self.judged = len(judged)
         self.worst = self.judged
-        "Frames that the worst reader has."
+        "Number of frames that the worst reader received."
         ages: list[float] = []
         for reader in readers:
             arrivals = sorted(reader.arrivals)
@@ -77,11 +77,11 @@ class Delivery:
             ages += [(at - stamp) / 1e6 for stamp, at in arrivals if judged and stamp >= judged[0]]
         ages.sort()
         self.median = statistics.median(ages) if ages else None
-        "Milliseconds, over all readers."
+        "Median latency of all readers, milliseconds."
         self.late = ages[int(len(ages) * 0.99)] if ages else None
-        "99th percentile."
+        "99th percentile of the latency, milliseconds."
         self.cores = statistics.median(reader.cores for reader in readers)
-        "CPU of one reader."
+        "Cores used by one reader."
 
     @property
     def share(self) -> float:
@@ -112,10 +112,10 @@ class Run:
         self.yarp = Delivery(judged, yarp) if yarp else None
         self.ros2 = Delivery(judged, ros2) if ros2 else None
         self.cores = served.cpu / seconds
-        "Of the serving process."
+        "Cores used by the server."
         self.sensor_cores = served.sensor_cpu / seconds
         self.milliseconds_per_frame = (served.cpu - served.sensor_cpu) / max(self.frames, 1) * 1e3
-        "CPU that serving a frame took, the sensor's apart."
+        "CPU time for serving a frame, without the simulated sensor."
 
     @property
     def quality(self) -> tuple[float, float]:

@@ -13,7 +13,7 @@ KEPT = Path(__file__).parent / "results"
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of ready text under a header."""
+    """A header and rows of formatted text."""
 
     header: list[str]
     rows: list[list[str]]
@@ -22,17 +22,17 @@ class Table:
 
 @dataclass(frozen=True)
 class Chart:
-    """Bars in groups: one colour a series, one group a category."""
+    """Grouped bars: one colour for each series, one group for each category."""
 
     name: str
-    "Of its file, and unique."
+    "Name of its file; unique."
     title: str
     unit: str
     groups: list[str]
     series: dict[str, list[float | None]]
-    "One value a group; None where there is none."
+    "One value for each group; None for a missing one."
     goal: float | None = None
-    "Drawn as a line across."
+    "Value of the goal, drawn as a line."
     goal_text: str = ""
     logarithmic: bool = False
 
@@ -52,22 +52,22 @@ class Section:
 
     title: str
     program: str
-    "The command that repeats it."
+    "The command that repeats the measurement."
     method: str
-    "How it was measured: paragraphs of Markdown."
+    "Description of the method: paragraphs of Markdown."
     tables: list[Table]
     charts: list[Chart] = field(default_factory=list)
     goals: list[Goal] = field(default_factory=list)
     reading: list[str] = field(default_factory=list)
-    "How the columns are to be read; a point each."
+    "Explanations of the columns, one list item each."
     machine: str = ""
     lacking: str = ""
-    "Which peer was not there to compare with; such a section never takes the place of a whole one."
+    "The program that was missing for the comparison; such a section never replaces a complete one."
 
     def keep(self, name: str, folder: Path = KEPT) -> bool:
-        """Write it beside the others, so that the document can be made again without measuring.
+        """Store the section, so that the document can be written again without measuring.
 
-        Whether it was: not where it lacks what the one that is there has.
+        Return False, without storing it, if it lacks a comparison that the stored one has.
         """
         path = folder / f"{name}.json"
         if self.lacking and path.exists() and not Section.kept(path).lacking:
@@ -86,7 +86,7 @@ class Section:
 
 
 def machine() -> str:
-    """The machine in one line, with its current load and the priority of the measured programs."""
+    """Describe the machine in one line, with its current load and the priority of the measured programs."""
     known = Path("/proc/cpuinfo")
     lines = known.read_text().splitlines() if known.exists() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -1,7 +1,7 @@
-"""The processes around `ros2_drivers`: the camera, readers and an operator that know neither driver.
+"""The other processes of `ros2_drivers`: the camera, and readers and an operator independent of both drivers.
 
-All of them share one clock, nanoseconds of the system's monotonic one, and obey messages on their pipes.
-Readers and operator are plain rclpy; nothing of this project serves them.
+Times are nanoseconds of the system's monotonic clock. Each process obeys messages on its pipe. Readers and
+operator use plain rclpy and nothing of this project.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ ADDRESS = "127.68.0.9"
 PACKET_SIZE = 8164
 EXPOSURE_US = 10_000.0
 PATIENCE = 30.0
-"Seconds in which a driver must have opened the camera."
+"Seconds that a driver has to open the camera."
 OPENING = 1.0
-"""Seconds from a driver's publisher to its first subscription: camera_aravis2 1.2 overlooks one that comes
-while it is still opening the camera, and never starts the stream."""
+"""Seconds from a driver's publisher to the first subscription: camera_aravis2 1.2 misses a subscription
+while it opens the camera, and then never starts the stream."""
 
 
 # -- the camera --------------------------------------------------------------------------------------
@@ -38,15 +38,15 @@ class Watched:
     """Exposures and writes of the camera between `"begin"` and `"end"`."""
 
     exposures: list[tuple[int, int]]
-    "First pixel of each image, and when its exposure began."
+    "First pixel of each image, and the start of its exposure."
     gains: list[int]
-    "When GainRaw was written."
+    "Times of writes of GainRaw."
 
 
 def be_camera(pipe: Connection, size: Size) -> None:
     """Simulate a GigE Vision camera whose images are distinguished by their first pixel.
 
-    Answers once when it is ready, then `"begin"` with nothing and `"end"` with a `Watched`; None ends it.
+    Sends one message when ready; answers `"begin"` with None and `"end"` with a `Watched`; None ends it.
     """
     from grabbergui.core.pfnc import by_name
     from grabbergui.driver.sim import registers as reg
@@ -103,16 +103,16 @@ class Seen:
     """The images that one reader has received since `"join"`."""
 
     arrivals: list[tuple[int, int]]
-    "First pixel of each image, and when the reader had received all of it."
+    "First pixel of each image, and the time at which it was complete."
     cores: float
-    "CPU seconds a second."
+    "CPU seconds per second."
 
 
 def read(pipe: Connection, number: int, topic: str) -> None:
-    """Read images as anybody's rclpy program does, with the default quality of service (reliable, 10 deep).
+    """Read images like any rclpy program, with the default quality of service (reliable, depth 10).
 
-    `"join"` waits for the driver, and is answered when the first image came (False: none did); `"seen"` is
-    answered with a `Seen` since then.
+    `"join"` waits for the driver and answers whether a first image arrived; `"seen"` answers with a `Seen`
+    from then on.
     """
     from sensor_msgs.msg import Image
 
@@ -140,16 +140,16 @@ def read(pipe: Connection, number: int, topic: str) -> None:
 
 @dataclass(frozen=True)
 class Set:
-    """One parameter that was set."""
+    """The times of one parameter's change."""
 
     began: int
     answered: int
 
 
 def operate(pipe: Connection, service: str, writes: int) -> None:
-    """Set the parameter `Gain` again and again when it is asked to, as `ros2 param set` does.
+    """Set the parameter `Gain` repeatedly on request, like `ros2 param set`.
 
-    Answers that it is there, and each order with a `Set` a write; None ends it.
+    Sends one message when ready, and one `Set` for each write; None ends it.
     """
     from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
     from rcl_interfaces.srv import SetParameters
@@ -177,7 +177,7 @@ def operate(pipe: Connection, service: str, writes: int) -> None:
 
 @contextmanager
 def _node(name: str) -> Iterator[Any]:
-    """A node that spins in a thread of its own."""
+    """Run a node that spins in a thread of its own."""
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
 

@@ -1,7 +1,7 @@
 """Drives the hand at full speed until it is killed: `teo HOST:PORT`, or `tiago`.
 
-It is a servo program without a camera: robot, gate and guardian are the real ones. Whoever starts it reads
-the guardian's process id, then "moving" once the hand moves, then why it was halted.
+A servo program without a camera, but with the real robot class, gate and guardian. It prints the guardian's
+process id, "moving" once the hand moves, and finally the reason of the stop.
 """
 
 import sys
@@ -25,7 +25,7 @@ SPEED = 0.15
 
 
 def opened(kind: str, place: str) -> Robot:
-    """The robot, connected."""
+    """Return the connected robot."""
     if kind == "teo":
         from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 
@@ -40,7 +40,7 @@ def opened(kind: str, place: str) -> Robot:
 
 
 def main(kind: str, place: str = "") -> None:
-    """Move the hand to and fro for ever."""
+    """Move the hand to and fro without end."""
     run_as_others()  # the guardian has to find its priority by itself
     robot = opened(kind, place)
     config = replace(Config(), arm=ArmConfig(fastest=SPEED))

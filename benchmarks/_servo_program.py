@@ -1,7 +1,7 @@
-"""`grabbergui servo` with a hand that never arrives: `python _servo_program.py OPTIONS`.
+"""Runs `grabbergui servo` with a hand that never arrives: `python _servo_program.py OPTIONS`.
 
-All of the command is real but the marker. Whatever the images show, it is far above the hand's first place
-or far below, so that the hand goes up and down at full speed for ever. With a window,
+Everything but the marker is real. Whatever the images show, the marker is reported far above or far below
+the hand's first position, so the hand moves up and down at full speed without end. With a window,
 `_servo_window` reads the terminal.
 """
 
@@ -27,13 +27,13 @@ from grabbergui.servo.detection import Detector
 from grabbergui.servo.robots.robot import Robot
 
 TRAVEL = 0.10
-"Metres up and down from the hand's first place at which it turns back."
+"Metres above and below the hand's first position at which it turns back."
 AHEAD = 0.25
-"Metres up and down from there to which it is drawn: too far to slow down before it turns back."
+"Metres above and below that position of the goal; the hand never gets near enough to slow down."
 
 
 class MarkerAhead:
-    """Sees a marker that draws the hand up, and once the hand is high, down."""
+    """Detects a marker above the hand, and once the hand is high, one below it."""
 
     def __init__(self, robot: Robot, config: Config) -> None:
         self._robot, self._id = robot, config.marker.id
@@ -44,7 +44,7 @@ class MarkerAhead:
         self._side = 1.0
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
-        """The marker as the camera would see it now."""
+        """Return the marker as the camera would see it now."""
         state = self._robot.state()
         if state is None:
             return []
@@ -63,7 +63,7 @@ _assemble = servo_robots.assemble
 
 
 def assembled(options: Namespace, config: Config, stack: ExitStack) -> servo_robots.Scene:
-    """Robot and camera as the command has them, and the marker before them."""
+    """Return the robot and camera of the command, with the simulated detection of the marker."""
     scene = _assemble(options, config, stack)
 
     def detector(*_: Any, **__: Any) -> Detector:
@@ -74,8 +74,8 @@ def assembled(options: Namespace, config: Config, stack: ExitStack) -> servo_rob
 
 
 def main(arguments: list[str]) -> int:
-    """Run the command until it is ended."""
-    run_as_others()  # whoever starts it stands for a robot, and has priority
+    """Run the command until it ends."""
+    run_as_others()  # the parent simulates a robot and has a raised priority
     with ExitStack() as stack:
         stack.enter_context(patch.object(servo_robots, "assemble", assembled))
         if "--headless" not in arguments:

@@ -1,7 +1,7 @@
-"""TEO and the camera on its head as a process of its own, as a robot and its camera have their own computers.
+"""Simulates TEO and the camera on its head in a process of its own.
 
-The robot is behind its YARP ports, the camera a GigE Vision device. Whoever starts it reads one line, where
-the name server is and when the camera's clock was zero; it ends with its standard input.
+The robot has YARP ports; the camera is a GigE Vision device. The process prints one line with the name
+server's address and the time at which the camera's clock was zero. It ends with its standard input.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ EXPOSURE_US = 4000.0
 
 
 def serve(fps: float, board: bool) -> None:
-    """Be robot and camera until standard input ends."""
+    """Run robot and camera until standard input ends."""
     single_threaded()
     robot = SimRobot(teo.MODEL)
     things = Things() if board else Things(board=lambda seconds: None)
@@ -75,18 +75,18 @@ def serve(fps: float, board: bool) -> None:
 
 @dataclass(frozen=True)
 class Stand:
-    """Where the process is found."""
+    """The addresses of the process."""
 
     name_server: str
     camera: str
-    "URI."
+    "URI of the camera."
     zero: float
-    "Seconds of `time.monotonic` at which the camera's clock was zero: frames do not give it exactly."
+    "`time.monotonic` at which the camera's clock was zero; stamps of frames do not give it exactly."
 
 
 @contextlib.contextmanager
 def stand(fps: float, *, board: bool = True) -> Iterator[Stand]:
-    """The process."""
+    """Start the process; end it with the block."""
     command = [sys.executable, "-m", "benchmarks._servo_stand", str(fps), str(int(board))]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None

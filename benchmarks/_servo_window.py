@@ -1,4 +1,4 @@
-"""The servoing window's process, operated through a terminal: `python _servo_window.py TERMINAL`.
+"""Runs the servoing window's process, operated through a terminal: `python _servo_window.py TERMINAL`.
 
 Each line of the terminal is one action of a user: `click startButton`, `click stopButton`, `press Space`,
 `press Escape`; `kill` ends the process by SIGKILL.
@@ -18,7 +18,7 @@ from grabbergui.ui.views.servo_window import ServoWindow
 
 
 def obey(terminal: str) -> Any:
-    """Click and press as the terminal says; return the object that does it."""
+    """Obey the lines of the terminal; return the object to keep alive meanwhile."""
     app, lines = application(), os.open(terminal, os.O_RDONLY | os.O_NOCTTY)
     hands: Any = QTest  # the stubs take its functions for methods
 

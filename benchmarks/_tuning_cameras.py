@@ -1,6 +1,6 @@
-"""The cameras of `tuning`: one of 3,500 nodes on each kind of connection, which notes when it was written to.
+"""The cameras of `tuning`: one with 3,500 nodes on each kind of connection, which records its writes.
 
-Each runs in a process of its own, but for `sim:`, U3V and GenTL, which have no wire to another process.
+Each runs in a process of its own, except `sim:`, U3V and GenTL, which run in the process of the window.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ ADDRESS = "127.11.9.1"
 NAME = "/tuning"
 SIMULATED = f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000"
 GIGABIT = 125e6
-"Bytes a second of the camera's link."
+"Bandwidth of the camera's link, bytes per second."
 LEAST_LEVEL, LEVELS = 20, 199
 BYTES_OF_WIDE_REGISTERS = 16 << 10
 PATIENCE = 60.0
 WRITE_PAUSE = 0.18
-"Seconds between two writes that a slider's are compared with: as long as between its own."
+"Seconds between two reference writes, as between those of a slider."
 
 Writes = list[float]
-"""When a register took each value written to it: `time.monotonic`, which all processes share."""
+"""Times at which a register was written (`time.monotonic`, common to all processes)."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +50,18 @@ class Tuned:
 
     uri: str
     writes: Callable[[], Writes]
-    "Of the tuned feature, from the beginning."
+    "Returns all writes of the tuned feature."
     create: Callable[[SourceUri], FrameGrabber]
     feature: str = "Gain"
     own_write: Callable[[], float] = lambda: 0.0
-    "Seconds that the served camera itself takes to be written to while it is; 0 where it is not served."
+    "Returns the seconds of a write to the served camera itself; 0 if the camera is not served."
     shown: bool = True
-    "Whether an image's grey value says which value it was exposed with."
+    "Whether the grey value of an image shows the value that it was exposed with."
 
 
 @dataclass
 class _Noted:
-    """Notes writes of the gain; the next frame obeys, and every frame shows its gain."""
+    """Records writes of the gain, which applies from the next frame on and sets its grey value."""
 
     writes: Writes = field(default_factory=list)
 
@@ -72,19 +72,19 @@ class _Noted:
 
 
 def _render_flat(plan: FramePlan, out: NDArray[np.uint8]) -> int:
-    """One grey value, for next to no CPU: the sensor's simulation is not what is measured."""
+    """Fill the frame with one grey value, so that rendering takes almost no CPU time."""
     size = plan.settings.image_bytes
     out[:size] = level_of(plan.settings.gain_db)
     return size
 
 
 def level_of(gain: float) -> int:
-    """The grey value that stands for a gain in dB: neighbouring hundredths have different ones."""
+    """Return the grey value for a gain in dB; it differs between neighbouring hundredths."""
     return LEAST_LEVEL + round(gain * 100) % LEVELS
 
 
 def power_on() -> dict[Register, RegisterValue]:
-    """As many frames as the link carries."""
+    """Return the initial registers for as many frames as the link carries."""
     from grabbergui.core.pfnc import by_name
 
     return {
@@ -101,7 +101,7 @@ def power_on() -> dict[Register, RegisterValue]:
 # -- in this process ---------------------------------------------------------------------------------
 @contextmanager
 def simulated() -> Iterator[Tuned]:
-    """`sim:`: registers are memory of this process."""
+    """Provide `sim:`, whose registers are memory of this process."""
     noted = _Noted()
     yield Tuned("sim:", lambda: noted.writes, lambda uri: _wide_grabber(noted))
 
@@ -116,7 +116,7 @@ def _wide_grabber(noted: _Noted) -> Camera:
 
 @contextmanager
 def u3v() -> Iterator[Tuned]:
-    """USB3 Vision's protocol whole, without a kernel's USB stack between."""
+    """Provide a camera with the whole USB3 Vision protocol, but without the kernel's USB stack."""
     from grabbergui.driver.sim.u3v.backend import SimulatedBus
     from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
     from grabbergui.driver.u3v.device import U3vDevice
@@ -134,7 +134,7 @@ def u3v() -> Iterator[Tuned]:
 
 @contextmanager
 def gentl() -> Iterator[Tuned]:
-    """EMVA's simulated producer; it has no gain, so its frame rate is changed."""
+    """Provide EMVA's simulated producer; it has no gain, so the frame rate is changed."""
     import genicam
 
     from grabbergui.driver.gentl.device import create
@@ -166,7 +166,7 @@ def _note_port(device: Device, writes: Writes) -> None:
 # -- in a process of their own -----------------------------------------------------------------------
 @contextmanager
 def gige() -> Iterator[Tuned]:
-    """The simulated GigE Vision camera behind the loopback, its link as fast as Gigabit Ethernet."""
+    """Provide the simulated GigE Vision camera on the loopback, as fast as Gigabit Ethernet."""
     from grabbergui.driver.gige.device import create
 
     with _process(be_gige) as ask:
@@ -175,7 +175,7 @@ def gige() -> Iterator[Tuned]:
 
 @contextmanager
 def yarp() -> Iterator[Tuned]:
-    """`sim:` served on YARP."""
+    """Provide `sim:`, served on YARP."""
     from grabbergui.net.yarp.client import create
 
     with _process(be_served, False) as ask:
@@ -190,7 +190,7 @@ def yarp() -> Iterator[Tuned]:
 
 @contextmanager
 def ros2() -> Iterator[Tuned]:
-    """`sim:` served on ROS 2."""
+    """Provide `sim:`, served on ROS 2."""
     from grabbergui.net.ros2.client import create
 
     with _process(be_served, True) as ask:
@@ -219,7 +219,7 @@ def _process(target: Callable[..., None], *arguments: object) -> Iterator[Callab
 
 
 def be_gige(pipe: Connection) -> None:
-    """The camera's process."""
+    """Run the camera; the target of its process."""
     from grabbergui.driver.sim.gige import registers as gev
     from grabbergui.driver.sim.gige.server import GigeCamera
 
@@ -234,7 +234,7 @@ def be_gige(pipe: Connection) -> None:
 
 
 def be_served(pipe: Connection, on_ros2: bool) -> None:
-    """The process of a camera and its server."""
+    """Run a camera and its server; the target of their process."""
     with ExitStack() as stack:
         noted = _Noted()
         camera = _wide_grabber(noted)
@@ -262,7 +262,7 @@ def be_served(pipe: Connection, on_ros2: bool) -> None:
 
 
 def _own_write(camera: Camera) -> float:
-    """Median seconds of a write to the camera itself, after pauses as the operator makes them."""
+    """Return the median seconds of a write to the camera itself, with pauses like the operator's."""
     took = []
     for number in range(40):
         time.sleep(WRITE_PAUSE)

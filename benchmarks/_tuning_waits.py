@@ -1,4 +1,4 @@
-"""Other waits of an operator at a GigE Vision camera: with this driver, with Aravis, and in the window."""
+"""Other waits of an operator of a GigE Vision camera: with this driver, with Aravis, and in the window."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ PEER = Path(__file__).with_name("_aravis_operator.py")
 
 
 def ours(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
-    """Median seconds of each action through this driver, and the seconds of all its writes of the gain.
+    """Return the median seconds of each action with this driver, and of each write of the gain.
 
-    Actions that bring an image end when it is in hand.
+    An action that leads to an image ends when the image is received.
     """
     gains: list[float] = []
     with gige() as tuned:
@@ -38,7 +38,7 @@ def ours(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
 
 
 def aravis(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
-    """The same through Aravis, and the seconds of all its writes of the gain while it streams."""
+    """Return the same with Aravis; the gain is written while it streams."""
     command = [str(SYSTEM_PYTHON), str(PEER), ADDRESS, str(writes), str(WRITE_PAUSE)]
     runs = []
     with gige():
@@ -92,7 +92,7 @@ def _driven(tuned: Tuned, writes: int, gains: list[float]) -> dict[str, float]:
 
 @contextmanager
 def _forgotten_descriptions() -> Iterator[None]:
-    """Let no camera be known from earlier."""
+    """Use an empty cache of camera descriptions."""
     vetted.cache_clear()
     before = os.environ.get("XDG_CACHE_HOME")
     with TemporaryDirectory() as folder:
@@ -106,7 +106,7 @@ def _forgotten_descriptions() -> Iterator[None]:
 
 
 def _change(camera: FrameGrabber, queue: FrameQueue, feature: str, value: str | int) -> None:
-    """Until the first frame that is as was asked for."""
+    """Write a feature and wait for the first frame with the new value."""
     camera.write_feature(feature, value)
 
     def changed(frame: Frame) -> bool:
@@ -143,15 +143,15 @@ for number in range(20):
     switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
 print(first, statistics.median(switched))
 """
-"""Run by the window: prints when it painted its first image, and how long a switch of cameras took."""
+"""Script for the window: prints when the first image was painted, and how long a switch of cameras took."""
 
 
 def by_the_window(rounds: int) -> dict[str, float]:
-    """Median seconds from the program's start to its first painted image, and of a switch between cameras.
+    """Return the median seconds to the first painted image, and of a switch between cameras.
 
-    The program is started with the camera's address, as by its desktop entry or a shell, and compiled, as pip
-    leaves it; the camera's description is known. A switch is between two open cameras, until the first
-    image of the other one is painted, the median of 20 in each round.
+    The first time counts from the start of the program with the camera's address; the program is compiled,
+    as after pip, and the camera's description is cached. A switch between two open cameras ends with the
+    first painted image of the other one; the median of 20 in each round counts.
     """
     script = _SCRIPT.format(width=WIDTH, patience=PATIENCE)
     starts, switches = [], []

@@ -1,4 +1,4 @@
-"""The window of `tuning` in a process of its own: a hand at its controls, and an eye on its image."""
+"""Runs the window of `tuning` in a process of its own, operates its controls and observes its image."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from grabbergui.ui.run.program import Program
 
 PATIENCE = 30.0
 PAUSE = 0.12
-"Seconds between two adjustments, and up to as much again: their place within a frame is random."
+"Least pause between two adjustments in seconds; a random one up to as long is added."
 AFTERWARDS = 0.05
-"Seconds of it behind an adjustment, for which the event loop goes on."
+"Seconds of the pause that follow the adjustment, in the event loop."
 YARDSTICKS = 40
-"Writes and requests of each kind to compare with, with the same pauses."
+"Number of reference writes and requests of each kind, with the same pauses."
 DRAG_SECONDS, DRAG_RATE = 5.0, 60.0
 HANDS = ("slider", "key", "wheel", "typed")
 
 
 @dataclass(frozen=True)
 class Adjusted:
-    """One adjustment: seconds from the hand's signal."""
+    """Delays of one adjustment, seconds from the control's signal."""
 
     register: float
     image: float | None
-    "To the first image painted that shows it; None where that cannot be seen in it."
+    "To the first painted image that shows it; None if images do not show the value."
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class Dragged:
     lags: list[float]
     "Seconds from each signal to the next write."
     images: list[float]
-    "How old the value was that an image showed when it was painted, seconds."
+    "Age of the value that each image shows when it is painted, seconds."
     cores: float
     painted: float
-    "Images a second meanwhile."
+    "Painted images per second meanwhile."
 
 
 @dataclass
@@ -76,7 +76,7 @@ class Seen:
 
 
 class Eye:
-    """Notes how bright each painted image is, and when it was."""
+    """Records the brightness of each painted image, and the time."""
 
     def __init__(self, program: Program) -> None:
         image = program.window.image
@@ -95,7 +95,7 @@ class Eye:
 
 
 def watch(pipe: Connection, source: str, repeats: int) -> None:
-    """Open the window on a source, adjust it by every means, drag it, and send what was `Seen`."""
+    """Open the window on a source, adjust a feature by every control, and send the results as `Seen`."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     with SOURCES[source]() as tuned:
         pipe.send(_Operator(tuned).measure(repeats))
@@ -139,7 +139,7 @@ class _Operator:
 
     # -- the window ------------------------------------------------------------------------------
     def _open_panel(self) -> None:
-        """Show every feature that there is to a guru in the first ten categories."""
+        """Show every feature of the first ten categories, with the visibility Guru."""
         from grabbergui.ui.views.feature_panel import Section
 
         panel = self.window.features
@@ -174,7 +174,7 @@ class _Operator:
         return self._results(moments)
 
     def _in_the_loop(self, move: Callable[[], None]) -> None:
-        """Move a control after a while, as Qt does: its event loop goes on at once, and needs no Python."""
+        """Move a control after a while without blocking the event loop."""
         pause = _pause()
         QTimer.singleShot(round((pause - AFTERWARDS) * 1000), Qt.TimerType.PreciseTimer, move)
         self._wait(pause)
@@ -219,7 +219,7 @@ class _Operator:
         _press(field, Qt.Key.Key_Return)
 
     def _results(self, moments: list[float]) -> list[Adjusted]:
-        """For each moment, how long until the next write and until the image's grey value changed."""
+        """Return the seconds from each signal to the next write and to the change of the grey value."""
         writes, painted = self.tuned.writes(), self.eye.painted
         found = []
         for moment in moments:
@@ -259,7 +259,7 @@ class _Operator:
         )
 
     def _image_lags(self, signals: list[float], levels: list[int]) -> list[float]:
-        """How old the value is that each image shows, at the moment at which the image is painted."""
+        """Return the age of the value that each image shows when it is painted, seconds."""
         found = []
         for at, level in self.eye.painted:
             if signals[0] <= at <= signals[-1]:
@@ -271,7 +271,7 @@ class _Operator:
 
     # -- yardsticks ------------------------------------------------------------------------------
     def _round_trip(self) -> float:
-        """Median seconds of an empty request to the other end of a remote source; 0 for a local one."""
+        """Return the median seconds of an empty request to a remote source; 0 for a local one."""
         grabber = self._grabber()
         features = grabber._known() if isinstance(grabber, RemoteGrabber) else None
         if not isinstance(features, TreeFeatures):
@@ -290,7 +290,7 @@ class _Operator:
         return source.grabber
 
     def _driver_writes(self) -> list[float]:
-        """Seconds of writes through the driver alone, from a thread of the window's process."""
+        """Return the seconds of writes by the driver alone, from a thread of the window's process."""
         grabber, name = self._grabber(), self.tuned.feature
         low = grabber.feature(name).minimum or 0
         took = []
@@ -303,7 +303,7 @@ class _Operator:
 
     # -- waiting ---------------------------------------------------------------------------------
     def _wait(self, seconds: float) -> None:
-        """Let the window live for a while."""
+        """Run the event loop for a while."""
         loop = QEventLoop()
         QTimer.singleShot(max(round(seconds * 1000), 0), Qt.TimerType.PreciseTimer, loop.quit)
         loop.exec_()

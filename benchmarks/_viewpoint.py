@@ -1,4 +1,4 @@
-"""Where a camera stands so that it sees a given point, for the scenes of benchmarks and tests."""
+"""Poses of cameras that look at a point, for the scenes of benchmarks and tests."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grabbergui.calibration.geometry import Pose, pose
 
 
 def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Pose:
-    """A camera's pose (z forward, x right, y down) at `eye` that looks at `target`."""
+    """Return the pose of a camera at `eye` (z forward, x right, y down) that looks at `target`."""
     position = np.asarray(eye, np.float64)
     forward = np.asarray(target, np.float64) - position
     forward /= np.linalg.norm(forward)

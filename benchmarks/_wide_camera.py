@@ -1,4 +1,4 @@
-"""The simulated camera with thousands of features more, as large as the largest of real descriptions."""
+"""The simulated camera with thousands of added nodes, as many as the largest real descriptions have."""
 
 import re
 import struct
@@ -8,7 +8,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.device import SimulatedDevice, create_device
 
 BASE = 0x4000_0000
-"Registers from here on are the added ones."
+"Address of the first added register."
 CATEGORIES = 56
 LEVELS = ("Beginner", "Expert", "Guru")
 
@@ -29,13 +29,13 @@ _FEATURES = """
 <IntReg Name="{0}ModeReg"><Address>{5}</Address><Length>4</Length><AccessMode>RW</AccessMode>
   <pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
 """
-"""Of one unit: three features that a person sees, nine nodes with those below them and their entries."""
+"""XML of one unit: three visible features; nine nodes with their registers and entries."""
 UNITS = 7
-"Of each category."
+"Number of units in each category."
 
 
 def wide_description(xml: bytes) -> bytes:
-    """A description with about three thousand nodes more, in categories of their own."""
+    """Return a description with about three thousand more nodes, in categories of their own."""
     categories, features = [], []
     for category in range(CATEGORIES):
         names = [f"Unit{category}x{unit}" for unit in range(UNITS)]
@@ -60,7 +60,7 @@ def nodes(xml: bytes) -> int:
 
 
 class WideDevice(SimulatedDevice):
-    """It streams as the simulated camera does."""
+    """The simulated camera with the wide description; it streams as before."""
 
     def __init__(self, inner: SimulatedDevice) -> None:
         super().__init__(inner.info, inner.model)
@@ -82,5 +82,5 @@ class WideDevice(SimulatedDevice):
 
 
 def create_wide(uri: SourceUri) -> Camera:
-    """A grabber of it, whatever the URI's kind."""
+    """Return a grabber of the wide camera, whatever the URI's scheme."""
     return Camera(WideDevice(create_device(SourceUri("sim", uri.name, uri.options))))

@@ -1,7 +1,7 @@
-"""The processes of `yarp_ports`: senders, readers, askers and answerers, ours and real YARP's.
+"""The processes of `yarp_ports`: senders, readers, clients and servers, ours and real YARP's.
 
-Real YARP is driven through its Python bindings, of which a port's own threads and all copying are C++. The
-name server of both is ours; real YARP finds it by its configuration folder (YARP_CONFIG_HOME).
+Real YARP is used through its Python bindings, in which the port's threads and all copying are C++. Both use
+our name server; real YARP finds it by its configuration folder (YARP_CONFIG_HOME).
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ class Received:
     """The frames of a stream that a reader received."""
 
     ages: list[float]
-    "Milliseconds from each image's stamp."
+    "Age of each image on arrival, milliseconds from its stamp."
     seconds: float
-    "From the first image to the last."
+    "Seconds from the first image to the last."
     cpu: float
-    "Seconds of the process."
+    "CPU seconds of the process."
 
 
 @dataclass(frozen=True)
 class Order:
-    """A stream to be made."""
+    """The parameters of a stream."""
 
     names: str
     "Address of the name server."
@@ -54,7 +54,7 @@ class Order:
     size: tuple[int, int]
     seconds: float
     rate: float = 0.0
-    "Images a second; 0: each when the one before is gone."
+    "Images per second; 0: each as soon as the one before is sent."
 
 
 def gradient(width: int, height: int) -> np.ndarray[Any, Any]:
@@ -63,7 +63,7 @@ def gradient(width: int, height: int) -> np.ndarray[Any, Any]:
 
 # -- ours --------------------------------------------------------------------------------------------
 def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None:
-    """Send for a while and answer count and CPU, then the last image until the reader has it."""
+    """Send for a while; report count and CPU seconds; then repeat the last image until told to end."""
     cpu, began, count = _cpu(), time.monotonic(), 0
     while (now := time.monotonic()) < began + order.seconds:
         if order.rate and now < began + count / order.rate:
@@ -76,7 +76,7 @@ def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None
 
 
 def send_ours(pipe: Connection, order: Order) -> None:
-    """Answer that it is there; after the command to begin, see `_send`."""
+    """Report that the port is ready; after the command to begin, see `_send`."""
     header, body = image.encode(gradient(*order.size), "rgb")
     port = OutputPort(SENDER, NameClient.find(order.names))
     with port:
@@ -95,7 +95,7 @@ def send_ours(pipe: Connection, order: Order) -> None:
 
 
 def read_ours(pipe: Connection, order: Order) -> None:
-    """Answers that it is there, then, at the stream's end, a `Received`."""
+    """Report that the port is ready, then, at the end of the stream, a `Received`."""
     ages: list[float] = []
     first = last = cpu = 0.0
     port = InputPort(READER, NameClient.find(order.names), depth=2)
@@ -121,7 +121,7 @@ def read_ours(pipe: Connection, order: Order) -> None:
 
 
 def ask_ours(pipe: Connection, names: str, name: str, seconds: float) -> None:
-    """Round trips in milliseconds."""
+    """Measure round trips in milliseconds."""
     times = []
     with RpcClient(name, NameClient.find(names)) as client:
         until = time.monotonic() + seconds
@@ -149,7 +149,7 @@ def _yarp() -> Any:
 
 
 def _open(port: Any, name: str) -> None:
-    """Real YARP takes the number that the name server offers, which another program may have by then."""
+    """Open a port of real YARP; retry if another program took the offered port number meanwhile."""
     for _ in range(5):
         if port.open(name):
             return
@@ -157,7 +157,7 @@ def _open(port: Any, name: str) -> None:
 
 
 def send_real(pipe: Connection, order: Order) -> None:
-    """See `send_ours`."""
+    """Do as `send_ours`, with real YARP."""
     yarp, pixels = _yarp(), gradient(*order.size)
     port = yarp.BufferedPortImageRgb()
     _open(port, SENDER)
@@ -177,7 +177,7 @@ def send_real(pipe: Connection, order: Order) -> None:
 
 
 def read_real(pipe: Connection, order: Order) -> None:
-    """See `read_ours`."""
+    """Do as `read_ours`, with real YARP."""
     yarp = _yarp()
     ages: list[float] = []
     first = last = cpu = 0.0
@@ -198,7 +198,7 @@ def read_real(pipe: Connection, order: Order) -> None:
 
 
 def ask_real(pipe: Connection, names: str, name: str, seconds: float) -> None:
-    """See `ask_ours`."""
+    """Do as `ask_ours`, with real YARP."""
     yarp = _yarp()
     port = yarp.RpcClient()
     _open(port, f"{name}/asker")
@@ -215,7 +215,7 @@ def ask_real(pipe: Connection, names: str, name: str, seconds: float) -> None:
 
 
 def answer_real(pipe: Connection, names: str, name: str) -> None:
-    """See `answer_ours`; it ends with its process."""
+    """Do as `answer_ours`, with real YARP, until the process ends."""
     yarp = _yarp()
     port = yarp.RpcServer()
     _open(port, name)

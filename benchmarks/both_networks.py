@@ -2,8 +2,8 @@
 
     python -m benchmarks.both_networks [--seconds 4] [--pixel-format BayerRG8] [--sizes 1080p]
 
-The server is one process; every reader is another. Latency is from the exposure's stamp to the whole image
-in the reader's hands. An image counts as delivered when the reader has the one with that stamp.
+The server is one process; every reader is another. Latency counts from the exposure's stamp until the
+reader has the whole image. An image counts as delivered when the reader has received its stamp.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ _VALUES: dict[str, Callable[[Run], float | None]] = {
 
 
 def goals(rows: list[Row]) -> list[Goal]:
-    """Judge the rows by the goals, as far as they show them."""
+    """Judge the rows by the goals that apply to them."""
     found = []
     for row in rows:
         run = row.run

@@ -21,7 +21,7 @@ from grabbergui.core.pfnc import FORMATS, Family, PixelFormat
 
 WIDTH, HEIGHT = 2448, 2048
 VIEW = (1200, 1000)
-"The window's image view on a full-HD screen, roughly."
+"Approximate size of the image view on a full-HD screen."
 
 METHOD = """{width}×{height} pixels of noise on one core; the shortest of many runs counts. *Peer* is the
 least possible work: a plain copy if only bytes move, otherwise OpenCV's own conversion of 8-bit pixels that
@@ -33,14 +33,14 @@ MEASURED = {
     *("Mono8", "Mono10", "Mono10p", "Mono12", "Mono12p", "Mono12Packed", "Mono14p", "Mono16", "RGB8", "BGR8"),
     *("RGBa8", "BGRa8", "YUV422_8", "YUV422_8_UYVY", "YCbCr601_422_8", "YCbCr709_422_8", "YCbCr2020_422_8"),
 }
-"One of each layout, beside Bayer."
+"One format of each layout, besides Bayer."
 UNPACKING = "10 to 14 packed bits unpacked in at most 2 × a plain copy"
 PACKED_BAYER = "RGB from packed Bayer in at most 2 × OpenCV's conversion of 8 bits"
 YUV = "RGB from YUV 4:2:2 in at most 1.5 × OpenCV's conversion"
 GOALS = {UNPACKING: 2.0, PACKED_BAYER: 2.0, YUV: 1.5}
-"With compiled loops (the extra `fast`); the worst format of each counts."
+"Goals with compiled loops (the extra `fast`); the worst format of each kind counts."
 _ONE_OF_EACH = ("", "RG")
-"Bayer orders differ in a constant only: one is enough."
+"The Bayer orders differ only in a constant, so one is measured."
 
 
 def measure(argv: list[str] | None = None) -> Section:
@@ -116,7 +116,7 @@ def _judged(pixel_format: PixelFormat, unpacking: float, colour: float) -> list[
 
 
 def random_frame(pixel_format: PixelFormat, width: int, height: int) -> Frame:
-    """Return noise of the right size: the speed of no conversion depends on the content."""
+    """Return noise of the right size; no conversion depends on the content."""
     size = pixel_format.image_bytes(width, height)
     payload = np.random.default_rng(0).integers(0, 256, size, np.uint8)
     return Frame(payload, width, height, pixel_format)

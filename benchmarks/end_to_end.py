@@ -2,7 +2,7 @@
 
     python -m benchmarks end_to_end [--seconds 5] [--rounds 3]
 
-AravisCamera (github.com/roboticslab-uc3m/aravis-yarp-devices) takes part where `yarpdev` is on the PATH and
+AravisCamera (github.com/roboticslab-uc3m/aravis-yarp-devices) takes part if `yarpdev` is on the PATH and
 finds it.
 """
 
@@ -55,7 +55,7 @@ COMMANDS = {
 CAMERA = Conditions(GIGABIT, segmentation=False, counted=True)
 CAP_NET_RAW = 13
 PATIENCE = 20.0
-"Seconds in which a server must have come up."
+"Seconds that a server has to start."
 SETTLING = 2.0
 "Seconds of streaming before anything counts."
 HEADER = ["server", "frames/s", "latency, median", "95 %", "CPU", "CPU per frame"]
@@ -75,14 +75,14 @@ READING = [
 
 @dataclass(frozen=True)
 class Run:
-    """One server's run."""
+    """The results of one server's run."""
 
     frames: int
     seconds: float
     cpu: float
-    "Seconds of the server's process."
+    "CPU seconds of the server's process."
     latencies: list[float]
-    "Milliseconds, sorted."
+    "Latencies in milliseconds, sorted."
 
     @property
     def median(self) -> float:
@@ -171,7 +171,7 @@ def running(server: str, names: str) -> Iterator[int]:
 
 
 def read(pipe: Connection, names: str, seconds: float) -> None:
-    """Send a sign when connected, then each image's arrival and the number in its first pixel."""
+    """Report the connection, then the arrival time of each image and the number in its first pixel."""
     port = InputPort("/benchmark/reader", NameClient.find(names), depth=4)
     with port:
         until = time.monotonic() + PATIENCE
@@ -244,7 +244,7 @@ def rows(runs: dict[str, list[Run]]) -> list[list[str]]:
 
 
 def goals(runs: dict[str, list[Run]]) -> list[Goal]:
-    """Judge ours by multiples of AravisCamera's, round by round; no goals without it."""
+    """Judge our figures as multiples of AravisCamera's, round by round; no goals without it."""
     if THEIRS not in runs:
         return []
 

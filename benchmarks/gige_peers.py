@@ -1,7 +1,7 @@
 """Receivers of GigE Vision side by side: this driver, Aravis and viva-genicam, on the same camera.
 
 The simulated camera sends from a process of its own on the loopback; the receivers take turns, several short
-runs each, of which the median counts. Only ratios within one table mean something.
+runs each, of which the median counts. Compare figures within one table only.
 
     python -m benchmarks gige_peers [--seconds 4] [--runs 3] [--long 60]
 """
@@ -60,7 +60,7 @@ READING = [
 
 @dataclass(frozen=True)
 class Case:
-    """One comparison."""
+    """The conditions of one comparison."""
 
     packet_size: int
     conditions: Conditions
@@ -79,13 +79,13 @@ CASES = [
     SINGLY,
 ]
 FAST = Case(8164, Conditions(3.1e9))
-"What 25 Gigabit Ethernet carries."
+"A stream at the rate of 25 Gigabit Ethernet."
 FAST_SECONDS, FAST_SHARE = 10.0, 0.95
-"How long, and the share of that rate that must be frames: packets have headers."
+"Duration in seconds, and the part of the rate that must arrive as frames; packets have headers."
 MOST_COST, MOST_COST_FAST = 0.7, 0.15
-"CPU seconds a GB that are asked for: of packets sent singly, and of large ones at 3.1 GB/s."
+"Goals in CPU seconds per GB: for packets sent singly, and for large ones at 3.1 GB/s."
 Results = dict[str, list[Run]]
-"By receiver."
+"The runs of each receiver, by its name."
 
 
 def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -> Results:
@@ -217,7 +217,7 @@ def latency_table(seconds: float, runs: int) -> tuple[Table, list[Goal]]:
 
 
 def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
-    """Run ours for long, alone and with the window painting."""
+    """Run our driver for a long time, alone and with the window painting."""
     rows, goals = [], []
     case = Case(1400, Conditions())
     for label, name in (("alone", "ours"), ("window painting, the kernel's own buffer limit", "window")):
@@ -232,7 +232,7 @@ def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
 
 
 def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal]:
-    """Judge the results; without an Aravis to compare with there is no goal."""
+    """Judge the results; there are no goals without Aravis."""
     made = []
     for case, results in found.items():
         times_cost, times_rate = ratio(results, cost), ratio(results, rate)
@@ -263,7 +263,7 @@ def singly_goal(results: Results) -> list[Goal]:
 
 
 def fast_run() -> tuple[Table, list[Goal]]:
-    """Run ours at the rate of 25 Gigabit Ethernet."""
+    """Run our driver at the rate of 25 Gigabit Ethernet."""
     run, _ = observe(FAST, FAST_SECONDS, lambda *a: in_child("ours", *a))
     speed, lost = run.frames_per_second * PAYLOAD / 1e9, run.incomplete
     row = [FAST.name, f"{run.seconds:.0f} s", f"{speed:.2f} GB/s", str(lost), f"{run.cpu_per_gb:.2f}"]

@@ -1,7 +1,7 @@
-"""Receiving a GigE Vision stream at the line rate of gigabit Ethernet, and as fast as it goes.
+"""Receiving a GigE Vision stream at the line rate of Gigabit Ethernet, and without a limit.
 
-A process of its own sends prebuilt packets over the loopback with `sendmmsg`, paced; this one receives them
-by batches (`recvmmsg`) and a datagram at a time. Figures are of one machine in one run: compare the rows.
+Another process sends prebuilt packets over the loopback with `sendmmsg`, paced; this one receives them in
+batches (`recvmmsg`) and one datagram at a time. The figures depend on the machine; compare the rows.
 
     python -m benchmarks.gige_receive [--seconds 5]
 """
@@ -34,14 +34,14 @@ from grabbergui.driver.gige.stream.sockets import buffer_bytes, open_stream_sock
 WIDTH, HEIGHT = 2048, 2048
 PAYLOAD = WIDTH * HEIGHT
 LINE_RATE = 117_500_000
-"Payload bytes a second that gigabit Ethernet carries."
+"Payload of Gigabit Ethernet, bytes per second."
 BURST = 32
 DEVICE, HOST = "127.0.0.9", "127.0.0.1"
 
 
 @dataclass(frozen=True)
 class Result:
-    """One run."""
+    """The figures of one run."""
 
     sent: int
     frames: int
@@ -49,7 +49,7 @@ class Result:
     packets_missing: int
     seconds: float
     cpu: float
-    "Seconds of this process."
+    "CPU seconds of this process."
 
     @property
     def megabytes_per_second(self) -> float:
@@ -57,7 +57,7 @@ class Result:
 
 
 class Sender:
-    """One image's packets, prebuilt; only the block id changes from image to image."""
+    """Sends the prebuilt packets of an image; only the block id changes between images."""
 
     def __init__(self, port: int, packet_size: int) -> None:
         stride = gvsp.payload_stride(packet_size)
@@ -82,7 +82,7 @@ class Sender:
         self._call = ctypes.CDLL(None, use_errno=True).sendmmsg
 
     def send(self, block_id: int, began: float, rate: float) -> None:
-        """One image; packets leave no earlier than `rate` bytes a second allow (0: at once)."""
+        """Send one image at no more than `rate` bytes per second (0: without a limit)."""
         identity = block_id.to_bytes(2, "big")
         for packet in self.packets:
             packet[2], packet[3] = identity
@@ -98,7 +98,7 @@ class Sender:
 
 
 def send_images(port: int, packet_size: int, rate: float, seconds: float, result: Connection) -> None:
-    """The sending process."""
+    """Send images for a while; the target of the sending process."""
     sender = Sender(port, packet_size)
     began = time.monotonic()
     sent = 0

@@ -1,9 +1,9 @@
-"""How fast the simulated GigE Vision camera sends on the loopback, and what it costs.
+"""Rate and CPU time of the simulated GigE Vision camera, sending on the loopback.
 
     python -m benchmarks.gige_send [--seconds 5]
 
-The receiver is a process of its own that only counts. Full images (2448×2048 Mono8) of a test pattern,
-so that the sending is measured and not the rendering.
+The receiver is another process that only counts. The images are full-size test patterns (2448×2048 Mono8),
+which need no rendering.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TRAILER = 2
 
 
 def receive(port_out: Connection, result_out: Connection) -> None:
-    """Count datagrams until none comes for a second."""
+    """Count datagrams until none arrives for a second."""
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.setsockopt(socket.SOL_SOCKET, 33, 64 << 20)  # SO_RCVBUFFORCE
     receiver.bind(("127.0.0.1", 0))
@@ -45,7 +45,7 @@ def receive(port_out: Connection, result_out: Connection) -> None:
 
 
 def send(packet_size: int, seconds: float) -> None:
-    """Send as fast as it goes, and print how fast that is."""
+    """Send without a limit and print the rate."""
     port_in, port_out = multiprocessing.Pipe(False)
     result_in, result_out = multiprocessing.Pipe(False)
     receiver = multiprocessing.Process(target=receive, args=(port_out, result_out))

@@ -1,4 +1,4 @@
-"""`for frame in camera.frames()` beside the grabber's bare queue, and the wait for a frame with a setting.
+"""The cost of `camera.frames()` compared with the bare queue, and the wait for a frame with a new setting.
 
 python -m benchmarks library [--seconds 5] [--rounds 3]
 """
@@ -18,7 +18,7 @@ from benchmarks._gige_camera import ADDRESS, GIGABIT, Conditions, camera_process
 from benchmarks._results import Goal, Section, Table, machine
 
 DEAREST = 1.03
-"Goal: CPU of the iterator beside the queue."
+"Goal: CPU time of the iterator as a multiple of the queue's."
 
 METHOD = """A simulated GigE camera in another process sends frames of 4 MiB at 4 Gbit/s. They are read for
 {seconds:g} s in turn by a bare loop over `queue.get()` and by `for frame in camera.frames()`; medians of
@@ -30,7 +30,7 @@ call to the first frame with that exposure. The first call switches chunk data o
 
 
 class Turn(NamedTuple):
-    """Frames per second, and seconds of CPU per frame: of the process, and of its reading thread."""
+    """Frames per second, and CPU seconds per frame of the process and of its reading thread."""
 
     rate: float
     process: float

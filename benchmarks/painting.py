@@ -1,9 +1,9 @@
-"""Showing a camera: the whole window at the camera's rate, and the image view alone as fast as it paints.
+"""Showing a camera: the whole window at the camera's rate, and the image view alone without a limit.
 
     python -m benchmarks painting [--seconds 4] [--window 1600x1000]
 
-Offscreen; nothing is said of a graphics card. The peer is pyqtgraph's ImageItem, which most Python viewers
-use, given the finished RGB image in the same run.
+The window is offscreen; graphics cards are not measured. The figures are compared with pyqtgraph's ImageItem,
+which most Python viewers use, with the converted RGB image in the same run.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from grabbergui.core.pixels import Region
 from grabbergui.ui.views.image_view import ImageView
 
 WARM = 30
-"""Images painted before the measurement begins; the controls are there by then."""
+"""Images painted before the measurement begins; by then the controls are filled."""
 METHOD = """The whole window ({window}, as it opens), offscreen, on the simulated camera at the camera's own
 rate for {seconds:g} seconds: frames received, images painted, and CPU of the process without the camera's
 own thread. The camera shows a still pattern; nothing is reused from one frame to the next.
@@ -45,7 +45,7 @@ finished RGB image, so its figures exclude the conversion."""
 
 @dataclass(frozen=True)
 class Case:
-    """A camera to watch."""
+    """A camera to show."""
 
     label: str
     pixel_format: str
@@ -54,7 +54,7 @@ class Case:
     rate: float
     "Frames per second."
     asked: bool = False
-    "Whether it has to be shown with less than one core."
+    "Whether there is a goal: shown with less than one core."
 
     @property
     def title(self) -> str:
@@ -76,10 +76,11 @@ class Watched:
     """Frames that the whole window received and painted, and their cost."""
 
     came: float
+    "Frames received per second."
     painted: float
-    "Both a second."
+    "Frames painted per second."
     cores: float
-    "Of the process, without the simulated sensor."
+    "Cores used by the process, without the simulated sensor."
     sensor: float
 
 
@@ -170,7 +171,7 @@ def _in_a_process(case: Case, window: str, seconds: float) -> Watched:
 
 
 def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
-    """Open the window on a camera and look at it for a while."""
+    """Open the window on a camera and measure for a while."""
     from grabbergui.ui.application import Preferences, application
     from grabbergui.ui.run.program import Program
     from grabbergui.ui.theme import Theme, dress
@@ -230,7 +231,7 @@ def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[fl
 
 
 def in_an_image_item(case: Case, columns: int, rows: int, seconds: float) -> float:
-    """Return frames per second through pyqtgraph's ImageItem: the whole image in 8 bits, converted before."""
+    """Return frames per second through pyqtgraph's ImageItem: whole 8-bit images, converted before."""
     images = [pixels.for_display(frame).pixels for frame in frames_of(case)]
     view = pg.GraphicsView()
     box = pg.ViewBox(lockAspect=True, invertY=True)

@@ -2,8 +2,8 @@
 
     python -m benchmarks recording [--frames 24] [--folder DIR]
 
-The images are the simulated sensor's, noise included. Without --folder they go to a folder in memory
-(/dev/shm), so that the writers are measured and not the disk.
+The images come from the simulated sensor, with noise. Without --folder they are written to memory
+(/dev/shm), so the disk is not measured.
 """
 
 from __future__ import annotations
@@ -57,13 +57,13 @@ class Row:
 
     title: str
     kind: RecordingKind | None
-    "None for a movie by OpenCV."
+    "Kind of recording; None for a movie by OpenCV."
     name: str
     pixel_format: str = "Mono8"
     code: str = ""
-    "OpenCV's name of the codec."
+    "OpenCV's code of the codec."
     live: bool = True
-    "Whether the camera's stream is recorded as well, which is a goal."
+    "Whether a live stream is recorded, too, which is a goal."
 
 
 ROWS = (
@@ -89,9 +89,9 @@ class Speed:
 
     rate: float
     cpu: float
-    "Seconds a frame."
+    "CPU seconds per frame."
     size: float
-    "Bytes a frame."
+    "Bytes per frame."
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -126,7 +126,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 def images(width: int, height: int, name: str = "BayerRG8", count: int = 6) -> list[Frame]:
-    """Return a moment of the simulated studio."""
+    """Return consecutive images of the simulated studio."""
     sensor, pixel_format = Sensor(), by_name(name)
     left, top = (SENSOR_WIDTH - width) // 2, (SENSOR_HEIGHT - height) // 2
     optics = Optics(ratios=(1.6, 1.0, 1.3))
@@ -140,7 +140,7 @@ def images(width: int, height: int, name: str = "BayerRG8", count: int = 6) -> l
 
 
 class OpenCvMovie:
-    """A movie by OpenCV's writer."""
+    """Writes a movie with OpenCV."""
 
     def __init__(self, path: Path, code: str, frame: Frame) -> None:
         size, colour = (frame.width, frame.height), [cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
@@ -155,7 +155,7 @@ class OpenCvMovie:
 
 
 def written(row: Row, frames: list[Frame], count: int, folder: Path) -> Speed:
-    """Write some frames, closing included."""
+    """Write some frames and close the file."""
     with tempfile.TemporaryDirectory(dir=folder, prefix="recording-benchmark-") as place:
         path = Path(place) / row.name
         writer: OpenCvMovie | RecordingWriter
@@ -178,7 +178,7 @@ def written(row: Row, frames: list[Frame], count: int, folder: Path) -> Speed:
 
 
 def recorded(folder: Path, seconds: float, rounds: int) -> dict[Row, RecordingProgress]:
-    """Record the simulated camera's stream, 8.8 MP at its rate, as window and command line do."""
+    """Record the simulated camera's stream, 8.8 MP at its own rate, as the program does."""
     _, width, height = SIZES[-1]
     grabber = sources.create(f"sim:?width={width}&height={height}&fps={CAMERA_RATE:g}")
     grabber.open()

@@ -2,8 +2,8 @@
 
     python -m benchmarks ros2_drivers [--seconds 5] [--rounds 3]
 
-camera_aravis2's `camera_driver_gv` is taken from the variable CAMERA_ARAVIS2 (a path) or from the PATH;
-without it ours is measured alone, and the page says so.
+The path of camera_aravis2's `camera_driver_gv` is taken from the variable CAMERA_ARAVIS2 or from the PATH.
+Without it only our server is measured, and the page says so.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ SIZES = (Size("1080p", 1920, 1080, 30.0), Size("8.8 MP", 4096, 2160, 10.0))
 READERS = (1, 4)
 PROFILE = Path(__file__).parents[1] / "resources/ros2/fastdds.xml"
 ARRIVE = 2.0
-"Seconds in which the last images may still come."
+"Seconds that the last images have to arrive."
 WRITES = 20
-"Of Gain, a round."
+"Writes of Gain per round."
 TOPIC = "/camera/image_raw"
 CALIBRATION = """image_width: 1920
 image_height: 1080
@@ -89,17 +89,17 @@ READING = [
 
 @dataclass
 class Runs:
-    """All rounds of one driver with one image and so many readers."""
+    """All rounds of one driver with one image size and number of readers."""
 
     delivered: list[tuple[int, int]] = field(default_factory=list)
-    "Images that the worst reader has, and of how many."
+    "Images that the worst reader received, and images exposed, for each round."
     ages: list[list[float]] = field(default_factory=list)
-    "Milliseconds, of all readers."
+    "Latencies of all readers in milliseconds, sorted, for each round."
     cpu_an_image: list[float] = field(default_factory=list)
-    "Milliseconds of the driver's process."
+    "CPU milliseconds per image of the driver's process, for each round."
     reader_cores: list[float] = field(default_factory=list)
     failed: int = 0
-    "Rounds in which a reader got nothing at all."
+    "Rounds in which a reader received nothing."
 
     def add(self, watched: Watched, seen: list[Seen], cpu: float) -> None:
         judged = {began for _, began in watched.exposures}
@@ -117,7 +117,7 @@ class Runs:
 
     @property
     def share(self) -> float:
-        """Percent of all rounds' images that the worst reader has."""
+        """Percentage of the images of all rounds that the worst reader received."""
         worst, of = self._sums()
         return 100 * worst / of if of and not self.failed else 0.0
 
@@ -130,13 +130,13 @@ class Runs:
         return sum(worst for worst, _ in self.delivered), sum(of for _, of in self.delivered)
 
     def age(self, share: float) -> float | None:
-        """Return the age that a share of images does not exceed, the rounds' median, or None."""
+        """Return the latency that a share of images does not exceed, the median of the rounds, or None."""
         rounds = [ages[min(int(len(ages) * share), len(ages) - 1)] for ages in self.ages if ages]
         return statistics.median(rounds) if rounds else None
 
     @property
     def cpu(self) -> float:
-        """Milliseconds an image, the median of the rounds."""
+        """CPU milliseconds per image, the median of the rounds."""
         return statistics.median(self.cpu_an_image or [float("nan")])
 
 
@@ -149,11 +149,11 @@ class Gains:
 
 
 Key = tuple[str, str, int]
-"Image, driver, readers."
+"Image size, driver, number of readers."
 
 
 def _exposed(exposures: Sequence[tuple[int, int]], arrivals: Sequence[tuple[int, int]]) -> dict[int, int]:
-    """When each image was exposed, and when it arrived: the latest before with the same first pixel."""
+    """Map the exposure of each image to its arrival, matching the latest one with the same first pixel."""
     by_pixel: dict[int, list[int]] = defaultdict(list)
     for pixel, began in exposures:
         by_pixel[pixel].append(began)
@@ -167,13 +167,13 @@ def _exposed(exposures: Sequence[tuple[int, int]], arrivals: Sequence[tuple[int,
 
 # -- the drivers -------------------------------------------------------------------------------------
 def peer() -> str | None:
-    """The peer's program, if it is here."""
+    """Return the path of camera_aravis2's program, or None if it is not installed."""
     named = os.environ.get("CAMERA_ARAVIS2")
     return shutil.which(named or PEER_PROGRAM)
 
 
 def as_ordinary_user(command: list[str]) -> list[str]:
-    """Without the capabilities that root has: packet sockets and larger buffers are not everybody's."""
+    """Return the command, run without root's capabilities such as packet sockets and larger buffers."""
     if os.geteuid() != 0:
         return command
     return ["setpriv", "--bounding-set=-all", "--inh-caps=-all", *command]
@@ -205,7 +205,7 @@ def command_of(driver: str, folder: Path) -> list[str]:
 
 @contextmanager
 def running(driver: str) -> Iterator[int]:
-    """The driver's process number; it ends with the block."""
+    """Run the driver for the block; yield its process id."""
     with tempfile.TemporaryDirectory() as name, tempfile.TemporaryFile("w+") as log:
         environment = {key: value for key, value in os.environ.items() if not key.startswith("FASTDDS_")}
         if driver == PEER_WITH_PROFILE:
@@ -256,7 +256,7 @@ def measured(
 def watch(
     camera: Connection, readers: list[Connection], pid: int, seconds: float, runs: Runs
 ) -> tuple[str, ...]:
-    """Let the readers join and watch for a while; they go on reading."""
+    """Let the readers join and measure for a while; they continue to read."""
     for reader in readers:
         reader.send("join")
     came = [reader.recv() for reader in readers]
@@ -275,7 +275,7 @@ def watch(
 
 
 def set_gain(camera: Connection, operator: Connection, gains: Gains) -> None:
-    """While one reader reads."""
+    """Set Gain repeatedly while one reader receives."""
     _ask(camera, "begin")
     done = _ask(operator, "set")
     watched = _ask(camera, "end")
@@ -365,7 +365,7 @@ def charts(runs: dict[Key, Runs]) -> list[Chart]:
 
 
 def goals(runs: dict[Key, Runs], gains: dict[str, Gains]) -> list[Goal]:
-    """Ours no worse than the peer's; nothing where there is no peer."""
+    """Judge our figures by those of camera_aravis2; no goals without it."""
     found = []
     for size, driver, count in runs:
         theirs = runs.get((size, PEER, count))

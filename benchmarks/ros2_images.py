@@ -1,8 +1,8 @@
-"""The effect of our DDS profile on images between processes: with it, without it, at the reader only.
+"""The effect of our DDS profile on images between processes: with it, without it, and at the reader only.
 
     python -m benchmarks.ros2_images [--seconds 4] [--readers 1 4]
 
-Fast DDS's own shared memory holds half a megabyte, less than an image; with our profile it is 64.
+Fast DDS's default shared memory holds half a megabyte, less than one image; with our profile it holds 64.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PLAIN = (
     '<dds xmlns="http://www.eprosima.com"><profiles><participant profile_name="plain">'
     "<rtps><name>plain</name></rtps></participant></profiles></dds>"
 )
-"A profile that changes nothing; none at all Fast DDS calls an error."
+"A profile that changes nothing, as Fast DDS reports a missing one as an error."
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 WIDTH, HEIGHT, RATE = 1920, 1080, 30.0
 CASES = {
@@ -80,7 +80,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 def delivered(server_has: bool, readers_have: bool, readers: list[int], seconds: float) -> dict[int, Run]:
-    """Runs by how many read. Each process takes the environment at its start, and a domain of their own."""
+    """Return the runs by number of readers. Processes read their profile when they start."""
     on_this_machine_only()
     with ExitStack() as stack:
         stack.callback(os.environ.pop, PROFILES, None)
@@ -88,7 +88,7 @@ def delivered(server_has: bool, readers_have: bool, readers: list[int], seconds:
         nothing.write_text(PLAIN)
 
         def profile(wanted: bool) -> None:
-            """Ours is taken where the variable is not set."""
+            """Choose our profile, which is the default, or the empty one."""
             if wanted:
                 os.environ.pop(PROFILES, None)
             else:

@@ -1,4 +1,4 @@
-"""Closed loop with late and lost images, light that changes and a marker that moves, in simulated time.
+"""Closed loop in simulated time with late and lost images, changing light and a moving marker.
 
 Errors are against the marker's true pose.
 """
@@ -33,9 +33,9 @@ from grabbergui.servo.state_machine import State
 FPS, DELAY, LOSS = 30.0, 0.1, 0.05
 SPEED, RADIUS = 0.2, 0.1
 RESERVE = 1.1
-"Factor on the marker's speed that the arm must be able to reach; at 1 it could never catch up."
+"Speed that the arm must be able to reach, relative to the marker; at 1 it could never catch up."
 PLACES, STEP = 17, 0.01
-"Places of a path that are checked, and seconds along it that give its direction."
+"Number of checked positions on a path, and the seconds of motion that give its direction."
 FOLLOWED = 6.0
 SETTLING = 2.0
 GOAL_MM = 15.0
@@ -57,7 +57,7 @@ control cycle, whatever state the loop is in. Settings: `[arm] follow {FOLLOW}`,
 `[safety] image_timeout {CONFIG.safety.image_timeout}`, the longest with which motion ends within 0.2 s
 of the last image: a single lost image does not end the motion; two in a row do, until the next one comes."""
 Path = Callable[[float], Vector]
-"Seconds since it began to how far the marker has gone, in its own axes, metres."
+"Maps the seconds since the start to the marker's displacement in its own axes, metres."
 
 
 def circle(seconds: float) -> Vector:
@@ -70,7 +70,7 @@ def to_and_fro(seconds: float) -> Vector:
 
 
 def light(seconds: float) -> float:
-    """Of what the exposure is set for: clouds, and a lamp."""
+    """Return the light relative to that for which the exposure is set: clouds and a lamp."""
     lamp = 0.35 if math.fmod(seconds, 7.0) > 4.0 else 0.0
     return 0.75 + 0.4 * math.sin(0.9 * seconds) + lamp
 
@@ -80,7 +80,7 @@ def moved(board: Pose, by: Vector) -> Pose:
 
 
 def can_follow(model: KinematicModel, board: Pose, path: Path) -> bool:
-    """Whether arm and head can go along all of the path from the arm's home."""
+    """Return whether arm and head can follow the whole path, starting at the arm's home."""
     reach, arm = ArmController(ArmConfig(), 0.10), model.arm
     in_base = geometry.inverse(model.stands)
     angles: Vector | None = model.home
@@ -103,7 +103,7 @@ def can_follow(model: KinematicModel, board: Pose, path: Path) -> bool:
 
 
 def can_move(arm: Chain, angles: Vector, velocity: Vector) -> bool:
-    """Whether the joints can move the tool at a velocity, m/s, without a turn."""
+    """Return whether the joints can move the tool at a velocity, m/s, without rotating it."""
     twist = np.concatenate((velocity, np.zeros(3)))
     slow = 0.01
     joints = arm.velocities_for(angles, twist * slow) / slow  # slowly, as it keeps to the limits
@@ -111,7 +111,7 @@ def can_move(arm: Chain, angles: Vector, velocity: Vector) -> bool:
 
 
 def can_show(model: KinematicModel, marker: Pose) -> bool:
-    """Whether a head that turns to a marker (in the base), as far as it can, has all of it in its image."""
+    """Return whether the camera sees all of a marker (in the base) when the head turns towards it."""
     head = np.zeros(2)
     for _ in range(20):
         off = off_centre(marker[:3, 3], model.camera_pose(head))
@@ -120,7 +120,7 @@ def can_show(model: KinematicModel, marker: Pose) -> bool:
 
 
 def start(random: np.random.Generator, model: KinematicModel, path: Path) -> tuple[Pose, Vector]:
-    """A board whose path the arm can take, and the person who shows it, in the room."""
+    """Return a board whose path the arm can follow, and the person who shows it, in the world."""
     while True:
         board, person = board_pose(), np.array([1.35, -0.1, 0.8])
         if model is teo.MODEL:
@@ -133,7 +133,7 @@ def start(random: np.random.Generator, model: KinematicModel, path: Path) -> tup
 
 
 def run(number: int, name: str, seed: int) -> Result:
-    """One start, to its end."""
+    """Run one start to its end."""
     single_threaded()
     [model] = bodies([name])
     random, path = np.random.default_rng((seed, number)), (circle, to_and_fro)[number % 2]

@@ -1,4 +1,4 @@
-"""Closed loop over random starts, in simulated time, through rendered images and their detection.
+"""Closed loop from random starts in simulated time, with rendered images and their detection.
 
 Errors are against the marker's true pose.
 """
@@ -28,7 +28,7 @@ from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State
 
 Result = dict[str, Any]
-"""The result of a start: `reached`, `violations`, `state`, and each of MEASURES that applies."""
+"""The result of a start: `reached`, `violations`, `state`, and those of MEASURES that apply."""
 METHOD = """Simulated robots in simulated time, with rendered images and their detection, from 50 random
 starts each. A person stands somewhere in front of the robot, sways, and shows a marker after two seconds, in
 any pose that the arm can reach from its home without being stretched and that a head which looks at the
@@ -49,10 +49,10 @@ REST = 3.0
 
 
 def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Pose, Vector]:
-    """A board and, behind it, who holds it, in the room.
+    """Return a board and the person who holds it, in the world.
 
-    The arm can take the board's goal from its home, neither stretched nor with a joint near its limit, and a
-    head that looks at the person has the board in its image.
+    The arm can reach the goal from its home, neither stretched nor with a joint near its limit, and a head
+    that looks at the person sees the board.
     """
     arm, margin = model.arm, 0.15
     low, high = arm.low + margin * (arm.high - arm.low), arm.high - margin * (arm.high - arm.low)
@@ -79,7 +79,7 @@ def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Po
 
 
 def in_image(board: Pose, camera: Pose) -> bool:
-    """Whether all of a board is seen, though the head may rest a little aside."""
+    """Return whether the camera sees the whole board, even if the head does not point at it exactly."""
     half = 0.08
     corners = ([x, y, 0.0, 1.0] for x in (-half, half) for y in (-half, half))
     off = np.degrees([control.off_centre((board @ corner)[:3], camera) for corner in corners])
@@ -87,13 +87,13 @@ def in_image(board: Pose, camera: Pose) -> bool:
 
 
 def can_take(arm: Chain, goal: Pose, home: Vector) -> bool:
-    """Whether the arm gets there from its home without being stretched."""
+    """Return whether the arm reaches the goal from its home without being stretched."""
     angles = arm.inverse(goal, home)
     return angles is not None and bool(np.linalg.svd(arm.jacobian(angles))[1][-1] > STRETCHED)
 
 
 def run(random: np.random.Generator, model: KinematicModel) -> Result:
-    """One start, to its end."""
+    """Run one start to its end."""
     board, person = random_start(random, model)
     things = Things(
         face=swaying(*person),
@@ -127,7 +127,7 @@ def run(random: np.random.Generator, model: KinematicModel) -> Result:
 
 
 def overshoot(simulation: ClosedLoop) -> float:
-    """How far beyond the goal the hand went along its way, mm."""
+    """Return how far the hand moved beyond the goal in its direction, millimetres."""
     board = simulation.things.board(simulation.now)
     assert board is not None
     hands = [cycle.robot.hand[:3, 3] for cycle in simulation.cycles if cycle.robot is not None]
@@ -180,7 +180,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> list[Goal]:
-    """Judge the results by what was asked for."""
+    """Judge the results by the goals."""
     everyone = [result for results in reached.values() for result in results]
     starts = sum(map(len, found.values()))
     worst = {key: max(result[key] for result in everyone) for key in ("error_mm", "error_deg")}
@@ -195,7 +195,7 @@ def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> l
 
 
 def many(model: KinematicModel, starts: int, seed: int) -> list[Result]:
-    """Run so many starts and report each that is not reached."""
+    """Run a number of starts and report each failure."""
     random = np.random.default_rng(seed)
     results: list[Result] = []
     for number in range(starts):
@@ -206,7 +206,7 @@ def many(model: KinematicModel, starts: int, seed: int) -> list[Result]:
 
 
 def spread(results: list[Result], key: str, form: str) -> str:
-    """Median and worst."""
+    """Return median and worst value as text."""
     values = [result[key] for result in results]
     if not values:
         return "–"

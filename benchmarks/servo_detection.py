@@ -1,4 +1,4 @@
-"""How long detection takes in a frame, and how near its corners are: with and without the pyramid.
+"""Duration of the detection in a frame, and the error of its corners, with and without the pyramid.
 
 python -m benchmarks servo_detection [--repeats 25] [--faces FOLDER]
 """
@@ -32,7 +32,7 @@ DICTIONARY, FIRST_ID, MARKERS = "4X4_50", 15, 6
 BAR_MS, FACE_BAR_MS = 30.0, 10.0
 CASCADE, YUNET = "faces, cascade", "faces, YuNet"
 HEADS_AT = {1.2: 430, 2.0: 258}
-"Distances of rendered heads, metres, and the pixels of a square around one at a field of view of 60°."
+"Distance of rendered heads, metres, to the side of the square around one, pixels, at a field of view of 60°."
 HEADS_HEADER = ("heads at", "face", "cascade", "others", "YuNet", "others")
 HEADS_METHOD = """faces laid on an ellipsoid, in 30 poses (yaw up to ±40°, pitch up to ±25°) and three
 lights, in 1080p with noise: a drawn face and, with `--faces FOLDER`, photographs, such as those in the tests
@@ -118,7 +118,7 @@ def face_detectors(calibration: Calibration) -> list[tuple[str, FaceDetector]]:
 
 
 def recall_of_faces(photographs: Path | None) -> list[list[str]]:
-    """Rows: a face and its distance, then for every detector how many heads it finds, and how many others."""
+    """Return rows: a face, its distance, and for each detector the numbers of heads and of others."""
     faces = [_heads.drawn_face(), *(_heads.photographed_faces(photographs) if photographs else ())]
     random, rows = np.random.default_rng(0), []
     for (metres, side), face in itertools.product(HEADS_AT.items(), faces):
@@ -144,7 +144,7 @@ def recall_of_faces(photographs: Path | None) -> list[list[str]]:
 
 
 def milliseconds(work: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Median and 95th percentile of the processor's time."""
+    """Return the median and 95th percentile of the CPU time, milliseconds."""
     times = []
     for _ in range(repeats):
         began = time.thread_time()
@@ -154,13 +154,13 @@ def milliseconds(work: Callable[[], Any], repeats: int) -> tuple[float, float]:
 
 
 def corner_error(found: list[Any], corners: dict[int, NDArray[np.float64]]) -> float:
-    """Root mean square distance in pixels of the markers that were found."""
+    """Return the root mean square error of the detected markers' corners, pixels."""
     apart = [marker.corners - corners[marker.marker_id] for marker in found if marker.marker_id in corners]
     return float(np.sqrt((np.array(apart) ** 2).sum(axis=-1).mean()))
 
 
 def smallest_marker(finder: ArucoDetector, width: int, height: int) -> int:
-    """Pixels along the edge of the smallest that is found at every one of some places."""
+    """Return the side in pixels of the smallest marker that is found at all of some places."""
     random, side = np.random.default_rng(2), 8
     while side < 200:
         image = np.full((height, width), 120, np.float32)
@@ -177,7 +177,7 @@ def smallest_marker(finder: ArucoDetector, width: int, height: int) -> int:
 
 
 def busy_image(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, NDArray[np.float64]]]:
-    """The image, and (4, 2) corners of every marker in it by id."""
+    """Return an image, and the (4, 2) corners of its markers by id."""
     random = np.random.default_rng(1)
     image = cv2.resize(random.integers(60, 190, (24, 32), np.uint8), (width, height)).astype(np.float32)
     for _ in range(60):
@@ -198,7 +198,7 @@ def busy_image(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, ND
 def lay_marker(
     image: NDArray[np.float32], marker_id: int, side: int, middle: tuple[float, float], degrees: float
 ) -> NDArray[np.float64]:
-    """Draw a marker of `side` pixels with its white border; where its corners are, (4, 2)."""
+    """Draw a marker of `side` pixels with its white border; return its corners, (4, 2)."""
     fine, border = 4, side // 5
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{DICTIONARY}"))
     drawn = cv2.aruco.generateImageMarker(dictionary, marker_id, fine * side)

@@ -32,12 +32,12 @@ GOAL_MM = 30.0
 FAULTS = {"killed (kill -9)": signal.SIGKILL, "frozen (SIGSTOP)": signal.SIGSTOP}
 TRIES = 6
 STARTS = 3
-"Of a program, until one may move the robot."
+"Starts of a program until it may move the robot."
 LOADS = 0, 8
 BUSY_S = 600
-"Seconds after which a busy program ends by itself, whatever becomes of this one."
+"Seconds after which a busy program ends by itself, even if this process is killed."
 PATIENCE = 30.0
-"Seconds within which a program moves, and a hand rests."
+"Longest wait in seconds until a program moves the hand, and until the hand rests."
 METHOD = f"""A program with the real robot client, gate and guardian, but without a camera, drives the hand
 at {SPEED} m/s with a command every 20 ms. The simulated robot runs in another process and obeys its last
 command for ever, as velocity drives do. Its drives follow a command with a time constant of 30 ms, which

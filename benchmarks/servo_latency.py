@@ -34,7 +34,7 @@ from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
 
 Photon = Callable[[Frame], float]
-"""When the middle of a frame's exposure was, seconds of `time.monotonic`."""
+"""Returns the middle of a frame's exposure, seconds of `time.monotonic`."""
 Opened = AbstractContextManager[tuple[Robot, FrameGrabber, Photon]]
 """A robot and a camera, closed at the end."""
 ELSEWHERE, SAME = "2, other terminals", "2, same terminal"
@@ -42,10 +42,10 @@ FPS = 30
 PERIOD_MS = 1e3 / FPS
 WARM_UP = 60
 WINDOW_WARM_UP = 150
-"Images at the beginning that do not count: until detectors, and the window, are there."
+"Images at the beginning that do not count, while detectors and window start."
 LOADS = 0, 2
 TIAGO = bool(importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"))
-"Whether its simulation can be run here."
+"Whether the simulated TIAGo can be run here."
 METHOD = f"""The whole loop in real time at {FPS} images per second of 608×512: an image arrives, is
 searched, and is answered with a command. Robot and camera run in a process of their own with real-time
 priority, as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2
@@ -65,11 +65,11 @@ groups). Those from the *same terminal* compete with every thread of the loop.""
 
 @dataclass(frozen=True)
 class Case:
-    """One row."""
+    """One row of the table."""
 
     robot: str
     seen: str
-    "marker; face; marker, face."
+    "Detected objects: `marker`, `face`, or `marker, face`."
     busy: int
     window: bool = False
     elsewhere: bool = True
@@ -78,7 +78,7 @@ class Case:
 
 @contextmanager
 def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
-    """The simulated TEO in a process of its own, images by GigE Vision and commands over YARP."""
+    """Provide the simulated TEO in a process of its own, with GigE Vision images and commands over YARP."""
     with ExitStack() as stack:
         there = stack.enter_context(stand(FPS, board=board))
         robot, camera = TeoOverYarp(NameClient.find(there.name_server)), sources.create(there.camera)
@@ -90,7 +90,7 @@ def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
 
 @contextmanager
 def over_ros2() -> Iterator[tuple[Robot, FrameGrabber, Photon]]:
-    """The simulated TIAGo in a process of its own, image and commands over rclpy."""
+    """Provide the simulated TIAGo in a process of its own, with images and commands over rclpy."""
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
     run_first()  # the simulation inherits it
@@ -133,7 +133,7 @@ def cases() -> Iterator[Case]:
 
 
 def opened(case: Case) -> Opened:
-    """Robot and camera of a case."""
+    """Return the robot and camera of a case."""
     return over_ros2() if case.robot == "TIAGo" else teo_on_yarp(case.seen != "face")
 
 
@@ -183,7 +183,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 
 
 class TimedRunner(Runner):
-    """Notes the true age of each image as the loop gets it and as its command is sent, milliseconds."""
+    """Records the true age of each image when the loop gets it and when its command is sent, milliseconds."""
 
     def __init__(self, camera: FrameGrabber, robot: Robot, photon: Photon, case: Case) -> None:
         super().__init__(camera, robot, lambda _: _detector(case))
@@ -211,7 +211,7 @@ def _detector(case: Case) -> Detector:
 def latencies_of(
     robot: Robot, camera: FrameGrabber, photon: Photon, seconds: float, case: Case
 ) -> tuple[list[float], list[float]]:
-    """True ages of images, milliseconds: as the loop has them, and as their commands were sent."""
+    """Return the ages of images when the loop got them and when their commands were sent, milliseconds."""
     runner = TimedRunner(camera, robot, photon, case)
     runner.start()
     if case.window:

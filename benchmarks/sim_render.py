@@ -1,4 +1,4 @@
-"""How fast the simulated sensor renders its whole image (4096×2160) on one core, per pixel format.
+"""Rate at which the simulated sensor renders its whole image (4096×2160) on one core, by pixel format.
 
 python -m benchmarks sim_render [--formats Mono8 …]
 """
@@ -26,7 +26,7 @@ test patterns cost one copy of the image."""
 
 
 def seconds_of_cpu(sensor: Sensor, pixel_format: PixelFormat) -> float:
-    """Of one image."""
+    """Return the CPU seconds of rendering one image."""
     ratios = (1.0, 1.0, 1.0) if pixel_format.family is Family.MONO else (1.6, 1.0, 1.3)
     settings = FrameSettings(
         SENSOR_WIDTH, SENSOR_HEIGHT, 0, 0, pixel_format, Optics(ratios=ratios), 10_000.0, 6.0, 2.0

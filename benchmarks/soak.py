@@ -1,11 +1,11 @@
-"""Streaming for long: does memory stay flat, and does every frame arrive?
+"""A long stream: checks that memory does not grow and that every frame arrives.
 
 The simulated camera, in a process of its own, sends 30 frames a second over the loopback and loses some
-packets; this process receives them as the window does. Resident memory of both is sampled all the while.
+packets; this process receives them as the window does. The resident memory of both is sampled.
 
     python -m benchmarks.soak [--minutes 1] [--loss 0.1%] [--address 127.0.0.40]
 
-One minute shows that it works; a soak takes an hour.
+One minute checks the program; a real soak test takes an hour.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from grabbergui.core.grabber import FrameGrabber
 
 SAMPLE_PERIOD = 10.0
 WARM_UP = 60.0
-"Seconds in which pools and caches fill; the slope is of what comes behind them."
+"Seconds in which pools and caches fill; they do not count in the slope."
 PAGE = os.sysconf("SC_PAGE_SIZE")
 CAMERA = "sim:?width=640&height=480&fps=30"
 
@@ -68,7 +68,7 @@ class Consumer:
     def __init__(self, queue: FrameQueue) -> None:
         self.frames = 0
         self.longest_gap = 0.0
-        "Seconds between two frames."
+        "Longest time between two frames, seconds."
         self._queue = queue
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="consumer")

@@ -1,4 +1,4 @@
-"""Tuning a camera: from the operator's hand to the register, and to the first image that shows it.
+"""Tuning a camera: delay from the operator's action to the register, and to the first image that shows it.
 
 python -m benchmarks tuning [--repeats 60] [SOURCE …]
 """
@@ -17,7 +17,7 @@ from benchmarks._tuning_cameras import HEIGHT, PIXEL_FORMAT, SOURCES, WIDTH
 from benchmarks._tuning_window import DRAG_RATE, DRAG_SECONDS, HANDS, Seen, watch
 
 ROUNDS, WRITES = 3, 30
-"Of what else an operator waits for, of which medians count; writes of the gain in each round."
+"Rounds of the other waits, of which medians count; writes of the gain in each round."
 METHOD = f"""The whole window, offscreen, on a camera of 3,500 nodes, with ten more categories of its panel
 open. The camera streams {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 MB/s; over GigE Vision, as
 fast as a link of 125 MB/s allows), with the heartbeat on. The gain is changed {{repeats}} times by each

@@ -1,9 +1,9 @@
 """Receiving a USB3 Vision stream: our host and Aravis, on the same simulated camera.
 
-In the virtual machine of the tests (a real USB stack under software emulation) each host streams in turn
-from the camera on vhci-hcd. The camera is Python in the same guest and bounds them all, so only the ratios
-mean something. Here, without a kernel between, the camera's bus within the process shows what our receiver
-costs.
+In the virtual machine of the tests (a real USB stack under software emulation) the hosts stream in turn from
+the camera on vhci-hcd. The camera is a Python program in the same guest and limits all hosts, so compare
+ratios only. Outside the guest, camera and host run in one process without the kernel, which shows the cost
+of our receiver.
 
     python -m benchmarks.u3v_receive [--seconds 4] [--no-vm]
 """
@@ -41,9 +41,9 @@ FORMATS = (("Mono8", 640, 480), ("Mono8", 4096, 2160), ("RGB8", 1920, 1080))
 IN_PROCESS = "in the process"
 IN_GUEST = "in the virtual machine"
 NO_GUEST = 77
-"""Exit code of `usbvm` where no virtual machine can be had."""
+"""Exit code of `usbvm` if no virtual machine can run."""
 MARK = "@result "
-"""Before each result on the guest's standard output."""
+"""Prefix of each result on the guest's standard output."""
 METHOD = """The hosts take turns to stream from the simulated camera, which sends a still pattern as fast as
 it can, for {seconds:g} seconds each; in the virtual machine in {rounds} rounds, of which each host's median
 counts. *{guest}*: a real Linux USB stack under software emulation, the camera on vhci-hcd, Aravis by
@@ -54,17 +54,17 @@ kernel in between."""
 
 @dataclass(frozen=True)
 class Result:
-    """One host on one camera."""
+    """The figures of one host with one camera."""
 
     where: str
     image: str
     host: str
     payload: int
-    "Bytes."
+    "Payload of a frame, bytes."
     frames: int
     seconds: float
     cpu: float
-    "Of the host; of camera and host in the process."
+    "CPU seconds of the host; of camera and host together if they share a process."
 
     @property
     def rate(self) -> float:
@@ -80,7 +80,7 @@ class Result:
 
 
 def fast_camera(name: str, width: int, height: int) -> CameraModel:
-    """A camera as fast as it can: a still pattern, no frame rate asked for."""
+    """Return a camera without a frame rate limit, with a still pattern."""
     return CameraModel(
         power_on={
             reg.WIDTH: width,
@@ -149,7 +149,7 @@ def camera_process(name: str, width: int, height: int) -> Iterator[None]:
 
 
 def aravis(mode: str, seconds: float) -> tuple[int, float, float]:
-    """Frames, seconds, CPU seconds of a run of arv-camera-test, its opening subtracted."""
+    """Return frames, seconds and CPU seconds of arv-camera-test, without the opening."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(["arv-tool-0.8", "control", "Width"], capture_output=True, check=False)
     opened = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -235,8 +235,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 def typical(results: list[Result]) -> list[Result]:
     """Return the round of median rate, for each host and image.
 
-    Not the fastest: what else the machine does comes and goes by minutes, and one host's lucky round would
-    stand against another's usual one.
+    The median is fairer than the best round, as the load of the machine changes within minutes.
     """
     rounds: dict[tuple[str, str, str], list[Result]] = {}
     for result in results:
@@ -245,7 +244,7 @@ def typical(results: list[Result]) -> list[Result]:
 
 
 def _reference(results: list[Result], image: str) -> Result | None:
-    """Return Aravis's better setting."""
+    """Return the result of Aravis's faster setting."""
     theirs = [result for result in results if result.host.startswith("Aravis") and result.image == image]
     return max(theirs, key=lambda result: result.rate, default=None)
 

@@ -2,8 +2,8 @@
 
     python -m benchmarks.yarp_ports [--seconds 2] [--rounds 3] [--carriers tcp fast_tcp udp mjpeg]
 
-Real YARP is used where its Python bindings can be imported (`import yarp`); without them ours is compared
-with ours, and the page says so.
+Real YARP is used if its Python bindings can be imported (`import yarp`); without them only our ports are
+measured, and the page says so.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ READERS = {OURS: _yarp_ends.read_ours, REAL: _yarp_ends.read_real}
 ASKERS = {OURS: _yarp_ends.ask_ours, REAL: _yarp_ends.ask_real}
 ANSWERERS = {OURS: _yarp_ends.answer_ours, REAL: _yarp_ends.answer_real}
 PACE = 30.0
-"""Images a second where their age is measured."""
+"""Images per second when their age is measured."""
 CONTEXT = multiprocessing.get_context("spawn")
 METHOD = """RGB images from one process to another on the loopback, each sent as soon as the previous one is
 gone, for {seconds:g} seconds, in {rounds} rounds. Rates are those of the best round. *× YARP* compares runs
@@ -54,13 +54,13 @@ WITHOUT = "**It could not be imported here (`import yarp`), so ours is only comp
 
 @dataclass(frozen=True)
 class Stream:
-    """One pair on one carrier with one size."""
+    """One round of a pair on one carrier with one size."""
 
     sent: int
     received: Received
     payload: int
     cpu: float
-    "Seconds, of both processes."
+    "CPU seconds of both processes."
 
     @property
     def rate(self) -> float:
@@ -72,7 +72,7 @@ class Stream:
         return self.cpu / (max(len(self.received.ages), 1) * self.payload / 1e9)
 
     def late(self, share: float) -> float:
-        """The age that so many images do not exceed, milliseconds."""
+        """Return the age that a share of images does not exceed, milliseconds."""
         ages = sorted(self.received.ages) or [float("nan")]
         return ages[min(int(len(ages) * share), len(ages) - 1)]
 
@@ -88,14 +88,14 @@ class Streams:
         return max(self.runs, key=lambda run: run.rate)
 
     def times(self, reference: Streams, quantity: Callable[[Stream], float]) -> float:
-        """How many times the reference's `quantity` ours is, in the median of the rounds."""
+        """Return `quantity` as a multiple of the reference's, the median of the rounds."""
         rounds = zip(self.runs, reference.runs, strict=True)
         ratios = [quantity(run) / quantity(other) for run, other in rounds if quantity(other)]
         return statistics.median(ratios) if ratios else float("nan")
 
 
 Measured = dict[tuple[str, str, str, str], Streams]
-"""By size, carrier, sender and reader."""
+"""Streams by size, carrier, sender and reader."""
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -150,7 +150,7 @@ def measure(arguments: list[str] | None = None) -> Section:
 # -- what is measured --------------------------------------------------------------------------------
 @contextmanager
 def name_server() -> Iterator[str]:
-    """One of ours, which processes started meanwhile find, real YARP's too; its address."""
+    """Run our name server, which all processes of the block find, also real YARP's; yield its address."""
     before = {name: os.environ.get(name) for name in ("YARP_CONFIG_HOME", "YARP_FORWARD_LOG_ENABLE")}
     server = NameServer("127.0.0.1", 0)
     with ExitStack() as stack:
@@ -167,7 +167,7 @@ def name_server() -> Iterator[str]:
 
 
 def stream(sender: str, reader: str, order: Order) -> Stream:
-    """Send for a while from one process to another."""
+    """Measure a stream between two processes."""
     with ExitStack() as stack:
         source = _process(stack, SENDERS[sender], order)
         source.recv()
@@ -181,7 +181,7 @@ def stream(sender: str, reader: str, order: Order) -> Stream:
 
 
 def round_trips(asker: str, answerer: str, names: str, seconds: float) -> list[float]:
-    """Requests of a few words, one after the other; milliseconds, sorted."""
+    """Measure requests of a few words, one after the other; return milliseconds, sorted."""
     with ExitStack() as stack:
         name = f"/benchmark/{asker}-asks-{answerer}"
         server = _process(stack, ANSWERERS[answerer], names, name, ends=False)
@@ -190,7 +190,7 @@ def round_trips(asker: str, answerer: str, names: str, seconds: float) -> list[f
 
 
 def _process(stack: ExitStack, target: Callable[..., None], *arguments: Any, ends: bool = True) -> Connection:
-    """A process that ends by itself, or with the stack."""
+    """Start a process that ends by itself or with the stack."""
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=target, args=(theirs, *arguments))
     process.start()
@@ -208,7 +208,7 @@ def _process(stack: ExitStack, target: Callable[..., None], *arguments: Any, end
 
 
 def real_version() -> str:
-    """As its own program says, where that is on the path."""
+    """Return the version that the program `yarp` reports, if it is on the PATH."""
     if shutil.which("yarp") is None:
         return "the original"
     done = subprocess.run(["yarp", "version"], capture_output=True, text=True, check=False)
@@ -282,7 +282,7 @@ def _chart(streams: Measured, carrier: str) -> Chart:
 
 
 def _goals(streams: Measured) -> list[Goal]:
-    """Ours beside real YARP's, 1080p over fast_tcp."""
+    """Judge our figures by real YARP's, at 1080p over fast_tcp."""
     goals = []
     reference = streams.get(("1080p", "fast_tcp", REAL, REAL))
     for sender, reader in PAIRS[1:]:

@@ -1,4 +1,4 @@
-"""Read what each frame was exposed with: python chunks.py gige:."""
+"""Read the settings of each frame from its chunk data: python chunks.py gige:."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Merge three exposures into one image of high dynamic range: python hdr_bracket.py u3v:."""
+"""Merge three exposures into one HDR image: python hdr_bracket.py u3v:."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Record an MCAP file, which ROS 2 and Foxglove open, and read it again: python mcap_out_and_in.py gige:."""
+"""Record an MCAP file for ROS 2 and Foxglove, and read it: python mcap_out_and_in.py gige:."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Go on when the cable is pulled: python reconnecting.py gige:192.168.0.10 60."""
+"""Continue after a pulled cable: python reconnecting.py gige:192.168.0.10 60."""
 
 import sys
 import time

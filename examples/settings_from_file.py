@@ -1,4 +1,4 @@
-"""Set a camera as a file says: python settings_from_file.py gige: camera.yaml."""
+"""Load settings from a file: python settings_from_file.py gige: camera.yaml."""
 
 import sys
 

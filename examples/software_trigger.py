@@ -1,4 +1,4 @@
-"""Take an image at the moment that the program chooses: python software_trigger.py gige:."""
+"""Trigger an image by software: python software_trigger.py gige:."""
 
 import sys
 import time

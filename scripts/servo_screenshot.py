@@ -2,8 +2,8 @@
 
     QT_QPA_PLATFORM=offscreen python scripts/servo_screenshot.py light docs/images/servo.png
 
-The others go beside it, as hand-eye and hand-eye-result. The loop runs in simulated time: that makes it the
-same on a busy machine, where the loop in real time would stop for late images.
+The others go to the same folder as hand-eye and hand-eye-result. The loop runs in simulated time, so the
+screenshot is the same on a busy machine; in real time the loop would stop for late images.
 """
 
 import sys
@@ -35,11 +35,11 @@ from grabbergui.ui.windows import FileDialogs
 
 SECONDS, SHOWN_AT = 9.4, 4.0
 SHOWN_EVERY = 4
-"""Control cycles from one image in the window to the next."""
+"""Control cycles between two images in the window."""
 
 
 class Follower:
-    """The part of a runner that the window uses, for a run in simulated time."""
+    """The part of a runner that the window uses, in simulated time."""
 
     cycle_done = Signal(object, object)
     failed = Signal(str)
@@ -59,7 +59,7 @@ def image(run: closed_loop.ClosedLoop, number: int) -> Frame:
 
 
 def main(theme: str, file: str) -> None:
-    """Run it and take the screenshot."""
+    """Run the loop and take the screenshot."""
     app = application()
     dress(app, Theme(theme))
     run = closed_loop.ClosedLoop(
@@ -110,7 +110,7 @@ def hand_eye(beside: Path) -> None:
 
 
 def await_that(condition: Callable[[], bool], seconds: float = 300.0) -> None:
-    """Run the event loop until a condition holds."""
+    """Run Qt's event loop until a condition holds."""
     until = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > until:
