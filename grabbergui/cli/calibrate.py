@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from grabbergui.calibration.hand_eye import HandEyeResult, Placement
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
-    from grabbergui.servo.hand_eye_run import HandEyeRun, Progress
+    from grabbergui.servo.hand_eye_run import Progress
 
 REMIND = 5.0
 "Seconds without a new view after which the reason is printed."
@@ -240,7 +240,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         stack.enter_context(watched(gate))
         run = HandEyeRun(
             options.eye, scene.robot, gate, look, look.calibration, config, report=_Report().add,
-            pause=lambda seconds: _pause(seconds, stop, run),
+            pause=lambda seconds: _pause(seconds, stop, gate),
         )  # fmt: skip
         result = run.run(options.views)
         placement = servo_robots.placement(options)
@@ -263,7 +263,7 @@ def _hand_eye_in_window(
     with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
-    gate.halt("nothing moves before a person agrees")
+    gate.hold("nothing moves before a person agrees")
     stand = servo_robots.hand_eye_stand(scene, gate, config, options, options.out)
     try:
         return int(standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop) is None)
@@ -271,9 +271,9 @@ def _hand_eye_in_window(
         stand.close()
 
 
-def _pause(seconds: float, stop: threading.Event, run: HandEyeRun) -> None:
+def _pause(seconds: float, stop: threading.Event, gate: CommandGate) -> None:
     if stop.wait(seconds):
-        run.cancel()
+        gate.halt("interrupted")
 
 
 class _Report:

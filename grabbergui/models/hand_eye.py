@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from psygnal import Signal
 from grabbergui.calibration import geometry, hand_eye
 from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
 from grabbergui.calibration.markers import MarkerDetection
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import GrabberError, RobotStoppedError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.calibrating import Preview
@@ -111,7 +112,6 @@ class HandEyeModel:
         self._watched: tuple[str, MarkerConfig] | None = None
         self._run: HandEyeRun | None = None
         self._running, self._closed = False, False
-        self._stop_asked = threading.Event()
         self._began = 0.0
         self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
         self._offer: TargetPreview | None = None
@@ -185,20 +185,12 @@ class HandEyeModel:
         """Let the robot move through the poses; `happened` follows, then `solved` or `ended`."""
         if not self._running:
             self._running = True
-            self._stop_asked.clear()
-            self._jobs.put(self._calibrate)
+            self._jobs.put(partial(self._calibrate, self.stand.gate.stops))
 
     def stop(self) -> None:
         """Stop the robot immediately."""
-        self._stop_asked.set()
-        run, gate = self._run, self.stand.gate
-
-        def halt() -> None:
-            gate.halt(STOPPED)
-            if run is not None:
-                run.cancel()
-
         # A thread for each stop: a hanging network must delay neither the caller nor a second stop.
+        halt = partial(self.stand.gate.halt, STOPPED)
         threading.Thread(target=halt, name="hand-eye stop", daemon=True).start()
 
     def compute(self) -> None:
@@ -281,7 +273,8 @@ class HandEyeModel:
             return
         self._watched = wanted
 
-    def _calibrate(self) -> None:
+    def _calibrate(self, stops: int) -> None:
+        """Run, unless there was a stop since the user's decision, when there were `stops`."""
         stand, setup = self.stand, self.setup
         self._run, problem = None, ""
         self._began = stand.clock()
@@ -295,10 +288,8 @@ class HandEyeModel:
                 clock=stand.clock, pause=stand.pause, report=self._on_progress,
             )  # fmt: skip
             self._run = run
-            stand.gate.release()
+            stand.gate.release(stops)
             with watched(stand.gate, stand.clock):
-                if self._stop_asked.is_set():  # requested before the release
-                    stand.gate.halt(STOPPED)
                 result = run.run(setup.views)
             self._publish_solution(result, run)
         except Exception as error:
@@ -319,8 +310,6 @@ class HandEyeModel:
     def _end(self, problem: str) -> None:
         views = 0 if self._run is None else len(self._run.views)
         self._running = False
-        if self._stop_asked.is_set() and problem:
-            problem = translate("HandEye", "Stopped")
         if problem:
             self.ended.emit(ended_text(problem, views), views >= FEWEST_VIEWS)
 
@@ -377,6 +366,8 @@ class HandEyeModel:
 
 def _problem_of(error: Exception) -> str:
     """Return an error as display text, and log one that is a bug."""
+    if isinstance(error, RobotStoppedError) and error.reason == STOPPED:
+        return translate("HandEye", "Stopped")
     if isinstance(error, GrabberError):
         return driver_text(error)
     log.error("hand-eye calibration", exc_info=error)

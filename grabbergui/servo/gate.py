@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import GrabberError, SourceUnavailableError
+from grabbergui.core.errors import GrabberError, RobotStoppedError
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from grabbergui.servo.kinematics import Body, Contact, nearest_box, parse_boxes
@@ -123,15 +123,21 @@ class CommandGate:
         self._until = math.inf
         self._moving = False
         self._halt_lock = threading.RLock()
-        "Guards the two below; held only while they are read or set, so that no stop waits."
+        "Guards the three below; held only while they are read or set, so that no stop waits."
         self._halted = ""
-        self._halts = 0
-        "Emergency stops so far."
+        self._acknowledged = False
+        "Whether that reason is known to a person, so that another stop may replace it."
+        self._stops = 0
 
     @property
     def halted(self) -> str:
-        """The reason of the emergency stop; empty while it is off."""
+        """Why no command passes; empty if commands pass. Of several stops, the reason of the first."""
         return self._halted
+
+    @property
+    def stops(self) -> int:
+        """Number of stops so far, those of a stopped robot included."""
+        return self._stops
 
     @property
     def dry_run(self) -> bool:
@@ -219,28 +225,44 @@ class CommandGate:
 
     def halt(self, reason: str) -> None:
         """Emergency stop: stop the robot even if it rests, and pass no command until `release`."""
+        self._halt(reason, anew=False)
+
+    def hold(self, reason: str) -> None:
+        """Stop as `halt` does, because a person is to let the robot move; replace the last stop's reason."""
+        self._halt(reason, anew=True)
+
+    def _halt(self, reason: str, *, anew: bool) -> None:
         # Before the commands' lock is taken: a command that hangs in the network must not delay a stop.
         with self._halt_lock:
-            self._halted = reason or "emergency stop"
-            self._halts += 1
+            if anew or self._acknowledged or not self._halted:
+                self._halted = reason or "emergency stop"
+                self._acknowledged = anew
+            self._stops += 1
         self._guard.stop()
         self._robot.stop()
         with self._lock:
             self._robot.stop()  # again, as a command may have been in progress
             self._moving = False
 
-    def release(self) -> None:
+    def release(self, stops: int | None = None) -> None:
         """End the emergency stop.
 
-        Raises SourceUnavailableError, and the stop stays on, if there is no guardian or if another stop came
-        while the guardian was starting.
+        `stops` is the number of stops when a person decided to end it, if that was earlier than now. Raises
+        RobotStoppedError, and the stop stays on, if there was another one since, also while a guardian
+        started; SourceUnavailableError if no guardian can be started.
         """
-        halts = self._halts
+        with self._halt_lock:
+            stops = self._stops if stops is None else stops
+            self._check_stops(stops)
+            self._acknowledged = True
         self._guard.renew()
         with self._lock, self._halt_lock:
-            if self._halts != halts:
-                raise SourceUnavailableError(f"the robot was stopped again: {self._halted}")
+            self._check_stops(stops)
             self._halted = ""
+
+    def _check_stops(self, stops: int) -> None:
+        if self._halted and self._stops != stops:
+            raise RobotStoppedError(self._halted)
 
     def beat(self) -> None:
         """Send the guardian a heartbeat and obey its verdict. For a watchdog."""

@@ -25,7 +25,7 @@ from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints, propose
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import RobotStoppedError, SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
@@ -107,7 +107,7 @@ class Progress:
 
 
 class HandEyeRun:
-    """One calibration. `run` from one thread, `cancel` from any; the robot is open, its guardian ready."""
+    """One calibration, from one thread, which any stop of the gate since its creation ends."""
 
     def __init__(
         self,
@@ -122,25 +122,23 @@ class HandEyeRun:
         pause: Callable[[float], None] = time.sleep,
         report: Callable[[Progress], None] = lambda progress: None,
     ) -> None:
-        """`calibration` matches the frames that `observe` uses; tests replace `clock` and `pause`."""
+        """The robot is open, its guardian ready; `calibration` matches the frames that `observe` uses.
+
+        Tests replace `clock` and `pause`.
+        """
         self._eye, self._robot, self._gate, self._observe = eye, robot, gate, observe
         self._arrangement = arrangement(eye, robot.model)
         self._calibration, self._config = calibration, config
         self._clock, self._pause, self._report = clock, pause, report
         self._views: list[HandEyeView] = []
         self._wanted = 0
-        self._cancelled = False
-
-    def cancel(self) -> None:
-        """Stop the robot and end the run, which raises SourceUnavailableError. Any thread."""
-        self._cancelled = True
-        self._gate.rest()
+        self._stops = gate.stops
 
     def run(self, wanted: int = 20) -> HandEyeResult:
         """Take `wanted` views and compute the result. The robot rests on return.
 
         Raises UsageError if so few views cannot be enough, if the target is not visible or too few poses show
-        it, SourceUnavailableError if the robot is stopped or does not answer.
+        it, RobotStoppedError if the robot is stopped, SourceUnavailableError if it does not answer.
         """
         if wanted < FEWEST_VIEWS:  # before the robot moves for nothing
             raise UsageError(f"{wanted} views are too few; hand–eye calibration needs {FEWEST_VIEWS} or more")
@@ -319,10 +317,9 @@ class HandEyeRun:
         return angles
 
     def _check(self) -> None:
-        if self._cancelled:
-            raise SourceUnavailableError("the calibration was cancelled")
-        if self._gate.halted:
-            raise SourceUnavailableError(f"the robot is stopped: {self._gate.halted}")
+        # A stop ends the run also if somebody has let the robot move again.
+        if self._gate.halted or self._gate.stops != self._stops:
+            raise RobotStoppedError(self._gate.halted or "it may move again, but not for this calibration")
 
     def _say(
         self,

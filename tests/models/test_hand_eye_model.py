@@ -118,10 +118,10 @@ def test_a_stop_before_the_release_of_the_gate_holds(stand):
     wizard = stand(bench)
     release = bench.gate.release
 
-    def late():
+    def late(stops):
         wizard.model.stop()
         until(lambda: bench.gate.halted)
-        release()
+        release(stops)
 
     bench.gate.release = late
     wizard.run()
@@ -134,6 +134,32 @@ def test_a_stop_from_elsewhere_ends_the_run_and_names_its_reason(stand):
     bench.on_observation = lambda number: number == 3 and bench.gate.halt("stopped over YARP")
     wizard = stand(bench).run()
     assert "stopped over YARP" in wizard.problem
+
+
+def test_a_stop_from_elsewhere_keeps_its_reason_if_the_user_stops_too(stand):
+    bench = Bench("head")
+    turnstile, wizard = Turnstile(bench, 3), stand(bench)
+    wizard.model.start()
+    assert turnstile.reached.wait(60)
+    bench.gate.halt("stopped over YARP")
+    wizard.model.stop()
+    until(lambda: bench.gate.stops == 2)
+    turnstile.left.set()
+    assert wizard.problem.startswith("the robot is stopped: stopped over YARP. The robot stands still.")
+    assert bench.gate.halted == "stopped over YARP"
+
+
+def test_a_fault_keeps_its_reason_if_the_user_stops_too(stand):
+    bench = Bench("head")
+    wizard = stand(bench)
+
+    def fail(number):
+        wizard.model.stop()
+        until(lambda: bench.gate.halted)
+        raise FrameTimeoutError("no image came within 5 s: check camera and cable")
+
+    bench.on_observation = fail
+    assert wizard.run().problem.startswith("no image came within 5 s: check camera and cable.")
 
 
 def test_the_views_of_a_stopped_run_can_be_computed(stand):
@@ -188,7 +214,7 @@ def _no_target(bench):
 
 
 def _no_guardian(bench):
-    def refuse():
+    def refuse(stops):
         raise SourceUnavailableError("the guardian ended")
 
     bench.gate.release = refuse

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot
 
-from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.errors import RobotStoppedError, SourceUnavailableError
 from grabbergui.servo.config import Config, HeadConfig
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
@@ -174,8 +174,38 @@ def test_the_emergency_stop_has_a_reason_and_counts_what_it_refuses(bench):
     assert not bench.send()
     assert bench.gate.refused == 1, "to rest is no motion"
     assert bench.guardian.moving == []
+
+
+def test_the_first_of_several_stops_keeps_its_reason(bench):
+    bench.gate.halt("the guardian ended")
+    bench.gate.halt("the button")
+    assert bench.gate.halted == "the guardian ended"
+    assert bench.gate.stops == 2
+    bench.gate.release()
     bench.gate.halt("the button")
     assert bench.gate.halted == "the button"
+
+
+def test_a_robot_that_is_held_says_so_until_it_is_stopped(bench):
+    bench.gate.halt("the button")
+    bench.gate.hold("ready")
+    assert bench.gate.halted == "ready"
+    bench.gate.halt("the button, again")
+    bench.gate.halt("the loop ended")
+    assert bench.gate.halted == "the button, again"
+    assert bench.guardian.stops == 4
+
+
+def test_a_stop_since_the_decision_to_end_another_holds(bench):
+    bench.gate.halt("the button")
+    decided = bench.gate.stops
+    bench.gate.halt("the button")
+    with pytest.raises(RobotStoppedError, match="the button"):
+        bench.gate.release(decided)
+    assert not bench.send(head=[0.1, 0])
+    bench.gate.release(bench.gate.stops)
+    bench.gate.release(decided)  # another person ended it
+    assert bench.send(head=[0.1, 0])
 
 
 def test_the_emergency_stop_ends_only_with_a_guardian(bench):
@@ -193,7 +223,7 @@ def test_the_emergency_stop_ends_only_with_a_guardian(bench):
 def test_a_stop_while_the_emergency_stop_is_being_ended_holds(bench):
     bench.gate.halt("the button")
     bench.guardian.meanwhile = lambda: bench.gate.halt("the button, again")
-    with pytest.raises(SourceUnavailableError, match="the button, again"):
+    with pytest.raises(RobotStoppedError, match="the button, again"):
         bench.gate.release()
     assert bench.gate.halted == "the button, again"
     assert not bench.send(head=[0.1, 0])
