@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from grabbergui.servo.runner import Runner
 
 EXIT_NOT_REACHED = 1
-WAITS = "ready: nothing moves until Start is pressed"
-"State of a real robot when its window opens."
 KEYBOARD_PERIOD = 0.1
 "Seconds between checks of the keyboard, and of a request to end."
 
@@ -155,6 +153,7 @@ def _follow(
 ) -> int:
     """Run until the time is up, the loop ends, or the user ends it."""
     from grabbergui.servo.report import Recorder
+    from grabbergui.servo.runner import HELD
 
     recorder: Recorder | None = Recorder(options.report, scene.calibration) if options.report else None
     outcome = _Outcome()
@@ -169,7 +168,7 @@ def _follow(
     runner.failed.connect(outcome.fail)
     try:
         # Without a window, the command itself lets the robot move.
-        runner.start(held=WAITS if window is not None and scene.real else "")
+        runner.start(held=HELD if window is not None and scene.real else "")
         began = time.monotonic()
 
         def over() -> bool:
@@ -230,9 +229,11 @@ class _Outcome:
             self._state = cycle.state
             self.reached |= cycle.state.name == "REACHED"
             print(f"{cycle.time - self._start:7.2f} s  {cycle.state.value}: {cycle.reason}", flush=True)
+        if cycle.state.name != "STOPPED":
+            self.failure = ""  # of an earlier loop: the user has started another
 
     def fail(self, reason: str) -> None:
-        """Remember why the loop ended."""
+        """Remember why the loop ended, or did not let the robot move."""
         self.failure = reason
 
 

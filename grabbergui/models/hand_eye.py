@@ -29,12 +29,12 @@ from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_run import HandEyeRun, Progress, Step, watched
 from grabbergui.servo.hand_eye_stand import HandEyeStand, Plan, TargetWatch, plan
 from grabbergui.servo.robots.robot import CameraPlace
+from grabbergui.servo.runner import STOPPED
 
 log = logging.getLogger(__name__)
 
 VIEWS = 18
 "Default number of poses."
-STOPPED = "stopped in the window"
 SILENCE = 1.0
 "Seconds without a frame after which the silence is shown."
 TAKE_WAIT = 0.5

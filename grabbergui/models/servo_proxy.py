@@ -47,7 +47,6 @@ CONFIRMATION_TIMEOUT = 0.5
 _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 NOT_ANSWERING = "the window does not answer"
-STOPPED = "stopped in the window"
 HAND_EYE = "stopped to calibrate hand and eye"
 
 
@@ -129,9 +128,6 @@ class RunnerServer:
         self._failures: deque[str] = deque(maxlen=10)
         self._confirmed = 0
         self._confirming = threading.Lock()
-        self._starting = threading.Lock()
-        self._stops = 0
-        "Number of stops so far, the window's end included. An earlier start must not let the robot move."
         self._last_heartbeat: float | None = None
         self._not_answering = False
         self._threads = [
@@ -148,10 +144,7 @@ class RunnerServer:
 
     def close(self) -> None:
         """Stop sending reports; the threads end with the window. May be called twice."""
-        self._stops += 1
         self.closed.set()
-        with self._starting:
-            pass  # a loop that is being started runs before its owner stops it
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._runner.failed.disconnect(self._on_failed, missing_ok=True)
 
@@ -212,25 +205,21 @@ class RunnerServer:
         while (request := read(self._from)) is not None:
             self._last_heartbeat = time.monotonic()
             if request.kind is RequestKind.STOP:
-                self._stops += 1
                 # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")
             elif request.kind is RequestKind.HAND_EYE:
                 self.hand_eye_wanted = True
-                self._stops += 1
                 _start_thread(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
-            elif request.kind is RequestKind.START:
-                _start_thread(partial(self._start, self._stops), "start")
+            elif request.kind is RequestKind.START and not self.closed.is_set():
+                self._runner.request_start()
             elif request.kind is RequestKind.TUNE and request.config is not None:
                 self._runner.tune(request.config)
             elif request.kind is RequestKind.IMAGE_TAKEN:
                 self._taken = True
-            elif request.kind is RequestKind.CLOSED:  # the process that showed the window stops the run
-                self._stops += 1
-                self.closed.set()
+            elif request.kind is RequestKind.CLOSED:
+                break
         self._last_heartbeat = None
         if not self.closed.is_set():
-            self._stops += 1
             self._runner.emergency_stop(CLOSED)
         self.closed.set()
 
@@ -238,22 +227,6 @@ class RunnerServer:
         self._runner.emergency_stop(request.reason)
         with self._confirming:  # a later stop may be carried out first
             self._confirmed = max(self._confirmed, request.number)
-
-    def _start(self, stops: int) -> None:
-        """Start a loop that has ended, and let the robot move unless a stop came since."""
-        runner = self._runner
-        with self._starting:
-            if self.closed.is_set():
-                return
-            if not runner.running:
-                runner.stop()  # releases the threads, which have ended
-                runner.start()
-            # Starting a loop takes a while.
-            why_not = runner.resume() if self._stops == stops else ""
-        if self._stops != stops:
-            runner.emergency_stop(STOPPED)
-        elif why_not:
-            self._failures.append(why_not)
 
 
 class RunnerProxy:
@@ -265,7 +238,7 @@ class RunnerProxy:
     cycle_done = Signal(object, object)
     """As `Runner.cycle_done`, but not with every frame."""
     failed = Signal(str)
-    """The loop ended, did not start, or did not confirm a stop; the reason as display text."""
+    """As `Runner.failed`, and if a stop is not confirmed."""
 
     def __init__(
         self,
@@ -327,16 +300,9 @@ class RunnerProxy:
             if not self._confirmed.wait_for(lambda: self._newest_stop >= number, CONFIRMATION_TIMEOUT):
                 self.failed.emit(f"the loop has not confirmed the stop within {CONFIRMATION_TIMEOUT:g} s")
 
-    def start(self) -> None:
-        """Do nothing: `resume` also starts a loop that has ended."""
-
-    def resume(self) -> str:
-        """Let the robot move; if it may not, `failed` follows with the reason."""
+    def request_start(self) -> None:
+        """See `Runner.request_start`; if the robot may not move, `failed` follows with the reason."""
         self._request(Request(RequestKind.START))
-        return ""
-
-    def stop(self) -> None:
-        """Do nothing: the loop's own process stops it."""
 
     def calibrate_hand_eye(self) -> None:
         """Request that the loop's process stops the robot, and calibrates hand and eye after this window."""

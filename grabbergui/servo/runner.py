@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 from psygnal import Signal
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
@@ -31,6 +31,9 @@ log = logging.getLogger(__name__)
 
 _WATCH_S = 0.02
 ENDED = "the loop ended"
+HELD = "ready: nothing moves until Start is pressed"
+STOPPED = "stopped in the window"
+"Reason of a stop by the user of a window."
 TIMES_KEPT = 100_000
 "Number of images whose times are kept: about an hour's."
 FEW_FROZEN = 1000
@@ -43,7 +46,8 @@ class Runner:
     cycle_done = Signal(object, object)
     """A `ControlCycle`, and the `Frame` if a new image counted in it, else None; on the loop's thread."""
     failed = Signal(str)
-    """The loop ended with an error; the reason as display text. On the loop's thread."""
+    """The loop ended with an error, or no guardian lets it move after `request_start`; the reason as display
+    text. On the loop's thread or the starting one."""
     calibrates_hand_eye = False
     "Whether the runner starts that calibration on request. This one leaves it to the window."
 
@@ -89,12 +93,35 @@ class Runner:
         Any thread.
         """
         if held:
-            self.gate.halt(held)
+            self.gate.hold(held)
         with self._starting:  # two loops must not command one robot
             if not self.running:
                 self._start()
 
+    def request_start(self) -> None:
+        """Start a loop that has ended, and let the robot move, without waiting for either. Any thread.
+
+        A stop after this call prevails, and so does the end of the loop.
+        """
+        threading.Thread(target=self._let_move, args=(self.gate.stops,), name="start", daemon=True).start()
+
+    def _let_move(self, stops: int) -> None:
+        """Start the loop and release the gate, unless there were more than `stops` stops."""
+        with self._starting:
+            if self.gate.stops != stops:
+                return
+            if not self.running:
+                self._start()
+        try:
+            self.gate.release(stops)
+        except RobotStoppedError as error:
+            log.info("not started: %s", error)
+        except GrabberError as error:
+            log.error("%s", error)
+            self.failed.emit(str(error))
+
     def _start(self) -> None:
+        self._release_threads()
         # A collection among all of the program's objects takes as long as an image: 14 to 33 ms.
         # If automatic collection is off, another part of the program collects: a window on its own thread.
         # Beyond `FEW_FROZEN`, `unfreeze` would undo another's freeze.
@@ -111,10 +138,16 @@ class Runner:
             thread.start()
 
     def stop(self) -> None:
-        """End the loop; the robot is at rest on return. May be called twice."""
+        """End the loop, also one that is being started; the robot rests on return. May be called twice."""
         self._running.clear()
         # Before waiting for the threads: a detection may hang, and the watchdog has ended.
         self.gate.halt(ENDED)
+        with self._starting:
+            self._running.clear()
+            self._release_threads()
+
+    def _release_threads(self) -> None:
+        """Wait for the threads of a loop that ends."""
         for thread in self._threads:
             if thread is not threading.current_thread():
                 thread.join()
@@ -135,11 +168,15 @@ class Runner:
     def resume(self) -> str:
         """End an emergency stop, and start the guardian again if it has ended. Any thread.
 
-        Return why the robot is still stopped (no guardian could stop it, or another stop came); empty if it
-        is not.
+        Return why the robot is still stopped (the loop has ended, no guardian could stop it, or another stop
+        came); empty if it is not.
         """
+        if not self.running:
+            return ENDED
         try:
             self.gate.release()
+        except RobotStoppedError as error:
+            return f"it was stopped again: {error.reason}"
         except GrabberError as error:
             log.error("%s", error)
             return str(error)
@@ -190,10 +227,10 @@ class Runner:
             # psygnal wraps an exception of a listener to `cycle_done`.
             failure = f"internal error, see the log: {error.__cause__ or error}"
         finally:
+            self._running.clear()
             self.gate.halt(ENDED)
             queue.close()
             self._close_detector()
-            self._running.clear()
         if failure:
             self.failed.emit(failure)
 

@@ -1719,27 +1719,27 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="220"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="212"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="323"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="370"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="356"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="345"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="357"/>
         <source>no images come from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="383"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="374"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
@@ -1917,22 +1917,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="154"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="162"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="161"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="181"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="186"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -4204,27 +4204,27 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="377"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="377"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="411"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="382"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="276"/>
-        <source>Close the calibration of hand and eye first</source>
-        <translation>Cierre antes la calibración de mano y ojo</translation>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="265"/>
+        <source>Hand and eye are still being calibrated</source>
+        <translation>La calibración de mano y ojo aún no ha terminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="359"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="329"/>
         <source>Start lets the robot move</source>
         <translation>Iniciar deja que el robot se mueva</translation>
     </message>

@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pytest
 
+from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import by_name
 from grabbergui.models import servo_proxy
@@ -152,10 +153,14 @@ def test_a_second_stop_does_not_wait_for_a_first_that_hangs(pair, monkeypatch):
 def test_start_ends_a_stop_and_a_refusal_is_reported(pair, monkeypatch):
     monkeypatch.setattr(Runner, "running", property(lambda self: True))
     pair.proxy.emergency_stop("stopped")
-    assert pair.proxy.resume() == ""
+    pair.proxy.request_start()
     until(lambda: pair.runner.gate.halted == "")
-    monkeypatch.setattr(pair.runner, "resume", lambda: "the guardian has ended")
-    pair.proxy.resume()
+
+    def refuse():
+        raise SourceUnavailableError("the guardian has ended")
+
+    monkeypatch.setattr(pair.runner.gate._guard, "renew", refuse)
+    pair.proxy.request_start()
     until(lambda: pair.failures == ["the guardian has ended"])
 
 
@@ -166,14 +171,14 @@ def starting(pair, monkeypatch):
 
     def start_slowly():
         begun.set()
-        assert proceed.wait(PATIENCE)
+        assert proceed.wait(PATIENCE)  # and starts nothing
 
     def finish():
         proceed.set()
         until(lambda: not any(thread.name == "start" for thread in threading.enumerate()))
 
-    monkeypatch.setattr(pair.runner, "start", start_slowly)
-    pair.proxy.resume()
+    monkeypatch.setattr(pair.runner, "_start", start_slowly)
+    pair.proxy.request_start()
     assert begun.wait(PATIENCE)
     yield finish
     proceed.set()
@@ -183,6 +188,13 @@ def test_a_stop_while_the_loop_starts_keeps_the_robot_still(pair, starting):
     pair.proxy.emergency_stop("stopped in the window")
     starting()
     assert pair.runner.gate.halted == "stopped in the window"
+
+
+def test_another_stop_while_the_loop_starts_keeps_its_reason(pair, starting):
+    pair.runner.emergency_stop("stopped over YARP")
+    pair.proxy.emergency_stop("stopped in the window")
+    starting()
+    assert pair.runner.gate.halted == "stopped over YARP"
 
 
 def test_a_window_that_dies_while_the_loop_starts_keeps_the_robot_still(pair, starting):
@@ -229,7 +241,7 @@ def test_a_window_that_dies_stops_the_robot(pair):
     assert pair.runner.gate.halted == servo_proxy.CLOSED
 
 
-def test_closing_the_window_leaves_the_stop_to_the_process_that_showed_it(pair, monkeypatch):
+def test_closing_the_window_stops_the_robot(pair, monkeypatch):
     monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     pair.proxy.close()
     assert pair.server.closed.wait(PATIENCE)
@@ -237,7 +249,7 @@ def test_closing_the_window_leaves_the_stop_to_the_process_that_showed_it(pair, 
     pair.server._threads[1].join(PATIENCE)
     pair.cycle(1.0)
     assert not pair.server._not_answering
-    assert pair.runner.gate.halted == ""
+    assert pair.runner.gate.halted == servo_proxy.CLOSED
 
 
 def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
@@ -246,7 +258,7 @@ def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
     monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)
     until(lambda: (pair.cycle(1.0), pair.runner.gate.halted)[1])
     assert pair.runner.gate.halted == servo_proxy.NOT_ANSWERING
-    pair.runner.resume()
+    pair.runner.gate.release()
     pair.cycle(2.0)
     assert pair.runner.gate.halted == ""  # it was said once
 

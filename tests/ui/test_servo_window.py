@@ -365,14 +365,14 @@ def test_a_stop_that_hangs_in_the_network_does_not_hold_up_the_window(window, li
 def slow_start(live, monkeypatch):
     """Returns the starts of the loop so far, and the event that lets them proceed."""
     runner, _ = live
-    starts, proceed, start = [], threading.Event(), runner.start
+    starts, proceed, start = [], threading.Event(), runner._start
 
-    def start_slowly(held=""):
-        starts.append(held)
+    def start_slowly():
+        starts.append(True)
         assert proceed.wait(PATIENCE)
-        start(held)
+        start()
 
-    monkeypatch.setattr(runner, "start", start_slowly)
+    monkeypatch.setattr(runner, "_start", start_slowly)
     return starts, proceed
 
 
@@ -475,7 +475,7 @@ def test_hand_and_eye_are_calibrated_while_the_loop_rests(window, live, qtbot):
     assert robot.speed == 0
     assert not window.handEyeButton.isEnabled()
     window.startPressed.emit()
-    assert "Close the calibration" in window.messages.messages[0]
+    assert "still being calibrated" in window.messages.messages[0]
     dialog.reject()
     qtbot.waitUntil(lambda: runner.running and window.reasonLabel.text() == "Start lets the robot move")
     assert robot.speed == 0
@@ -489,7 +489,7 @@ def test_nothing_starts_while_the_calibration_of_hand_and_eye_opens(window, live
     qtbot.waitUntil(lambda: robot.speed > 0.01)
     window.handEyeButton.click()
     window.startPressed.emit()
-    assert "Close the calibration" in window.messages.messages[0]
+    assert "still being calibrated" in window.messages.messages[0]
     qtbot.waitUntil(lambda: window.findChild(HandEyeDialog) is not None)
     assert not runner.running
     window.findChild(HandEyeDialog).reject()

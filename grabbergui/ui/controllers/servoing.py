@@ -8,14 +8,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from psygnal import Signal
 from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import Placement
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
-from grabbergui.models.hand_eye import STOPPED, HandEyeModel, Happened, Setup, Solution
+from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
 from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.language import driver_text
 from grabbergui.models.messages import Message
@@ -23,7 +22,7 @@ from grabbergui.models.servo_proxy import Run, RunnerProxy
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.hand_eye_stand import HandEyeStand
-from grabbergui.servo.runner import Runner
+from grabbergui.servo.runner import STOPPED, Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.gui_thread import Bridge
@@ -201,9 +200,6 @@ CURVES_MS = 150
 class ServoController(QObject):
     """Joins the servoing window to a run. Make it on the GUI thread; `close` it before the runner ends."""
 
-    refused = Signal(str)
-    """*Start* failed; the reason as display text. Emitted on a thread of its own."""
-
     def __init__(
         self,
         window: ServoWindow,
@@ -218,13 +214,10 @@ class ServoController(QObject):
         self.hand_eye: HandEyeController | None = None
         """The controller of the wizard that is open on top of the window; the loop does not run then."""
         self._stand = stand
-        self._starting = threading.Lock()
-        "Held while the loop is being started: two loops must not command one robot."
         self._may_start = True
-        "Whether it may be: not while hand and eye are calibrated, nor after `close`."
-        self._stops = 0
-        "Number of stops so far, `close` included. An earlier start must not let the robot move."
+        "Whether the loop may be started: not while hand and eye are calibrated, nor after `close`."
         self._restart: threading.Thread | None = None
+        "Starts the loop after that calibration."
         window.setHandEyeAvailable(stand is not None or runner.calibrates_hand_eye)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
@@ -234,7 +227,6 @@ class ServoController(QObject):
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.entered, self._on_model_entered)
         self._bridge.bind(runner.failed, self._on_runner_failed)
-        self._bridge.bind(self.refused, self._on_runner_failed)
         window.stopPressed.connect(self._on_window_stop_pressed)
         window.startPressed.connect(self._on_window_start_pressed)
         window.tuningChanged.connect(self._on_window_tuning_changed)
@@ -249,16 +241,14 @@ class ServoController(QObject):
         """Release the runner. May be called twice."""
         self._timer.stop()
         self._may_start = False
-        self._stops += 1
         if self.calibrating is not None:
             self.calibrating.reject()
         if self.hand_eye is not None:
-            self.hand_eye.close()
-            self.hand_eye.model.close(ENDING_S)
+            controller, self.hand_eye = self.hand_eye, None  # its dialog's end is not to start the loop
+            controller.close()
+            controller.model.close(ENDING_S)
         if self._restart is not None:
             self._restart.join()
-        with self._starting:
-            pass  # a loop that is being started runs before its owner stops it
         self._bridge.close()
         self.model.close()
 
@@ -267,33 +257,14 @@ class ServoController(QObject):
         self._stop(STOPPED)
 
     def _stop(self, reason: str) -> None:
-        self._stops += 1
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
         _start_thread(lambda: self._runner.emergency_stop(reason), "emergency stop")
 
     def _on_window_start_pressed(self) -> None:
         if not self._may_start:
-            self._window.messages.showError(self.tr("Close the calibration of hand and eye first"))
+            self._window.messages.showError(self.tr("Hand and eye are still being calibrated"))
             return
-        runner, restart, stops = self._runner, self._restart, self._stops
-
-        def start() -> None:
-            if restart is not None:
-                restart.join()
-            with self._starting:
-                if not self._may_start:
-                    return
-                if not runner.running:
-                    runner.stop()  # its threads have ended; this releases them
-                    runner.start()
-                # Starting a loop takes a while, in which the user may have pressed the stop.
-                why_not = runner.resume() if self._stops == stops else ""
-            if self._stops != stops:
-                runner.emergency_stop(STOPPED)
-            elif why_not:
-                self.refused.emit(why_not)
-
-        _start_thread(start, "start")
+        self._runner.request_start()
 
     def _on_window_tuning_changed(self, tuning: Tuning) -> None:
         try:
@@ -348,8 +319,7 @@ class ServoController(QObject):
             dialog.show()
 
         def stop() -> None:
-            with self._starting:
-                runner.stop()
+            runner.stop()
             self._bridge.call(make)
 
         _start_thread(stop, "servo end")
@@ -361,14 +331,15 @@ class ServoController(QObject):
             return
         model = controller.model
 
+        def allow() -> None:
+            self._may_start = True
+            self._window.setHandEyeAvailable(True)
+
         def start() -> None:
             model.close(ENDING_S)
-            with self._starting:
-                if self._may_start:
-                    runner.start(held=held)
+            runner.start(held=held)
+            self._bridge.call(allow)
 
-        self._may_start = True
-        self._window.setHandEyeAvailable(True)
         self._restart = _start_thread(start, "servo start")
 
     # -- a camera without a calibration ----------------------------------------------------------
