@@ -34,7 +34,7 @@ starts each. A person stands somewhere in front of the robot, sways, and shows a
 any pose that the arm can reach from its home without being stretched and that a head which looks at the
 person has in view. Arm and head begin anywhere near their home. Errors are against the marker's true pose.
 The scene has no lens distortion and no motion blur, its marker is perfectly flat, and the simulated joints
-follow their commands within 30 ms: a real robot is less kind."""
+follow their commands within 30 ms. A real robot will do worse."""
 MEASURES = (
     ("centred_s", "marker shown to centred, s", ".1f"),
     ("reached_s", "marker shown to reached, s", ".1f"),

@@ -23,8 +23,8 @@ open. The camera streams {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 
 fast as a link of 125 MB/s allows), with the heartbeat on. The gain is changed {{repeats}} times by each
 means at random moments: slider, arrow key, wheel, and a number typed and confirmed with Enter, each from
 within Qt's event loop. *Register* is the time from just before the widget's signal to the write in the
-camera, which notes it. *Image* is the time to the first painted image of another grey value; each frame's
-grey value says with which gain it was exposed. The simulated cameras apply a setting to the next frame; a
+camera. *Image* is the time to the first painted image of another grey value, which shows the gain of its
+exposure. The simulated cameras apply a setting to the next frame; a
 slower camera's delay comes on top. With GigE Vision, YARP and ROS 2 the camera runs in another process; with
 `sim:`, U3V (the protocol without a kernel's USB stack) and GenTL it runs in the window's own. GenTL is
 EMVA's simulated producer: there the frame rate is changed instead of the gain, and one image cannot be told

@@ -44,8 +44,8 @@ ANSWERERS = {OURS: _yarp_ends.answer_ours, REAL: _yarp_ends.answer_real}
 PACE = 30.0
 """Images per second when their age is measured."""
 CONTEXT = multiprocessing.get_context("spawn")
-METHOD = """RGB images from one process to another on the loopback, each sent as soon as the previous one is
-gone, for {seconds:g} seconds, in {rounds} rounds. Rates are those of the best round. *× YARP* compares runs
+METHOD = """RGB images from one process to another on the loopback, each as soon as the previous one is
+sent, for {seconds:g} seconds, in {rounds} rounds. Rates are those of the best round. *× YARP* compares runs
 of the same round, which follow each other within seconds, so that other load on the machine affects both;
 the median of the rounds counts. *YARP* is {version}; its ports are C++, controlled from Python. {without}CPU
 is that of both processes."""
