@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,27 @@ class FaceConfig:
             )
 
 
+Ranges = Mapping[str, tuple[float, float, str]]
+"Lowest and highest value and unit of each key of a section."
+
+
+def _check_ranges(section: str, part: object, ranges: Ranges) -> None:
+    """Raise UsageError for a value out of its range."""
+    for name, (low, high, unit) in ranges.items():
+        value = getattr(part, name)
+        if not low <= value <= high:
+            given = f"{value:g} {unit}".rstrip()
+            raise UsageError(f"[{section}] {name} of {given}; allowed: {low:g} to {high:g}")
+
+
+HEAD_RANGES: Ranges = {
+    "gain": (0, 10, "1/s"),
+    "fastest": (0, 120, "°/s"),
+    "step": (0, 10, "°"),
+    "search": (0, 120, "°/s"),
+}
+
+
 @dataclass(frozen=True)
 class HeadConfig:
     """Control of the head."""
@@ -140,12 +162,19 @@ class HeadConfig:
     def __post_init__(self) -> None:
         if self.mode not in ("velocity", "direct", "steps"):
             raise UsageError(f"[head] mode is '{self.mode}'; there are velocity, direct and steps")
+        _check_ranges("head", self, HEAD_RANGES)
         if self.start < self.deadband:
             raise UsageError("[head] start must not be less than deadband, or the head would never rest")
 
 
-MOST_FOLLOW = 0.5
-"Largest `[arm] follow`, metres per second."
+ARM_RANGES: Ranges = {
+    "gain": (0, 10, "1/s"),
+    "fastest": (0.001, 0.5, "m/s"),
+    "fastest_turn": (0.1, 180, "°/s"),
+    "follow": (0, 0.5, "m/s"),
+    "acceleration": (0.01, 10, "m/s²"),
+    "turn_acceleration": (1, 2000, "°/s²"),
+}
 _NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 "The workspace's limits, each low one before its high one; no other number may be negative."
 
@@ -191,11 +220,7 @@ class ArmConfig:
             high = low.replace("_low", "_high")
             if not getattr(self, low) < getattr(self, high):
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
-        for name in ("fastest", "fastest_turn"):
-            if not getattr(self, name):
-                raise UsageError(f"[arm] {name} is 0, so the arm could not move; allowed: more than 0")
-        if self.follow > MOST_FOLLOW:
-            raise UsageError(f"[arm] follow of {self.follow:g} m/s; allowed: 0 (off) to {MOST_FOLLOW:g}")
+        _check_ranges("arm", self, ARM_RANGES)
 
     @property
     def workspace(self) -> tuple[Vector, Vector]:
@@ -204,9 +229,17 @@ class ArmConfig:
         return np.array(low), np.array(high)
 
 
+SAFETY_RANGES: Ranges = {
+    "robot_timeout": (0.02, 0.2, "s"),
+    "freeze": (0.1, 2, "s"),
+    "command_timeout": (0.02, 0.2, "s"),
+    "guardian_timeout": (0.04, 0.2, "s"),
+}
+
+
 @dataclass(frozen=True)
 class SafetyConfig:
-    """Conditions under which the robot stops."""
+    """Conditions under which the robot stops. `Config` checks the times."""
 
     image_timeout: float = 0.15
     "Age of the newest image, from its exposure, beyond which everything stops, seconds."
@@ -231,6 +264,9 @@ class SafetyConfig:
         parse_boxes(self.obstacles)
 
 
+LOOP_RANGES: Ranges = {"rate": (1, 1000, "Hz"), "speed": (0.01, 1, "")}
+
+
 @dataclass(frozen=True)
 class LoopConfig:
     """The loop's rate and speed."""
@@ -241,10 +277,7 @@ class LoopConfig:
     "Factor on all speeds, 0.01 to 1."
 
     def __post_init__(self) -> None:
-        if not 1 <= self.rate <= 1000:
-            raise UsageError(f"[loop] rate of {self.rate:g} Hz; allowed: 1 to 1000")
-        if not 0.01 <= self.speed <= 1:
-            raise UsageError(f"[loop] speed of {self.speed:g}; allowed: 0.01 to 1")
+        _check_ranges("loop", self, LOOP_RANGES)
 
 
 @dataclass(frozen=True)
@@ -266,12 +299,7 @@ class Config:
                 f"[safety] image_timeout of {self.safety.image_timeout:g} s is too long: motion must end "
                 f"within 0.2 s of the last image, one control cycle ({1 / self.loop.rate:g} s) included"
             )
-        if self.safety.command_timeout > 0.2:
-            raise UsageError("[safety] command_timeout must not be more than 0.2 s")
-        if not 0.04 <= self.safety.guardian_timeout <= 0.2:
-            raise UsageError(
-                f"[safety] guardian_timeout of {self.safety.guardian_timeout:g} s; allowed: 0.04 to 0.2"
-            )
+        _check_ranges("safety", self.safety, SAFETY_RANGES)
 
     @classmethod
     def parse(cls, text: str, where: str = "configuration") -> Config:

@@ -215,7 +215,7 @@ def test_a_hand_that_follows_speeds_up_eight_times_as_fast():
 
 
 def test_a_hand_goes_no_faster_than_it_can_brake():
-    controller, marker = arm(gain=100, fastest=1.0, fastest_turn=500), marker_at()
+    controller, marker = arm(gain=10, fastest=0.5, fastest_turn=180), marker_at()
     hand = away(controller, marker, 0.05, 0.1)
     twist = settled(controller, hand, marker)
     assert np.linalg.norm(twist[:3]) == pytest.approx(math.sqrt(ArmConfig().acceleration * 0.05))
@@ -415,7 +415,17 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[head]\ngain fast", "not a number"),
         ("[head]\ngain nan", "finite"),
         ("[arm]\nfastest -1", "not negative"),
-        ("[arm]\nfastest_turn 0", "the arm could not move"),
+        ("[arm]\nfastest 0", r"\[arm\] fastest of 0 m/s; allowed: 0.001 to 0.5"),
+        ("[arm]\nfastest 3", r"\[arm\] fastest of 3 m/s; allowed: 0.001 to 0.5"),
+        ("[arm]\nfastest_turn 0", "allowed: 0.1 to 180"),
+        ("[arm]\ngain 1e9", r"\[arm\] gain of 1e\+09 1/s; allowed: 0 to 10"),
+        ("[arm]\nacceleration 0", "allowed: 0.01 to 10"),
+        ("[head]\nfastest 5000", r"\[head\] fastest of 5000 °/s; allowed: 0 to 120"),
+        ("[head]\nstep 45", r"\[head\] step of 45 °; allowed: 0 to 10"),
+        ("[safety]\nrobot_timeout 60", r"\[safety\] robot_timeout of 60 s; allowed: 0.02 to 0.2"),
+        ("[safety]\nfreeze 1e6", r"\[safety\] freeze of 1e\+06 s; allowed: 0.1 to 2"),
+        ("[safety]\ncommand_timeout 1", "allowed: 0.02 to 0.2"),
+        ("[safety]\nguardian_timeout 1", "allowed: 0.04 to 0.2"),
         ("[head]\nmode jump", "velocity, direct and steps"),
         ("[head]\nstart 0.01", "never rest"),
         ("[safety]\nimage_timeout 0.5", "too long"),

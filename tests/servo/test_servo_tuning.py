@@ -42,7 +42,7 @@ def test_a_gain_counts_from_the_next_turn_on():
 
 def test_what_concerns_safety_is_not_tuned():
     loop = ServoLoop(Config(), RecordingRobot())
-    loop.tune(dataclasses.replace(Config(), safety=SafetyConfig(freeze=60.0)))
+    loop.tune(dataclasses.replace(Config(), safety=SafetyConfig(freeze=1.0)))
     assert loop.config.safety == SafetyConfig()
 
 
