@@ -21,6 +21,8 @@ DISTORTION_LENGTH = {"plumb_bob": 5, "rational_polynomial": 8}
 "The number of coefficients of each distortion model."
 NOMINAL_FIELD_OF_VIEW = 60.0
 "Horizontal field of view, in degrees, assumed for a camera that is not calibrated."
+FOCAL_LENGTHS = 0.01, 1e5
+"Shortest focal length per pixel of the image's shorter side (178°), longest of its longer side (2″)."
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +60,13 @@ class Calibration:
         numbers = (self.matrix, self.distortion, self.rectification, self.projection)
         if not all(np.isfinite(matrix).all() for matrix in numbers):
             raise UsageError("the calibration contains numbers that are not finite; calibrate again")
-        if self.matrix[0, 0] <= 0 or self.matrix[1, 1] <= 0:
+        focal = self.matrix[[0, 1], [0, 1]]
+        low, high = np.array(FOCAL_LENGTHS) * sorted((self.width, self.height))
+        if focal.min() < low or focal.max() > high:
             raise UsageError(
-                f"focal lengths of {self.matrix[0, 0]:g} and {self.matrix[1, 1]:g} pixels are impossible; "
-                "they must be positive, so the calibration was probably never finished"
+                f"focal lengths of {focal[0]:g} and {focal[1]:g} pixels are impossible; allowed for "
+                f"{self.width}×{self.height} images: {low:g} to {high:g}. "
+                "The calibration was probably never finished"
             )
 
     @property
