@@ -146,6 +146,8 @@ class OpenCvMovie:
         size, colour = (frame.width, frame.height), [cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
         fourcc = cv2.VideoWriter.fourcc(*code)
         self._movie = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, CAMERA_RATE, size, colour)
+        if not self._movie.isOpened():
+            raise OSError(f"OpenCV cannot write {path}")
 
     def write(self, frame: Frame) -> None:
         self._movie.write(frame.mono())

@@ -187,13 +187,19 @@ def _png_is_whole(file: memoryview) -> bool:
 
 SHOWN_WIDTH = 960
 "Largest width of an image in a notebook, in pixels. Wider ones are scaled down for the way to the browser."
+SHOWN_HEIGHT = 65_500
+"Largest height of a JPEG that OpenCV writes."
 
 
 def jpeg_to_show(image: NDArray[np.uint8]) -> bytes:
-    """Encode an RGB image (height, width, 3) as a JPEG at most `SHOWN_WIDTH` pixels wide."""
+    """Encode an RGB image (height, width, 3) as a JPEG of at most `SHOWN_WIDTH` × `SHOWN_HEIGHT` pixels."""
     height, width = image.shape[:2]
-    if width > SHOWN_WIDTH:
-        size = (SHOWN_WIDTH, max(1, height * SHOWN_WIDTH // width))
+    scale = min(SHOWN_WIDTH / width, SHOWN_HEIGHT / height)
+    if scale < 1:
+        size = (max(1, int(width * scale)), max(1, int(height * scale)))
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
-    _, content = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80])
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    encoded, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, 80])
+    if not encoded:
+        raise PixelFormatError(f"an image of {width}×{height} pixels cannot be shown as JPEG")
     return content.tobytes()

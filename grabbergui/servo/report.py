@@ -70,14 +70,18 @@ class Recorder:
                 self._next_image = math.inf
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
-        """Write the report with `facts` in it, and return it."""
+        """Write the report with `facts` in it, and return it. Raises OSError if report.json fails."""
         self._finish_video()
         report = summary(self.cycles) | facts
         report["video"] = f"{self._images} images at {VIDEO_FPS:g} per second"
         (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
         if len(self.cycles) > 1:
-            plots = plot(self.cycles)
-            cv2.imwrite(str(self._folder / "plots.png"), cv2.cvtColor(plots, cv2.COLOR_RGB2BGR))
+            plots = cv2.cvtColor(plot(self.cycles), cv2.COLOR_RGB2BGR)
+            try:
+                # OpenCV's own writer would not say why it fails.
+                (self._folder / "plots.png").write_bytes(cv2.imencode(".png", plots)[1].tobytes())
+            except OSError as error:
+                log.warning("the report has no plots: %s", error)
         return report
 
     def _finish_video(self) -> None:

@@ -84,6 +84,9 @@ def test_a_notebook_shows_the_image_of_a_frame():
     wide = Frame(np.full(2000 * 100, 128, np.uint8), 2000, 100, MONO8)
     shown = cv2.imdecode(np.frombuffer(wide._repr_jpeg_(), np.uint8), cv2.IMREAD_COLOR)
     assert shown.shape == (48, encoded_image.SHOWN_WIDTH, 3) and abs(int(shown[20, 20, 0]) - 128) < 3
+    tall = Frame(np.full(8 * 131_000, 128, np.uint8), 8, 131_000, MONO8)
+    shown = cv2.imdecode(np.frombuffer(tall._repr_jpeg_(), np.uint8), cv2.IMREAD_COLOR)
+    assert shown.shape == (65_500, 4, 3), "of a line scan camera"
     damaged = Component(np.zeros(9, np.uint8), 4, 3, MONO8, encoding=JPEG_OF_4_BY_3)
     assert damaged._repr_jpeg_() is None
     assert Frame(np.zeros(9, np.uint8), 0, 0, pfnc.by_code(0))._repr_jpeg_() is None

@@ -268,6 +268,18 @@ def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path
     ]
 
 
+def test_plots_that_cannot_be_written_are_missed_aloud(tmp_path, caplog):
+    run = run_to_the_marker()
+    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    (tmp_path / "plots.png").mkdir()
+    for cycle in run.cycles:
+        recorder.add(cycle, None, None)
+    assert recorder.finish({})["reached"]
+    assert [record.message for record in caplog.records] == [
+        f"the report has no plots: [Errno 21] Is a directory: '{tmp_path / 'plots.png'}'"
+    ]
+
+
 def test_an_empty_run_has_a_report_too(tmp_path):
     recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
     assert recorder.finish({})["reached"] is False

@@ -16,7 +16,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.runner import Runner
+from grabbergui.servo.runner import HELD, Runner
 from grabbergui.ui.run import standalone
 from patience import PATIENCE, until
 
@@ -79,10 +79,23 @@ def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
     runner.start()
     try:
         assert standalone.servo_in_own_process(runner, calibration, None, stand=stand) == ""
-        assert happened == [("window", True, ""), ("wizard", False), ("window", True, standalone.HELD)]
+        assert happened == [("window", True, ""), ("wizard", False), ("window", True, HELD)]
     finally:
         runner.stop()
         camera.close()
+
+
+def test_a_screenshot_that_cannot_be_written_is_named(tmp_path):
+    path = tmp_path / "folder" / "servo.png"
+    program = subprocess.run(
+        [sys.executable, "-m", "grabbergui", "servo", "--seconds", "1", "--screenshot", path],
+        env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert program.returncode == 1
+    assert f"grabbergui: the screenshot could not be written to {path}\n" in program.stderr
 
 
 def test_a_window_closes_when_the_loops_process_is_killed():

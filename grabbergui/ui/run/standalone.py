@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO
 
 from PyQt5.QtCore import QTimer
-from PyQt5.QtWidgets import QDialog
+from PyQt5.QtWidgets import QDialog, QWidget
 
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
@@ -28,7 +28,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.priority import single_threaded
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, Run, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
-from grabbergui.servo.runner import Runner
+from grabbergui.servo.runner import HELD, Runner
 from grabbergui.ui.application import application, closed_by, look, require_display
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.servoing import ENDING_S, HandEyeController, ServoController
@@ -39,6 +39,27 @@ from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.windows import FileDialogs
 
 log = logging.getLogger(__name__)
+
+
+class _Screenshot:
+    """A window's screenshot of itself, taken when its time is up."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path, self._failed = path, False
+
+    def take(self, window: QWidget) -> None:
+        """Save it, if one is wanted."""
+        if self._path is not None:
+            self._failed = not window.grab().save(str(self._path))
+
+    def check(self) -> None:
+        """Raise UnsavedError if it could not be saved."""
+        if self._failed:
+            raise UnsavedError(f"the screenshot could not be written to {self._path}")
+
+
+class UnsavedError(GrabberError):
+    """A screenshot could not be written."""
 
 
 def calibrate(
@@ -52,17 +73,17 @@ def calibrate(
     """Calibrate a camera in a dialog; return the file that was saved last, if any, once it is closed.
 
     The source must stream. With `seconds` the dialog takes views at once and closes after that time; with
-    `screenshot` it saves a screenshot of itself then. Setting `stop` closes it.
+    `screenshot` it saves a screenshot of itself then. Setting `stop` closes it. Raises UnsavedError.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
     dialog = CalibrationDialog()
     saved: list[Path] = []
+    shot = _Screenshot(screenshot)
     controller = CalibratingController(dialog, grabber, saved.append, settings)
 
     def end() -> None:
-        if screenshot is not None:
-            dialog.grab().save(str(screenshot))
+        shot.take(dialog)
         dialog.done(QDialog.DialogCode.Rejected)
 
     if seconds is not None:
@@ -73,6 +94,7 @@ def calibrate(
             dialog.exec_()
     finally:
         controller.close()
+    shot.check()
     return saved[-1] if saved else None
 
 
@@ -99,17 +121,17 @@ def hand_eye(
 ) -> HandEyeResult | None:
     """Show the hand–eye calibration until its dialog is closed or the time is up; return the newest result.
 
-    The robot rests on return. Setting `stop` stops it, then closes the dialog.
+    The robot rests on return. Setting `stop` stops it, then closes the dialog. Raises UnsavedError.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
     dialog = HandEyeDialog()
     controller = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
     model = controller.model
+    shot = _Screenshot(screenshot)
 
     def end() -> None:
-        if screenshot is not None:
-            dialog.grab().save(str(screenshot))
+        shot.take(dialog)
         dialog.reject()
 
     if seconds is not None:
@@ -119,6 +141,7 @@ def hand_eye(
             dialog.exec_()
     finally:
         model.close(ENDING_S)
+    shot.check()
     return None if model.solution is None else model.solution.result
 
 
@@ -136,15 +159,16 @@ def servo(
     A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` an
     image of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
     With a `stand` of the runner's robot and gate, hand and eye can be calibrated from the window.
+    Raises UnsavedError if the screenshot cannot be saved.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
     window = ServoWindow()
     controller = ServoController(window, runner, calibration, stand)
+    shot = _Screenshot(screenshot)
 
     def close() -> None:
-        if screenshot is not None:
-            window.grab().save(str(screenshot))
+        shot.take(window)
         window.close()
 
     def interrupted() -> None:
@@ -163,13 +187,14 @@ def servo(
             stand.close()
         window.deleteLater()
         app.processEvents()
+    shot.check()
 
 
 # -- servoing in a process of its own ------------------------------------------------------------
 WINDOW_PROGRAM = ["-m", "grabbergui.ui.run.standalone"]
 "Python's arguments for the window's process."
-HELD = "ready: nothing moves until Start is pressed"
-"State of the robot after hand and eye were calibrated."
+_UNSAVED = 3
+"Exit status of the window's process if its screenshot could not be written."
 _LOOK_S = 0.1
 "Seconds between checks whether the window is still there."
 _END_S = 5.0
@@ -207,7 +232,10 @@ def servo_in_own_process(
     """
     require_display()
     if _assumed(calibration):
-        servo(runner, calibration, seconds, screenshot, theme, stop, stand)
+        try:
+            servo(runner, calibration, seconds, screenshot, theme, stop, stand)
+        except UnsavedError as error:
+            return str(error)
         return ""
     options = _Options(seconds, screenshot, theme, stand is not None)
     try:
@@ -252,6 +280,8 @@ def _show_once(
         server.close()
         status = _end(process)
     failure = f"the window has ended unexpectedly (exit status {status})" if status else ""
+    if status == _UNSAVED:
+        failure = f"the screenshot could not be written to {options.screenshot}"
     return failure, server.hand_eye_wanted
 
 
@@ -305,8 +335,12 @@ def main() -> None:
     heartbeat.timeout.connect(proxy.heartbeat)
     heartbeat.start(round(HEARTBEAT_PERIOD * 1000))
     proxy.open()  # a signal without a listener yet does no harm: the next report follows in 40 ms
-    servo(proxy, proxy.calibration, options.seconds, options.screenshot, options.theme, ended)
-    proxy.close()
+    try:
+        servo(proxy, proxy.calibration, options.seconds, options.screenshot, options.theme, ended)
+    except UnsavedError:
+        sys.exit(_UNSAVED)
+    finally:
+        proxy.close()
 
 
 if __name__ == "__main__":
