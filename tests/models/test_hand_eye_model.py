@@ -54,8 +54,13 @@ class Stand:
 
     def run(self):
         self.model.start()
-        until(lambda: not self.model.running)
+        while self.model.running:
+            self._await_progress(self.bench.now)
         return self
+
+    def _await_progress(self, now):
+        """A minute of a robot with seven joints is seconds of computing, on a busy machine many."""
+        until(lambda: not self.model.running or self.bench.now > now, "progress in simulated time")
 
     @property
     def problem(self):
