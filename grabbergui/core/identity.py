@@ -7,7 +7,8 @@ its reported properties agree.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 from grabbergui.core.errors import OtherCameraError
@@ -119,3 +120,13 @@ def require_one(name: str, candidates: Sequence[DeviceInfo]) -> None:
     if len(known) > 1:
         text = " and ".join(known.values())
         raise OtherCameraError(f"'{name}' names {len(known)} cameras: {text}; write which one you mean")
+
+
+def distinct_names(cameras: Iterable[Sequence[str]]) -> list[str]:
+    """Return for each camera the first of its names that no other camera has; else its last name.
+
+    `cameras` gives the names of each camera, in order of preference. Case and empty names are ignored.
+    """
+    named = [[name for name in names if name] for names in cameras]
+    owners = Counter(name for names in named for name in {name.lower() for name in names})
+    return [next((name for name in names if owners[name.lower()] == 1), names[-1]) for names in named]

@@ -5,7 +5,15 @@ from dataclasses import replace
 import pytest
 
 from grabbergui.core.errors import OtherCameraError
-from grabbergui.core.identity import DeviceInfo, describe, is_same, require_one, require_same, unit
+from grabbergui.core.identity import (
+    DeviceInfo,
+    describe,
+    distinct_names,
+    is_same,
+    require_one,
+    require_same,
+    unit,
+)
 
 CAMERA = DeviceInfo(
     "gige:7", "Acme", "One", "7", "GigE Vision", "10.0.0.7", "left", hardware_id="00:30:53:0a:0b:0c"
@@ -52,3 +60,19 @@ def test_a_name_of_several_cameras_is_refused_and_one_listed_twice_is_one():
 def test_a_description_identifies_a_camera():
     assert describe(CAMERA) == "Acme One ('left', serial 7, 00:30:53:0a:0b:0c)"
     assert describe(DeviceInfo("gige:10.0.0.7")) == "gige:10.0.0.7"
+
+
+@pytest.mark.parametrize(
+    ("cameras", "names"),
+    [
+        ([("7", "a"), ("8", "b")], ["7", "8"]),
+        ([("SN", "a"), ("sn", "b")], ["a", "b"]),
+        ([("7", "8"), ("8", "b")], ["7", "b"]),
+        ([("", "a", "1"), ("", "a", "2")], ["1", "2"]),
+        ([("7", "7", ""), ("8", "")], ["7", "8"]),
+        ([("7", "1"), ("7", "1")], ["1", "1"]),
+        ([], []),
+    ],
+)
+def test_a_camera_is_named_by_its_first_name_that_no_other_has(cameras, names):
+    assert distinct_names(cameras) == names

@@ -27,7 +27,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, describe, differs, distinct_names, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
@@ -132,8 +132,7 @@ class AravisDevice(Device):
                 require_same(self.info, answering[0].info())
             answering = same
         if self._name:
-            by_place = [replace(c.info(), uri=f"aravis:{c.address_or_id}") for c in answering]
-            require_one(self._name, by_place)
+            require_one(self._name, [camera.info(camera.address_or_id) for camera in answering])
         if answering:
             return answering[0]
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
@@ -281,4 +280,6 @@ def discover(timeout: float) -> list[DeviceInfo]:
     """Return the cameras that Aravis finds, if `SEARCH` is set. Takes a second, whatever the `timeout`."""
     if os.environ.get(SEARCH, "") in ("", "0"):
         return []
-    return [camera.info() for camera in find_cameras()]
+    found = find_cameras()
+    names = distinct_names(camera.names for camera in found)
+    return [camera.info(name) for camera, name in zip(found, names, strict=True)]

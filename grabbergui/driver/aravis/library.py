@@ -199,15 +199,19 @@ class FoundCamera:
         """A unique id: the address on a network, where several cameras may share an Aravis id."""
         return self.address if self.protocol == "GigEVision" and self.address else self.id
 
-    def answers_to(self, name: str) -> bool:
-        """Whether `name` is its id, address, serial number or MAC address."""
-        known = (self.id, self.address, self.serial, self.physical_id)
-        return name.lower() in [text.lower() for text in known if text]
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its id, address, MAC address or GUID, and serial number; some may be empty."""
+        return (self.id, self.address, self.physical_id, self.serial)
 
-    def info(self) -> DeviceInfo:
-        """Return the entry for the list of sources."""
+    def answers_to(self, name: str) -> bool:
+        """Whether `name` is one of its names."""
+        return name.lower() in [text.lower() for text in self.names if text]
+
+    def info(self, name: str = "") -> DeviceInfo:
+        """Return the entry for the list of sources; its URI has `name` (by default the id)."""
         return DeviceInfo(
-            uri=f"aravis:{quote(self.id, safe=' :-_.')}",
+            uri=f"aravis:{quote(name or self.id, safe=' :-_.')}",
             vendor=self.vendor,
             model=self.model,
             serial=self.serial,

@@ -27,7 +27,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, describe, require_same
+from grabbergui.core.identity import DeviceInfo, describe, distinct_names, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
@@ -360,8 +360,6 @@ def _checked_group(uri: SourceUri, group: str) -> str:
 
 def discover(timeout: float) -> list[DeviceInfo]:
     """Return every camera that answers within `timeout` seconds, each with a unique URI."""
-    infos = [device.info() for device in discovery.discover(timeout)]
-    uris = [info.uri for info in infos]
-    return [
-        info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
-    ]
+    found = discovery.discover(timeout)
+    names = distinct_names(device.names for device in found)
+    return [device.info(name) for device, name in zip(found, names, strict=True)]

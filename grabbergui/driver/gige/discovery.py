@@ -9,7 +9,7 @@ import selectors
 import socket
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from urllib.parse import quote
 
 import psutil
@@ -119,17 +119,23 @@ class FoundDevice:
         here = self.interface.loopback or ipaddress.IPv4Address(self.ip).is_loopback
         return here or self.interface.reaches(self.ip)
 
-    def answers_to(self, name: str) -> bool:
-        """Whether `name` is its IP address, serial number, MAC address or user name."""
-        wanted = name.strip().lower()
-        bare = wanted.replace(":", "").replace("-", "")
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Serial number or else MAC address, IP address, MAC address and user name; some may be empty."""
         identity = self.identity
-        return wanted in (self.ip, identity.serial.lower(), identity.user_name.lower()) or (
-            identity.mac != NO_MAC and bare == identity.mac.replace(":", "")
+        mac = identity.mac if identity.mac != NO_MAC else ""
+        return (identity.serial or mac, self.ip, mac, identity.user_name)
+
+    def answers_to(self, name: str) -> bool:
+        """Whether `name` is one of its names; a MAC address also without colons or with hyphens."""
+        wanted = name.strip().lower()
+        mac = self.identity.mac
+        return wanted in (known.lower() for known in self.names if known) or (
+            mac != NO_MAC and wanted.replace(":", "").replace("-", "") == mac.replace(":", "")
         )
 
-    def info(self) -> DeviceInfo:
-        """Return the entry for the list of sources."""
+    def info(self, name: str = "") -> DeviceInfo:
+        """Return the entry for the list of sources; its URI has `name` (by default the first of `names`)."""
         identity = self.identity
         mac = identity.mac if identity.mac != NO_MAC else ""
         note = ""
@@ -140,7 +146,7 @@ class FoundDevice:
                 f"{interface.netmask}); give it one there (force IP) or change the host's"
             )
         return DeviceInfo(
-            uri=f"gige:{quote(identity.serial or mac or self.ip, safe=':')}",
+            uri=f"gige:{quote(name or identity.serial or mac or self.ip, safe=':')}",
             vendor=identity.vendor,
             model=identity.model,
             serial=identity.serial,
@@ -177,7 +183,7 @@ def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
     found = Search().run(timeout, lambda device: device.reachable and answers(device), linger)
     candidates = [device for device in found if answers(device)]
     if name:
-        require_one(name, [replace(device.info(), uri=f"gige:{device.ip}") for device in candidates])
+        require_one(name, [device.info(device.ip) for device in candidates])
     return min(candidates, key=lambda device: not device.reachable, default=None)
 
 

@@ -17,7 +17,7 @@ import usb.core
 import usb.util
 
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
-from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, describe, differs, distinct_names, require_one, require_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
@@ -98,17 +98,21 @@ class UsbCamera:
     event: BulkInterface | None
     stream: BulkInterface | None
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Serial number, GUID, bus address and user name; some may be empty."""
+        return (self.info.serial, self.guid, self.info.address, self.info.user_name)
+
     def answers_to(self, name: str) -> bool:
-        """Return whether `name` is its serial number, GUID, user name or bus address."""
-        names = (self.info.serial, self.guid, self.info.user_name, self.info.address)
-        return name.lower() in (known.lower() for known in names if known)
+        """Return whether `name` is one of its names."""
+        return name.lower() in (known.lower() for known in self.names if known)
 
 
 def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
     """Return all cameras on `backend` (libusb by default), in the order of the buses.
 
-    The list includes devices that cannot be opened, with a note about the reason. Raises
-    SourceUnavailableError if libusb is missing.
+    Each has a URI of its own, even if several have one serial number. The list includes devices that cannot
+    be opened, with a note about the reason. Raises SourceUnavailableError if libusb is missing.
     """
     backend = backend if backend is not None else default_backend()
     if backend is None:
@@ -125,7 +129,11 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
             camera = _examine(backend, device_id)
             if camera is not None:
                 found.append(camera)
-    return sorted(found, key=lambda camera: (camera.bus, camera.address))
+    found.sort(key=lambda camera: (camera.bus, camera.address))
+    uris = [str(SourceUri("u3v", name)) for name in distinct_names(camera.names for camera in found)]
+    return [
+        replace(camera, info=replace(camera.info, uri=uri)) for camera, uri in zip(found, uris, strict=True)
+    ]
 
 
 def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None = None) -> UsbCamera:
@@ -142,8 +150,7 @@ def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None
             require_same(wanted, answering[0].info)
         answering = matching
     if name:
-        by_place = [replace(camera.info, uri=f"u3v:{camera.info.address}") for camera in answering]
-        require_one(name, by_place)
+        require_one(name, [camera.info for camera in answering])
     if answering:
         return answering[0]
     if not cameras:
@@ -230,7 +237,7 @@ def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[Devi
     guid = texts.pop("guid")
     speed = bootstrap.SPEED_NAMES.get(device.speed or 0, "")
     info = DeviceInfo(
-        uri=str(SourceUri("u3v", texts["serial"] or guid or place)),
+        uri=f"u3v:{place}",  # until `find_cameras` knows the others' names
         bus="USB3 Vision",
         address=place,
         interface=f"USB bus {device.bus}" + (f", {speed}" if speed else ""),

@@ -12,8 +12,9 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, OtherCameraError
 from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.gige import bootstrap
+from grabbergui.driver.gige import bootstrap, device
 from grabbergui.driver.gige.address_commands import force_ip
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp_messages import ForceIp
@@ -35,11 +36,11 @@ def simulate() -> Iterator[Callable[..., GigeCamera]]:
     """Starts a simulated camera of the serial number that others have too."""
     with ExitStack() as stack:
 
-        def start(ip: str, *, serial: str = SERIAL, model: str = "Twin") -> GigeCamera:
+        def start(ip: str, *, serial: str = SERIAL, model: str = "Twin", user_name: str = "") -> GigeCamera:
             power_on = {
                 reg.DEVICE_SERIAL_NUMBER: serial,
                 reg.DEVICE_MODEL_NAME: model,
-                reg.DEVICE_USER_ID: ip,
+                reg.DEVICE_USER_ID: user_name or ip,
             }
             return stack.enter_context(closing(GigeCamera(ip, power_on=power_on)))
 
@@ -70,6 +71,18 @@ def test_a_name_that_two_cameras_have_opens_neither_and_names_both(simulate) -> 
     with closing(GigeDevice(device_mac(twins[1]))) as device:
         device.open(Access.MONITOR)
         assert device.info.address == twins[1].address
+
+
+@pytest.mark.parametrize("other", [{"serial": "one"}, {"serial": "TWO", "user_name": "ONE"}])
+def test_cameras_that_share_a_name_are_listed_by_names_that_lead_to_them(
+    simulate, other: dict[str, str]
+) -> None:
+    cameras = [simulate(address(), serial="ONE"), simulate(address(), **other)]
+    listed = {info.address: info.uri for info in device.discover(1.0)}
+    for camera in cameras:
+        with closing(GigeDevice(SourceUri.parse(listed[camera.address]).name)) as opened:
+            opened.open(Access.MONITOR)
+            assert opened.info.address == camera.address
 
 
 def device_mac(camera: GigeCamera) -> str:

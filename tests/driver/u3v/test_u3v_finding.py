@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from types import SimpleNamespace
 
 import pytest
@@ -20,6 +20,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+from grabbergui.driver.sim.u3v.registers import Descriptors, UsbIdentity
 from grabbergui.driver.u3v import device
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
@@ -60,6 +61,10 @@ class TwoPorts(SimulatedBus):
     def enumerate_devices(self) -> list[SimulatedU3vDevice]:
         return list(self.cameras)
 
+    def open_device(self, dev: SimulatedU3vDevice) -> object:
+        self.camera = dev  # one is open at a time
+        return super().open_device(dev)
+
     def get_device_descriptor(self, dev: SimulatedU3vDevice) -> SimpleNamespace:
         port = self.cameras.index(dev) + 1
         descriptor = super().get_device_descriptor(dev)
@@ -71,11 +76,59 @@ def camera_of(model: str) -> SimulatedU3vDevice:
     return SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_MODEL_NAME: model}))
 
 
+@dataclass(frozen=True)
+class ChosenIdentity(UsbIdentity):
+    chosen_guid: str
+
+    @property
+    def guid(self) -> str:
+        return self.chosen_guid
+
+
+def camera_with_guid(guid: str) -> SimulatedU3vDevice:
+    """A camera of the default serial number."""
+    camera = SimulatedU3vDevice()
+    camera.identity = ChosenIdentity(**asdict(camera.identity), chosen_guid=guid)
+    camera.descriptors = Descriptors(camera.identity)
+    return camera
+
+
 def test_a_serial_number_that_two_cameras_have_opens_neither_and_names_both() -> None:
     bus = TwoPorts(SimulatedU3vDevice(), SimulatedU3vDevice())
     with pytest.raises(OtherCameraError, match=r"u3v:1-1, .* and u3v:1-2, "):
         find_camera("SIM001", bus)
     assert find_camera("1-2", bus).info.address == "1-2"
+
+
+@pytest.mark.parametrize(
+    ("guids", "uris"),
+    [
+        (("ACME0000000A", "ACME0000000B"), ["u3v:ACME0000000A", "u3v:ACME0000000B"]),
+        (("ACME0000000A", "acme0000000a"), ["u3v:1-1", "u3v:1-2"]),
+        (("ACME0000000A", "SIM001"), ["u3v:ACME0000000A", "u3v:1-2"]),
+    ],
+)
+def test_two_cameras_of_one_serial_number_are_listed_and_opened_by_uris_of_their_own(
+    guids: tuple[str, str], uris: list[str]
+) -> None:
+    cameras = [camera_with_guid(guid) for guid in guids]
+    bus = TwoPorts(*cameras)
+    found = find_cameras(bus)
+    assert [camera.info.uri for camera in found] == uris
+    for place, uri in enumerate(uris):
+        cameras[place].start()
+        opened = U3vDevice(SourceUri.parse(uri).name, backend=bus)
+        opened.open(Access.CONTROL)
+        assert (opened.info.address, opened.info.uri) == (f"1-{place + 1}", uri)
+        opened.close()
+        cameras[place].stop()
+
+
+def test_a_serial_number_that_is_the_name_of_another_camera_is_no_uri() -> None:
+    named = SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_USER_ID: "sim001"}))
+    plain = camera_with_guid("ACME0000000A")
+    found = find_cameras(TwoPorts(plain, named))
+    assert [camera.info.uri for camera in found] == ["u3v:ACME0000000A", "u3v:GRUI00SIM001"]
 
 
 @pytest.mark.parametrize("name", ["", "SIM001", "1-1"])
