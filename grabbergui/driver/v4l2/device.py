@@ -11,7 +11,8 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import cv2
@@ -75,6 +76,9 @@ class V4l2Device(Device):
         self._known: DeviceInfo | None = None
         self._stream = StreamSlot()
         self._locked = 0
+        self._loss_reported = False
+        self._reporting = threading.Lock()
+        "Protects `_loss_reported`: the stream and a register access may detect a loss at the same time."
 
     @override
     def open(self, access: Access) -> Access:
@@ -90,7 +94,7 @@ class V4l2Device(Device):
         except BaseException:
             video.close()
             raise
-        self._video, self._known = video, info
+        self._video, self._known, self._loss_reported = video, info, False
         self.info = replace(info, uri=self.info.uri)
         return access
 
@@ -127,20 +131,28 @@ class V4l2Device(Device):
         for name, place in TEXTS.items():
             if address == place:
                 return self._texts()[name].encode()[: TEXT_BYTES - 1].ljust(TEXT_BYTES, b"\0")[:length]
+        with self._detecting_loss():
+            return self._read(address)[:length]
+
+    def _read(self, address: int) -> bytes:
         video = self._opened()
         if address in self._layout.controls:
             control = self._layout.controls[address]
             button = control.kind is ControlKind.BUTTON
-            return _INTEGER.pack(0 if button else video.control(control.id))[:length]
+            return _INTEGER.pack(0 if button else video.control(control.id))
         if address - 8 in self._layout.controls:
-            return _INTEGER.pack(video.locked(self._layout.controls[address - 8].id))[:length]
+            return _INTEGER.pack(video.locked(self._layout.controls[address - 8].id))
         name = _NAMES.get(address, "")
         if name in ("AcquisitionFrameRate", "FrameRateMin", "FrameRateMax"):
-            return _DOUBLE.pack(self._rate(name))[:length]
-        return _INTEGER.pack(self._value(name, address))[:length]
+            return _DOUBLE.pack(self._rate(name))
+        return _INTEGER.pack(self._value(name, address))
 
     @override
     def write(self, address: int, data: bytes) -> None:
+        with self._detecting_loss():
+            self._write(address, data)
+
+    def _write(self, address: int, data: bytes) -> None:
         video = self._opened()
         name = _NAMES.get(address, "")
         if name == "AcquisitionFrameRate":
@@ -225,7 +237,22 @@ class V4l2Device(Device):
     def stream_statistics(self) -> StreamStatistics:
         return self._stream.statistics()
 
+    # -- loss ------------------------------------------------------------------------------------
+    @contextmanager
+    def _detecting_loss(self) -> Iterator[None]:
+        """Report the loss of a device that was unplugged. Without a stream nothing else notices it."""
+        try:
+            yield
+        except DeviceLostError as error:
+            self._on_gone(str(error))
+            raise
+
     def _on_gone(self, reason: str) -> None:
+        """Report a loss once for each connection."""
+        with self._reporting:
+            if self._video is None or self._loss_reported:
+                return
+            self._loss_reported = True
         if self.on_lost is not None:
             self.on_lost(reason)
 

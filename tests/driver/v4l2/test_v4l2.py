@@ -251,6 +251,21 @@ def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
     assert queue.get(PATIENCE).complete
 
 
+def test_a_webcam_that_is_unplugged_without_a_stream_comes_back_as_it_was(
+    camera: Camera, video: FakeVideo
+) -> None:
+    states: list[ConnectionState] = []
+    camera.connection_changed.connect(lambda state, why: states.append(state))
+    camera.write_feature("ExposureTime", 20_000)
+    fresh = FakeVideo()
+    camera.device._opener = lambda path: fresh  # type: ignore[attr-defined]
+    video.unplugged = True
+    with pytest.raises(DeviceLostError, match="unplugged"):
+        camera.write_feature("Gain", 9)
+    until(lambda: states == [ConnectionState.LOST, ConnectionState.OPEN], str(states))
+    assert fresh.values[EXPOSURE] == 200
+
+
 def test_a_webcam_is_opened_again_although_another_is_the_first_now(
     camera: Camera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
