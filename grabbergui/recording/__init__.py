@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
@@ -223,6 +224,9 @@ MAX_SIDE = 65536
 "Largest width and height in pixels."
 
 
+_WITHOUT_IMAGE = {kind.value: kind for kind in PayloadType if kind is not PayloadType.IMAGE}
+
+
 @dataclass(frozen=True, kw_only=True)
 class FrameNote:
     """The metadata of a recorded frame."""
@@ -232,7 +236,7 @@ class FrameNote:
     width: int
     height: int
     pixel_format: str
-    "PFNC name of the stored pixels."
+    "PFNC name of the stored pixels; the payload's type if it has no image, as in `raw data`."
     frame_id: int = 0
     timestamp_ns: int = 0
     "Device clock."
@@ -240,6 +244,14 @@ class FrameNote:
     "Host clock, since the epoch."
     offset_x: int = 0
     offset_y: int = 0
+
+    @property
+    def payload_type(self) -> PayloadType:
+        """The type of a payload of 0×0 pixels, which has no image; else IMAGE."""
+        without_image = not (self.width or self.height)
+        return (
+            _WITHOUT_IMAGE.get(self.pixel_format, PayloadType.IMAGE) if without_image else PayloadType.IMAGE
+        )
 
     def line(self) -> str:
         """Return a line of JSON, including its end."""
@@ -287,8 +299,12 @@ def format_named(name: str) -> PixelFormat:
 
 
 def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
-    """Return a frame with stored pixels. Raises RecordingError if they do not match the note."""
-    pixel_format = format_named(note.pixel_format)
+    """Return a frame with stored pixels, or with the bytes of a payload that had no image.
+
+    Raises RecordingError if the pixels do not match the note.
+    """
+    has_image = note.payload_type is PayloadType.IMAGE
+    pixel_format = format_named(note.pixel_format) if has_image else PixelFormat(note.pixel_format, 0)
     pixels = pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
     payload = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
     if payload.nbytes < pixel_format.image_bytes(note.width, note.height):
@@ -305,6 +321,7 @@ def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
         received_ns=received_ns,
         offset_x=note.offset_x,
         offset_y=note.offset_y,
+        payload_type=note.payload_type,
     )
 
 
@@ -340,7 +357,8 @@ def _note(line: str, where: str) -> FrameNote:
     numbers = [getattr(note, f.name) for f in fields(FrameNote) if f.name not in ("file", "pixel_format")]
     if not all(isinstance(text, str) for text in texts) or not all(type(number) is int for number in numbers):
         raise UsageError(f"{where}: a value of the frame's note has the wrong type")
-    if not (0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE) or min(numbers) < 0:
+    has_size = 0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE
+    if not (has_size or note.payload_type is not PayloadType.IMAGE) or min(numbers) < 0:
         raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels is impossible")
     if max(numbers) >= 2**64:
         raise UsageError(f"{where}: a number has more than 64 bits")

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import (
     FeatureAccessError,
     FeatureError,
@@ -17,8 +18,12 @@ from grabbergui.core.errors import (
     MissingFileError,
     UsageError,
 )
+from grabbergui.core.frame import Frame
+from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import RecordingError, open_recording, playback
+from grabbergui.recording import RecordingError, RecordingKind, open_recording, playback
+from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000
@@ -317,3 +322,21 @@ def test_images_with_values_of_no_sensor_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
     with pytest.raises(RecordingError, match=rf"0\.tiff has 1 components of {values.__name__}"):
         playback.create(SourceUri("file", str(tmp_path))).open()
+
+
+@pytest.mark.parametrize("kind", [PayloadType.RAW_DATA, PayloadType.FILE, PayloadType.CHUNK])
+def test_a_payload_without_an_image_is_recorded_and_played(tmp_path, kind):
+    payload = np.arange(100, dtype=np.uint8)
+    recorded = Frame(payload, 0, 0, PixelFormat(kind.value, 0), frame_id=7, payload_type=kind)
+    writer = create_writer(RecordingKind.PNG, tmp_path / "run", DeviceInfo("sim:"))
+    writer.write(recorded)
+    writer.close()
+    frame = open_recording(tmp_path / "run").frame(0, 0)
+    assert (frame.payload_type, frame.frame_id, frame.components) == (kind, 7, ())
+    assert np.array_equal(frame.payload, payload)
+
+
+def test_an_image_of_no_pixels_is_refused(tmp_path):
+    (tmp_path / "frames.jsonl").write_text(note(0, width=0, height=0))
+    with pytest.raises(UsageError, match="0×0 pixels is impossible"):
+        open_recording(tmp_path)
