@@ -61,7 +61,7 @@ class FrameQueue:
         with self._changed:
             wait = min(timeout, _LONGEST_WAIT)
             if not self._changed.wait_for(lambda: self._frames or self._closed, wait):
-                raise FrameTimeoutError(f"no frame arrived within {timeout:g} s")
+                raise FrameTimeoutError(f"no frame arrived within {timeout:.3g} s")
             if not self._frames:
                 raise FrameTimeoutError("the stream was closed")
             return self._frames.popleft()

@@ -296,7 +296,7 @@ class _Measurement:
                 count -= 1
                 yield frame
             elif time.monotonic() > deadline:
-                raise FrameTimeoutError(f"no frame was captured within {self._timeout:g} s after a write")
+                raise FrameTimeoutError(f"no frame was captured within {self._timeout:.3g} s after a write")
 
 
 class _Known:
