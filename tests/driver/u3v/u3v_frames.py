@@ -6,9 +6,13 @@ from grabbergui.core.frame import Frame
 from grabbergui.driver.camera import Camera
 from patience import PATIENCE
 
+DEEP = 1000
+"""Frames that a queue keeps, so that it drops none while its reader waits for a core."""
+
 
 def grab(camera: Camera, count: int) -> list[Frame]:
-    queue = camera.open_queue(count)
+    """The first frames of a new stream, without a gap."""
+    queue = camera.open_queue(DEEP)
     camera.start()
     try:
         return [queue.get(PATIENCE) for _ in range(count)]
