@@ -93,6 +93,8 @@ def _all_interfaces() -> list[Interface]:
 LIMITED_BROADCAST = "255.255.255.255"
 NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""
+OVERTIME_S = 0.1
+"""Longest time after the end of a round for which answers are taken that have arrived."""
 MAX_DEVICES = 1024
 "Answers beyond it are ignored: a flood must not exhaust memory."
 
@@ -227,23 +229,39 @@ class Search:
         The second round includes interfaces that came up after the first, e.g. by plugging in a cable. The
         search ends `linger` seconds after the first device for which `until` holds.
         """
-        begun = time.monotonic()
-        deadline, again = begun + timeout, begun + timeout / 2
         with selectors.DefaultSelector() as selector:
             try:
-                self._ask(self._open(selector))
-                while (now := time.monotonic()) < deadline:
-                    if now >= again:
-                        self._ask(self._open(selector))
-                        again = deadline
-                    for key, _ in selector.select(max(0.0, min(again, deadline) - now)):
-                        device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
-                        if device is not None and until is not None and until(device):
-                            deadline = min(deadline, time.monotonic() + linger)
+                for _ in range(2):
+                    self._ask(self._open(selector))
+                    if self._collect(selector, timeout / 2, until, linger):
+                        break
             finally:
                 for key in list(selector.get_map().values()):
                     key.fileobj.close()  # type: ignore[union-attr]
         return sorted(self._found.values(), key=lambda device: socket.inet_aton(device.ip))
+
+    def _collect(
+        self,
+        selector: selectors.BaseSelector,
+        seconds: float,
+        until: Callable[[FoundDevice], bool] | None,
+        linger: float,
+    ) -> bool:
+        """Take answers for `seconds`; return whether `until` held for one, `linger` seconds before.
+
+        At the end, take what has arrived: this program may have been held up for longer than that.
+        """
+        end = time.monotonic() + seconds
+        holds = False
+        while True:
+            left = end - time.monotonic()
+            ready = selector.select(max(0.0, left))
+            for key, _ in ready:
+                device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
+                if device is not None and until is not None and not holds and until(device):
+                    holds, end = True, min(end, time.monotonic() + linger)
+            if left <= 0 and (not ready or left < -OVERTIME_S):
+                return holds
 
     def _open(self, selector: selectors.BaseSelector) -> list[tuple[socket.socket, Interface]]:
         """Open sockets on interfaces that have none yet; return all sockets."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import selectors
 import socket
 import time
 from collections.abc import Iterator
@@ -218,6 +219,29 @@ def test_an_interface_that_comes_up_during_a_search_is_searched_too(monkeypatch:
         found = discovery.Search([address]).run(8.0, until=lambda device: device.ip == address)
     assert address in [device.ip for device in found]
     assert time.monotonic() - begun >= 4.0, "nobody heard the first question, half-way comes the second"
+
+
+def test_a_program_that_was_held_up_asks_again_and_waits_for_the_answers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lo = Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)
+    looks = iter([[], [lo]])
+    clock = SimpleNamespace(monotonic=time.monotonic)
+
+    class HeldUpOnce(selectors.DefaultSelector):  # type: ignore[misc, valid-type]
+        def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+            if clock.monotonic is time.monotonic:  # longer than the whole search takes
+                clock.monotonic = lambda: time.monotonic() + 100.0
+                return []
+            return super().select(timeout)  # type: ignore[no-any-return]
+
+    address = f"127.87.{os.getpid() % 250 + 1}.1"
+    with closing(GigeCamera(address)):
+        monkeypatch.setattr(discovery, "interfaces", lambda: next(looks))
+        monkeypatch.setattr(discovery.selectors, "DefaultSelector", HeldUpOnce)
+        monkeypatch.setattr(discovery, "time", clock)
+        found = discovery.Search([address]).run(8.0, until=lambda device: device.ip == address)
+    assert address in [device.ip for device in found]
 
 
 def test_a_camera_anywhere_on_the_loopback_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
