@@ -1,24 +1,20 @@
 """Nothing moves after a fault: loop and gate together, in simulated time."""
 
 import dataclasses
-import math
-import threading
 
 import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot, marker, seeing
 
-from grabbergui.core.errors import TransportError
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.guardian_link import Guard, Verdict
+from grabbergui.servo.guardian_link import Verdict
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.state_machine import EncoderWatch, State
-from patience import PATIENCE, until
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 FACE = (1.35, -0.1, 0.8)
@@ -287,170 +283,6 @@ def test_a_person_is_centred_and_then_the_marker_is_waited_for():
     assert not [move for move in bench.robot.moves if move[0] == "hand"]
 
 
-# -- the gate ------------------------------------------------------------------------------------
-def fast(**parts):
-    command = {"head": np.array([0.1, 0.0]), "hand": np.array([0.02, 0, 0, 0, 0, 0.1])}
-    return Command(**(command | parts))
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        fast(head=np.array([math.nan, 0])),
-        fast(hand=np.array([0, 0, math.inf, 0, 0, 0])),
-        fast(head_step=np.array([math.nan, 0])),
-        fast(head_step=np.array([0.5, 0])),
-        fast(head=np.array([3.0, 0])),
-        fast(hand=np.array([0.5, 0, 0, 0, 0, 0])),
-        fast(hand=np.array([0, 0, 0, 0, 3.0, 0])),
-    ],
-    ids=["nan head", "inf hand", "nan step", "long step", "fast head", "fast hand", "fast cycle"],
-)
-def test_the_gate_lets_no_bad_command_through_and_stops_what_moves(command):
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    assert gate.send(fast(), 0.0)
-    robot.moves.clear()
-    assert not gate.send(command, 0.02)
-    assert robot.moves == []
-    assert not robot.moving
-    assert gate.refused == 1
-
-
-def test_an_emergency_stop_goes_through_and_holds():
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    gate.halt("pressed at rest")
-    assert robot.stops >= 1
-    assert not gate.send(fast(), 0.0)
-    assert robot.moves == []
-    gate.release()
-    assert gate.send(fast(), 0.1)
-    gate.halt("pressed in motion")
-    assert not robot.moving
-
-
-def test_a_stop_is_not_held_up_by_a_command_that_hangs():
-    robot = RecordingRobot()
-    entered, leave = threading.Event(), threading.Event()
-
-    def hang(twist):
-        entered.set()
-        leave.wait(PATIENCE)
-
-    robot.move_hand = hang
-    gate = CommandGate(robot, Config())
-    sender = threading.Thread(target=gate.send, args=(fast(), 0.0))
-    sender.start()
-    assert entered.wait(PATIENCE)
-    stopper = threading.Thread(target=gate.halt, args=("pressed",))
-    before = robot.stops
-    stopper.start()
-    until(lambda: robot.stops > before)
-    leave.set()
-    sender.join(PATIENCE)
-    stopper.join(PATIENCE)
-    assert not robot.moving
-
-
-def test_a_command_that_reaches_the_robot_after_a_stop_is_stopped_too():
-    """A stop does not wait for a command that is being sent, so it is said again once that is through."""
-    robot = RecordingRobot()
-    entered, leave, move_hand = threading.Event(), threading.Event(), robot.move_hand
-
-    def late(twist):
-        entered.set()
-        leave.wait(PATIENCE)
-        move_hand(twist)
-
-    robot.move_hand = late
-    gate = CommandGate(robot, Config())
-    sender = threading.Thread(target=gate.send, args=(fast(), 0.0))
-    stopper = threading.Thread(target=gate.halt, args=("pressed",))
-    sender.start()
-    assert entered.wait(PATIENCE)
-    stopper.start()
-    until(lambda: robot.stops)
-    leave.set()
-    sender.join(PATIENCE)
-    stopper.join(PATIENCE)
-    assert robot.moves
-    assert not robot.moving
-
-
-def test_the_watchdog_stops_a_robot_that_hears_nothing_more():
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    gate.send(fast(), 1.0)
-    assert not gate.expire(1.1)
-    assert robot.moving
-    assert gate.expire(1.16)
-    assert not robot.moving
-    assert not gate.expire(2.0)
-
-
-def test_a_robot_that_accepts_no_commands_is_stopped():
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    robot.deaf = True
-    assert not gate.send(fast(), 0.0)
-    assert robot.stops == 1
-
-
-def test_a_rest_that_the_robot_cannot_be_given_is_the_guardians_too():
-    class Asked(Guard):
-        stops = 0
-
-        def stop(self):
-            self.stops += 1
-
-    robot, guard = RecordingRobot(), Asked()
-    gate = CommandGate(robot, Config(), guard)
-    assert gate.send(fast(), 0.0)
-    gate.rest()
-    assert guard.stops == 0
-    assert gate.send(fast(), 0.1)
-    robot.deaf = True
-    gate.rest()
-    assert robot.moving
-    assert guard.stops == 1
-
-
-# -- commands that take the robot long -------------------------------------------------------------
-def test_no_hand_moves_after_a_stop_that_came_while_the_head_took_its_part():
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    robot.move_head = lambda velocity: gate.halt("the button")
-    assert not gate.send(Command(hand=np.full(6, 0.01)), 1.0)
-    assert robot.moves == []
-    assert gate.refused == 1
-
-
-def test_a_robot_that_takes_long_over_its_first_command_is_stopped_meanwhile():
-    """As where the drives must change their mode first: by then the image is too old."""
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-    robot.move_head = lambda velocity: gate.expire(1.3)
-    assert not gate.send(Command(head=np.array([0.1, 0.0]), hand=np.full(6, 0.01)), 1.0)
-    assert robot.stops == 1
-    assert robot.moves == []
-
-
-def test_a_command_that_a_stop_overtook_is_no_error(caplog):
-    robot = RecordingRobot()
-    gate = CommandGate(robot, Config())
-
-    def refuse(velocity):
-        gate.expire(1.3)
-        raise TransportError("the robot was stopped before the command was sent")
-
-    robot.move_head = refuse
-
-    assert not gate.send(Command(head=np.array([0.1, 0])), 1.0)
-    assert not [record for record in caplog.records if record.levelname == "ERROR"]
-    assert robot.stops
-
-
 def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
     """Should a detection hang just when the last image is about to be too old."""
     bench = Bench().approaching()
@@ -463,7 +295,6 @@ def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
     assert not bench.robot.moving
 
 
-# -- readings ---------------------------------------------------------------------------------------
 def test_readings_that_do_not_come_are_no_repetition():
     """A program that was held up for half a second must not blame the robot's encoders."""
     watch = EncoderWatch(0.3)

@@ -1,45 +1,24 @@
-"""The guardian: when it stops a robot, and how far the hand still moves when the servo program is killed."""
+"""The guardian: when it stops a robot, the channels by which it does, and its process."""
 
 import math
 import os
 import re
 import signal
 import subprocess
-import sys
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
-import numpy as np
 import pytest
-from robots_for_tests import RecordingRobot
 
-from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, running, undisturbed
+from benchmarks.servo_guardian import running
 from grabbergui.core.errors import SourceUnavailableError, TransportError
-from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.values import Dialect
-from grabbergui.net.yarp.server import YarpGrabberServer
-from grabbergui.servo import closed_loop
-from grabbergui.servo.config import Config
-from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
-from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
-from grabbergui.servo.robots import teo, teo_messages
-from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.robots.teo_ports import TeoPorts
-from grabbergui.servo.robots.teo_yarp import TeoOverYarp
-from grabbergui.servo.runner import Runner
-from patience import PATIENCE, PROGRAM, TRIES, allowance, until
+from grabbergui.servo.guardian_link import ALLOWED, GuardianLink, Verdict
+from patience import PATIENCE, PROGRAM, until
 
-PROMISED = GOAL_MM / 1000
-"""Metres that the hand may still move."""
 SILENCE = 0.08
-CALIBRATION = Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml"
 
 
-# -- when it stops: no process, no clock ----------------------------------------------------------
 def test_a_moving_robot_s_program_that_falls_silent_makes_an_alarm():
     vigil = Vigil(SILENCE)
     vigil.beat(1.0, moving=True, stops=0)
@@ -80,128 +59,6 @@ def test_a_program_that_does_not_know_of_the_alarm_cannot_go_on_as_if_nothing_ha
     assert vigil.due == pytest.approx(3.18)
 
 
-# -- what the gate makes of it --------------------------------------------------------------------
-class Obeyed(Guard):
-    """A guardian whose words a test chooses."""
-
-    def __init__(self):
-        self.verdict, self.stops, self.heard = ALLOWED, 0, []
-
-    def beat(self, moving):
-        self.heard.append(moving())
-        return self.verdict
-
-    def stop(self):
-        self.stops += 1
-
-    def renew(self):
-        if self.verdict.for_good:
-            raise SourceUnavailableError(self.verdict.why_not)
-
-
-@pytest.fixture
-def guard():
-    return Obeyed()
-
-
-@pytest.fixture
-def gate(guard):
-    return CommandGate(RecordingRobot(), Config(), guard)
-
-
-MOTION = Command(hand=np.array([0.02, 0, 0, 0, 0, 0]))
-
-
-def test_the_guardian_knows_of_a_motion_before_the_robot_does(gate, guard):
-    guard.beat = lambda moving: guard.heard.append((moving(), gate._robot.moving)) or ALLOWED
-    assert gate.send(MOTION, 0.0)
-    assert guard.heard == [(True, False)]
-
-
-def test_without_a_guardian_that_could_stop_it_nothing_moves(gate, guard):
-    guard.verdict = Verdict("the guardian has ended", for_good=True)
-    assert not gate.send(MOTION, 0.0)
-    assert gate._robot.moves == []
-    assert gate.halted == "the guardian has ended"
-    with pytest.raises(SourceUnavailableError, match="has ended"):
-        gate.release()
-    assert gate.halted
-
-
-def test_a_guardian_that_ends_stops_what_moves(gate, guard):
-    gate.send(MOTION, 0.0)
-    guard.verdict = Verdict("the guardian has ended", for_good=True)
-    gate.beat()
-    assert not gate._robot.moving
-    assert gate.halted == "the guardian has ended"
-
-
-def test_after_a_hiccup_it_goes_on_once_the_stop_is_over(gate, guard):
-    gate.send(MOTION, 0.0)
-    guard.verdict = Verdict("the guardian is stopping the robot")
-    assert not gate.send(MOTION, 0.1)
-    assert not gate._robot.moving
-    assert not gate.halted
-    guard.verdict = ALLOWED
-    assert gate.send(MOTION, 1.2)
-
-
-def test_every_stop_for_a_reason_is_the_guardian_s_too(gate, guard):
-    gate.send(MOTION, 0.0)
-    gate.expire(1.0)
-    assert guard.stops == 1
-    gate.halt("the button")
-    assert guard.stops == 2
-    gate.release()
-    gate._robot.deaf = True
-    gate.send(MOTION, 2.0)
-    assert guard.stops == 3
-    assert guard.heard[-1] is True
-
-
-class Dark:
-    """A source whose images never come."""
-
-    def open_queue(self, depth):
-        return FrameQueue(depth)
-
-    def start(self):
-        pass
-
-
-def test_a_loop_that_runs_is_not_started_a_second_time():
-    """Two presses of Start after an error came from two threads."""
-    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
-    with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda _: runner.start(), range(2)))
-    try:
-        names = [thread.name for thread in threading.enumerate()]
-        assert (names.count("servo loop"), names.count("servo watchdog")) == (1, 1)
-    finally:
-        runner.stop()
-
-
-def test_a_start_that_holds_the_robot_holds_one_that_runs():
-    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
-    runner.start()
-    try:
-        runner.start(held="press Start")
-        assert runner.gate.halted == "press Start"
-    finally:
-        runner.stop()
-
-
-def test_a_loop_that_waits_for_images_beats_all_the_same(guard):
-    runner = Runner(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
-    runner.start()
-    try:
-        until(lambda: len(guard.heard) > 3)
-        assert not any(guard.heard)
-    finally:
-        runner.stop()
-
-
-# -- a channel ------------------------------------------------------------------------------------
 class Recorded(Channel):
     """Remembers what it is asked to do; its first `failures` stops fail."""
 
@@ -250,7 +107,6 @@ def test_a_stop_is_sent_though_the_channel_is_closed_right_after_it(failures):
     assert channel.calls[-1] == "close"
 
 
-# -- the process ----------------------------------------------------------------------------------
 class Clock:
     now = 0.0
 
@@ -437,81 +293,3 @@ def test_what_it_could_not_stop_must_not_move():
         until(refused)
     finally:
         link.close()
-
-
-# -- a whole program, killed ----------------------------------------------------------------------
-@pytest.fixture
-def simulated(names):
-    robot = SimRobot(teo.MODEL)
-    ports = TeoPorts(robot, names)
-    with undisturbed():
-        ports.open()
-        yield robot
-    ports.close()
-
-
-@pytest.fixture
-def server(names):
-    return f"{names.server.host}:{names.server.port}"
-
-
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
-def test_teo_s_hand_moves_less_than_30_mm_after_its_program_is(simulated, server, number):
-    moved = []
-    while not moved or moved[-1] >= PROMISED * allowance():
-        assert len(moved) < TRIES, f"the hand moved {moved} m"
-        with at_full_speed(simulated, "teo", server) as program:
-            moved.append(moved_after(simulated, program.process.pid, number))
-
-
-@pytest.mark.parametrize(
-    ("number", "why"),
-    [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "does not answer")],
-    ids=["killed", "frozen"],
-)
-def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, number, why):
-    with at_full_speed(simulated, "teo", server) as program:
-        moved_after(simulated, program.guardian, number)
-        assert program.said() == f"halted the guardian {why} (process {program.guardian})"
-
-
-@pytest.mark.parametrize("dialect", Dialect)
-def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
-    """Channels are declared as text; the bytes must be those that the robot receives otherwise."""
-    ports = TeoPorts(SimRobot(teo.MODEL), names, dialect=dialect)
-    ports.open()
-    robot = TeoOverYarp(names)
-    try:
-        channels = robot.stop_channels()
-    finally:
-        robot.close()
-        ports.close()
-    assert {channel["dialect"] for channel in channels} == {dialect.value}
-    reported = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
-    assert reported == [
-        teo_messages.twist(np.zeros(6)).encode(dialect),
-        teo_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
-        teo_messages.stop_all(dialect).encode(dialect),
-        teo_messages.stop_control().encode(dialect),
-    ]
-
-
-def test_the_program_itself_has_a_guardian(simulated, names, server):
-    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
-    images = YarpGrabberServer(camera, "/teoSim/camera", names=names)
-    options = ["--robot", "teo", "--nameserver", server, "--headless", "--calibration", CALIBRATION]
-    camera.open()
-    images.start()
-    program = subprocess.Popen(
-        [sys.executable, "-m", "grabbergui", "servo", *options], stdout=subprocess.PIPE
-    )
-    try:
-        until(lambda: b"approaching" in program.stdout.readline(), seconds=PROGRAM)
-        until(lambda: simulated.speed > 0.05)
-        moved_after(simulated, program.pid, signal.SIGSTOP)
-        assert simulated.speed < 1e-3
-    finally:
-        program.kill()
-        program.communicate()
-        images.stop()
-        camera.close()

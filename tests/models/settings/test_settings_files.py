@@ -1,0 +1,148 @@
+"""Settings files: written whole, read back, of other viewers, hostile; no camera."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.settings import SettingKey, same_value
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import FeatureSet
+from patience import PATIENCE
+
+# A file of pylon's, cut short: the names of older cameras, a selector put back at its end.
+PYLON = (
+    "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\r\n"
+    "# GenApi persistence file (version 3.1.0)\r\n"
+    "# Device = Basler::GigECamera -- Basler generic GigEVision camera interface\r\n"
+    "GainAuto\tOff\r\nGainSelector\tAll\r\nGainRaw\t136\r\nBlackLevelSelector\tAll\r\nBlackLevelRaw\t32\r\n"
+    "BalanceRatioSelector\tRed\r\nBalanceRatioRaw\t64\r\nBalanceRatioSelector\tGreen\r\n"
+    "BalanceRatioRaw\t70\r\nBalanceRatioSelector\tRed\r\nReverseX\t0\r\nDeviceUserID\ta\tb \r\n"
+)
+
+
+def test_a_file_of_other_viewers_is_read():
+    read = files.parse(PYLON, "x")
+    assert read.device.startswith("Basler::GigECamera")
+    named = {str(key): value for key, value in read.settings.items()}
+    assert named["GainRaw"] == "136"
+    assert named["BalanceRatioRaw[BalanceRatioSelector=Green]"] == "70"
+    assert named["BalanceRatioRaw[BalanceRatioSelector=Red]"] == "64" or "BalanceRatioRaw" in named
+    assert named["DeviceUserID"] == "a\tb "
+
+
+HOSTILE = {
+    "nothing": "",
+    "prose": "Dear camera,\nplease be brighter.\n",
+    "several user sets": "# {4709CB3C-7322-4460-84C3-DA11DDA09939}\n[Default]\n",
+    "no tabulator": "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\nWidth 640\n",
+    "a tag": "features:\n  Width: !!python/object:os.system 1\n",
+    "a list": "features:\n  Width: [1, 2]\n",
+    "no end": 'features:\n  Width: "640\n',
+    "half a selector": "features:\n  Gain[All]: 1\n",
+    "no name": "features:\n  [Gain]: 1\n",
+    "nested": "features:\n  Gain: {a: {b: {}}}\n",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_files_are_refused_with_their_name(text):
+    with pytest.raises(UsageError, match=r"evil\.txt"):
+        files.parse(text, "evil.txt")
+
+
+def test_binary_and_huge_files_are_refused(tmp_path):
+    (tmp_path / "binary").write_bytes(b"\x89PNG\xff\x00")
+    (tmp_path / "huge").write_bytes(b"#" * (files.MAX_FILE_BYTES + 1))
+    for name in ("binary", "huge"):
+        with pytest.raises(UsageError, match=name):
+            files.load(tmp_path / name)
+    with pytest.raises(files.SettingsFileError):
+        files.load(tmp_path)
+    with pytest.raises(MissingFileError, match="no folder"):
+        files.save(FeatureSet({}), tmp_path / "nowhere" / "x.yaml")
+
+
+def test_only_settings_are_overwritten(tmp_path):
+    path = tmp_path / "x.yaml"
+    for value in (1, 2):
+        files.save(FeatureSet({SettingKey("Width"): value}), path)
+    assert files.load(path).settings == {SettingKey("Width"): 2}
+    path.write_text("my diary\n")
+    with pytest.raises(UsageError):
+        files.save(FeatureSet({}), path)
+    assert path.read_text() == "my diary\n"
+
+
+def test_a_reader_during_saving_sees_the_old_file_whole(tmp_path):
+    path = tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Width"): 64}), path)
+    before = path.read_text()
+    with path.open() as reader:
+        files.save(FeatureSet({SettingKey("Width"): 128}), path)
+        assert reader.read() == before
+    assert path.read_text() != before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_stays_a_link(tmp_path):
+    link, kept = tmp_path / "current.yaml", tmp_path / "kept.yaml"
+    kept.touch()
+    link.symlink_to(kept)
+    files.save(FeatureSet({SettingKey("Width"): 1}), link)
+    assert link.is_symlink()
+    assert files.load(kept).settings == {SettingKey("Width"): 1}
+
+
+def test_a_pipe_is_written_to_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe.yaml"
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor(1) as pool:
+        written = pool.submit(pipe.read_text)
+        files.save(FeatureSet({SettingKey("Width"): 1}), pipe)
+        assert "Width: 1" in written.result(PATIENCE)
+    assert pipe.is_fifo()
+
+
+NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,12}", fullmatch=True)
+ENTRIES = st.from_regex(r"[A-Za-z0-9_]{1,12}", fullmatch=True)
+VALUES = st.one_of(
+    st.booleans(),
+    st.integers(-(2**63), 2**63 - 1),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.text(max_size=40),
+)
+KEYS = st.builds(SettingKey, NAMES, st.lists(st.tuples(NAMES, ENTRIES), max_size=2).map(tuple))
+
+
+@given(st.dictionaries(KEYS, VALUES, max_size=8), st.text(max_size=30))
+def test_yaml_keeps_every_value(settings, device):
+    read = files.parse(files.to_yaml(FeatureSet(settings, device)), "x")
+    assert read.device == device
+    assert list(read.settings) == list(settings)
+    assert all(
+        type(read.settings[key]) is type(value) and read.settings[key] == value
+        for key, value in settings.items()
+    )
+
+
+@given(st.text(max_size=300))
+def test_any_text_is_a_set_or_refused(text):
+    for start in ("", "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\n", "features:\n  "):
+        try:
+            files.parse(start + text, "x")
+        except UsageError as error:
+            assert "x" in str(error)
+
+
+def test_values_mean_the_same_however_they_are_written():
+    assert same_value(True, "1")
+    assert same_value("0x10", 16)
+    assert same_value(10000.0, "10000")
+    assert same_value(0.1, "0.1000000")
+    assert not same_value(2**63 - 1, 2**63 - 2)
+    assert not same_value("Off", False)
+    assert not same_value("On", "Off")

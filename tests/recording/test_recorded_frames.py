@@ -1,0 +1,153 @@
+"""Frames that are written and read back: equal, under a name that was free."""
+
+import contextlib
+import os
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded_frames import INFO, NAMES, START, STEP, made, written
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.recording import (
+    RecordingError,
+    RecordingKind,
+    kind_of,
+    open_recording,
+)
+from grabbergui.recording.recorder import create_writer
+
+
+@pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])
+def test_a_name_too_long_for_the_disk_is_a_recording_error(tmp_path, suffix):
+    path = tmp_path / ("x" * 300 + suffix)
+    with pytest.raises(RecordingError, match="could not be made: File name too long"):
+        create_writer(kind_of(path), path, INFO)
+
+
+def unpacked_name(name):
+    return name.removesuffix("Packed").removesuffix("p")
+
+
+EXACT = [
+    (kind, name)
+    for kind in (RecordingKind.PNG, RecordingKind.TIFF, RecordingKind.MCAP)
+    for name in (
+        "Mono8",
+        "Mono12",
+        "Mono12p",
+        "Mono10Packed",
+        "BayerRG8",
+        "BayerGB16",
+        "RGB8",
+        "BGR8",
+        "YUV422_8",
+    )
+] + [
+    (RecordingKind.LOSSLESS, "Mono8"),
+    (RecordingKind.LOSSLESS, "RGB8"),
+    (RecordingKind.FFV1, "Mono8"),
+    (RecordingKind.FFV1, "Mono12p"),
+    (RecordingKind.FFV1, "Mono16"),
+    (RecordingKind.FFV1, "RGB8"),
+    (RecordingKind.PNG, "RGBa8"),
+    (RecordingKind.MCAP, "BGRa8"),
+    (RecordingKind.MCAP, "RGB10p"),
+    (RecordingKind.MCAP, "BGRa16"),
+    (RecordingKind.MCAP, "Data16s"),
+    (RecordingKind.MCAP, "Coord3D_AC8"),
+    (RecordingKind.MCAP, "Coord3D_B16"),
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), EXACT, ids=lambda value: getattr(value, "name", value))
+def test_frames_are_played_as_they_were_recorded(tmp_path, kind, name):
+    frames = [made(name, index) for index in range(3)]
+    recording = open_recording(written(kind, tmp_path / NAMES[kind], frames))
+    try:
+        assert [t - recording.times_ns[0] for t in recording.times_ns] == [0, STEP, 2 * STEP]
+        for index in (2, 0, 1):  # in any order
+            back = recording.frame(index, 5)
+            assert back.pixel_format.name == unpacked_name(name)
+            assert np.array_equal(back.raw(), frames[index].raw())
+            assert (back.frame_id, back.timestamp_ns) == (index + 7, 1000 + index)
+            assert back.received_ns == 5
+    finally:
+        recording.close()
+
+
+def test_a_lossless_movie_of_colours_keeps_them(tmp_path):
+    frames = [made("BayerRG8", index) for index in range(3)]
+    recording = open_recording(written(RecordingKind.LOSSLESS, tmp_path / "movie.mp4", frames))
+    try:
+        assert np.array_equal(recording.frame(1, 0).rgb(), frames[1].rgb())
+    finally:
+        recording.close()
+
+
+def test_a_movie_looks_alike(tmp_path):
+    grey = np.tile(np.linspace(20, 200, 64, dtype=np.uint8), (48, 1))
+    frame = Frame(grey.ravel(), 64, 48, pfnc.by_name("Mono8"), received_ns=START)
+    recording = open_recording(written(RecordingKind.H264, tmp_path / "movie.mp4", [frame]))
+    try:
+        assert np.abs(recording.frame(0, 0).mono().astype(int) - grey).mean() < 4
+    finally:
+        recording.close()
+
+
+def test_a_format_of_unknown_layout_is_stored_as_bytes(tmp_path):
+    pixel_format = pfnc.by_code(0x81090001)
+    payload = np.arange(72, dtype=np.uint8)
+    frame = Frame(payload, 8, 8, pixel_format, received_ns=START)
+    recording = open_recording(written(RecordingKind.PNG, tmp_path / "x", [frame]))
+    back = recording.frame(0, 0)
+    assert back.pixel_format == pixel_format and np.array_equal(back.payload, payload)
+    writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
+    with pytest.raises(GrabberError):
+        writer.write(frame)
+    writer.close()
+
+
+def test_nothing_is_overwritten(tmp_path):
+    for kind, name in NAMES.items():
+        path = tmp_path / kind.value / name
+        written(kind, path, [made("Mono8", 0)])
+        with pytest.raises(RecordingError, match="overwrites nothing"):
+            create_writer(kind, path, INFO)
+
+
+@pytest.mark.parametrize("kind", RecordingKind)
+def test_a_source_whose_name_is_no_utf8_is_recorded(tmp_path, kind):
+    info = replace(INFO, user_name=os.fsdecode(b"caf\xe9"))
+    writer = create_writer(kind, tmp_path / NAMES[kind], info)
+    writer.write(made("Mono8", 0))
+    writer.close()
+    with contextlib.closing(open_recording(tmp_path / NAMES[kind])) as recording:
+        assert len(recording) == 1
+
+
+def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
+    notes = tmp_path / "movie.frames.jsonl"
+    notes.write_text("")
+    with pytest.raises(RecordingError, match=re.escape(f"{notes} could not be made: File exists")):
+        create_writer(RecordingKind.H264, tmp_path / "movie.mp4", INFO)
+
+
+def test_the_suffix_chooses_the_kind():
+    assert kind_of(Path("a.MP4")) is RecordingKind.H264
+    assert kind_of(Path("a.mp4"), movie=RecordingKind.LOSSLESS) is RecordingKind.LOSSLESS
+    assert kind_of(Path("a.mcap")) is RecordingKind.MCAP
+    assert kind_of(Path("a")) is RecordingKind.PNG
+    with pytest.raises(GrabberError, match=r"\.mcap"):
+        kind_of(Path("a.bag"))
+
+
+def test_free_space_is_that_of_its_disk(tmp_path):
+    writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
+    assert abs(writer.free() - shutil.disk_usage(tmp_path).free) < 1 << 30
+    writer.close()
