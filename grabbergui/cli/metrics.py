@@ -174,6 +174,8 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     # A silent client must not delay the end.
     block_on_close = False
+    # Python's 5 are too few for callers that come at once: the others' connections take a second and more.
+    request_queue_size = 128
 
     def __init__(
         self, address: tuple[str, int], handler: type[BaseHTTPRequestHandler], allowed: AllowedAddresses

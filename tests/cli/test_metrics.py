@@ -108,6 +108,16 @@ def test_only_allowed_addresses_read_the_counters(camera, monkeypatch):
         assert "grabbergui_streaming" in fetch(server.url)[1]
 
 
+def test_many_callers_are_connected_before_the_first_is_accepted(camera):
+    """A connection that finds no place is tried again a second later, and again after that."""
+    server = MetricsServer(camera, "127.0.0.1:0", {})
+    port = int(server.url.split(":")[2].split("/")[0])
+    with ExitStack() as stack:
+        stack.callback(server._server.server_close)
+        for _ in range(40):
+            stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=10))
+
+
 def test_callers_that_say_nothing_do_not_become_many(camera):
     with MetricsServer(camera, "127.0.0.1:0", {}) as server, ExitStack() as stack:
         port = int(server.url.split(":")[2].split("/")[0])
