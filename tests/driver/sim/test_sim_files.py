@@ -1,6 +1,7 @@
 """Files of the simulated camera: a power cut at every step of an upload, and a network with losses."""
 
 import random
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from grabbergui.core.errors import DeviceLostError, GrabberError, TransportError
 from grabbergui.core.file_access import list_files, read_file, write_file
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.gige.control_channel import ControlTiming
+from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.files import FileStore, firmware_image
@@ -127,8 +130,10 @@ def test_an_incomplete_default_user_set_is_replaced_by_the_factorys():
 
 # -- on a network --------------------------------------------------------------------------------
 @pytest.fixture
-def lossy():
-    """A camera on the loopback that loses one in forty of its acknowledges."""
+def lossy(monkeypatch):
+    """A camera on the loopback that loses one in forty of its acknowledges; they are not awaited for long."""
+    brief = partial(ControlLink, timing=ControlTiming(ack_timeout=0.1, tries=16))
+    monkeypatch.setattr("grabbergui.driver.gige.device.ControlLink", brief)
     chance = random.Random(28)
 
     class LossyCamera(GigeCamera):
