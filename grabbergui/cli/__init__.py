@@ -38,14 +38,14 @@ EXIT_INTERRUPTED = 130
 EXIT_HUNG_UP = 129
 EXIT_TERMINATED = 143
 EXIT_CODES = {
-    0: "ended as asked; also on Ctrl-C, SIGTERM or SIGHUP where a command runs until then",
+    0: "success; also after Ctrl-C, SIGTERM or SIGHUP if the command runs until then",
     EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
     "control. `diff`: the settings differ; `doctor`: a problem was found; `servo`: the marker was not "
-    "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image came",
+    "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image arrived",
     EXIT_USAGE: "wrong usage: an option, a value, or a file that does not exist",
-    EXIT_HUNG_UP: "its terminal was closed before it was done (SIGHUP); the camera is released first",
-    EXIT_INTERRUPTED: "Ctrl-C before it was done; the camera is released first",
-    EXIT_TERMINATED: "SIGTERM before it was done; the camera is released first",
+    EXIT_HUNG_UP: "the terminal was closed before the end (SIGHUP); the camera is released first",
+    EXIT_INTERRUPTED: "Ctrl-C before the end; the camera is released first",
+    EXIT_TERMINATED: "SIGTERM before the end; the camera is released first",
 }
 """Exit codes."""
 
@@ -69,7 +69,7 @@ COMMANDS = tuple(command for commands in FAMILIES.values() for command in comman
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0, 1 for what failed, 2 for wrong usage."""
+    """Run one command; return the exit code: 0, 1 after a failure, 2 for wrong usage."""
     spell_out(sys.stdout)
     spell_out(sys.stderr)
     try:
@@ -163,6 +163,11 @@ def command_parsers() -> dict[str, tuple[str, CommandParser]]:
     return {name: (summaries.get(name, ""), command) for name, command in commands.choices.items()}
 
 
+def sentence(text: str) -> str:
+    """Return the text with a capital letter and a full stop."""
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+
+
 _NARROWEST = 40
 """Columns below which help is not wrapped any further."""
 
@@ -232,7 +237,7 @@ def command_line(families: Iterable[str] = tuple(FAMILIES)) -> argparse.Argument
     """Return the parser of a command line with the commands of these families."""
     parser = _Parser(
         prog="grabbergui",
-        description=wrapped("Tune GenICam cameras live. Without a command: the window on SOURCE.")
+        description=wrapped("Tune GenICam cameras live. Without a command, the window opens on SOURCE.")
         + "\n"
         + wrapped("`grabbergui COMMAND --help` explains a command."),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -249,6 +254,9 @@ def command_line(families: Iterable[str] = tuple(FAMILIES)) -> argparse.Argument
 def _add_families(commands: Any, families: Iterable[str]) -> None:
     for family in families:
         importlib.import_module(f"grabbergui.cli.{family}").add_commands(commands)
+    for action in commands._choices_actions:
+        command = commands.choices[action.dest]
+        command.description = " ".join(filter(None, (sentence(action.help), command.description)))
 
 
 def _add_shared_options(parser: argparse.ArgumentParser) -> None:
@@ -270,7 +278,7 @@ def _add_log_options(
         "--log-format",
         choices=LOG_FORMATS,
         default=argument_default or "text",
-        help="log lines of text, or a JSON object a line (text)" if explained else argparse.SUPPRESS,
+        help="log lines of text, or one JSON object per line (text)" if explained else argparse.SUPPRESS,
     )
 
 

@@ -39,7 +39,7 @@ def _add_calibrate(commands: Any) -> None:
     parser = commands.add_parser(
         "calibrate",
         help="calibrate a camera with a printed board; writes a camera_info file",
-        description="Hold the board still, then elsewhere: near and far, in every corner, tilted.",
+        description="Hold the board still in many places: near, far, in every corner of the image, tilted.",
         example="grabbergui calibrate gige: --window --out camera.yaml",
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; sim:board to try it")
@@ -56,19 +56,27 @@ def _add_calibrate(commands: Any) -> None:
     parser.add_argument(
         "--board", choices=("charuco", "chessboard"), default="charuco", help="pattern on the board (charuco)"
     )
-    parser.add_argument("--columns", type=int, default=8, help="fields across (8)")
-    parser.add_argument("--rows", type=int, default=6, help="fields down (6)")
-    parser.add_argument("--square", type=float, default=0.03, metavar="M", help="edge of a field (0.03)")
-    parser.add_argument("--marker", type=float, default=0.022, metavar="M", help="edge of a marker (0.022)")
-    parser.add_argument("--dictionary", default="5X5_100", metavar="NAME", help="of the markers (5X5_100)")
-    parser.add_argument("--views", type=count, default=20, help="how many different views (20)")
-    parser.add_argument("--seconds", type=wait_time, default=180.0, metavar="S", help="give up after (180)")
+    parser.add_argument("--columns", type=int, default=8, help="squares in a row (8)")
+    parser.add_argument("--rows", type=int, default=6, help="rows of squares (6)")
+    parser.add_argument(
+        "--square", type=float, default=0.03, metavar="M", help="edge of a square in metres (0.03)"
+    )
+    parser.add_argument(
+        "--marker", type=float, default=0.022, metavar="M", help="edge of a marker in metres (0.022)"
+    )
+    parser.add_argument(
+        "--dictionary", default="5X5_100", metavar="NAME", help="dictionary of the markers (5X5_100)"
+    )
+    parser.add_argument("--views", type=count, default=20, help="number of different views (20)")
+    parser.add_argument(
+        "--seconds", type=wait_time, default=180.0, metavar="S", help="give up after S seconds (180)"
+    )
     parser.add_argument(
         "--out",
         type=Path,
         default=Path("camera.yaml"),
         metavar="FILE",
-        help="the result (camera.yaml)",
+        help="the file to write (camera.yaml)",
     )
     parser.add_argument("--name", default="camera", help="the camera's name in the file (camera)")
     parser.set_defaults(run=_calibrate)
@@ -181,8 +189,8 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
 def _add_hand_eye(commands: Any) -> None:
     parser = commands.add_parser(
         "hand-eye",
-        help="find where a robot's camera sits: the robot moves and looks at a board",
-        description="Without --window the robot moves as soon as it is there; Ctrl-C stops it.",
+        help="find the pose of a robot's camera: the robot moves and looks at a board",
+        description="Without --window the robot moves as soon as it is connected; Ctrl-C stops it.",
         example="grabbergui hand-eye --robot sim-teo --eye head --target charuco --out teo.hand-eye.yaml",
     )
     parser.add_argument(
@@ -192,23 +200,23 @@ def _add_hand_eye(commands: Any) -> None:
         help="the camera is on the head or the hand and the board is fixed, or the camera is fixed and the "
         "hand holds the board (head)",
     )
-    parser.add_argument("--views", type=count, default=20, help="from how many poses (20)")
+    parser.add_argument("--views", type=count, default=20, help="number of poses (20)")
     parser.add_argument(
         "--out",
         type=Path,
         default=Path("robot.hand-eye.yaml"),
         metavar="FILE",
-        help="the result, for `servo --hand-eye` (robot.hand-eye.yaml)",
+        help="the file to write, for `servo --hand-eye` (robot.hand-eye.yaml)",
     )
-    parser.add_argument("--mount-frame", metavar="FRAME", help="tf's name of what the camera is mounted on")
+    parser.add_argument(
+        "--mount-frame", metavar="FRAME", help="frame in tf of the part that the camera is mounted on"
+    )
     parser.add_argument(
         "--publish-ros2",
         action="store_true",
-        help="then publish it on /tf_static until Ctrl-C",
+        help="publish the result on /tf_static until Ctrl-C",
     )
-    parser.add_argument(
-        "--window", action="store_true", help="with a window: nothing moves before a person agrees"
-    )
+    parser.add_argument("--window", action="store_true", help="open a window; nothing moves before you agree")
     add_theme(parser)
     parser.add_argument("--config", type=Path, metavar="FILE", help="limits, workspace and obstacles (.ini)")
     parser.add_argument("--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1")

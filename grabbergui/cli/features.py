@@ -37,7 +37,7 @@ def _add_features(commands: Any) -> None:
 
     getting = commands.add_parser(
         "get",
-        help="print NAME = VALUE UNIT, a line each",
+        help="print features as NAME = VALUE UNIT, one per line",
         example="grabbergui get gige: ExposureTime 'BalanceRatio[BalanceRatioSelector=Red]'",
     )
     add_source(getting)
@@ -47,7 +47,7 @@ def _add_features(commands: Any) -> None:
 
     setting = commands.add_parser(
         "set",
-        help="set features in order; print what the camera then reports",
+        help="set features in this order, and print what the camera then reports",
         example="grabbergui set gige: ExposureAuto=Off ExposureTime=20ms",
     )
     add_source(setting)
@@ -187,7 +187,10 @@ def _add_settings(commands: Any) -> None:
     )
     add_source(saving)
     saving.add_argument(
-        "file", metavar="FILE", type=Path, help="where to; .yaml and .yml are YAML, else GenICam's format"
+        "file",
+        metavar="FILE",
+        type=Path,
+        help="the file to write: YAML if it ends in .yaml or .yml, otherwise GenICam's format",
     )
     saving.add_argument("--json", action="store_true", help="print one JSON object")
     saving.set_defaults(run=_save)
@@ -198,7 +201,9 @@ def _add_settings(commands: Any) -> None:
         example="grabbergui load gige: camera.yaml --dry-run",
     )
     add_source(loading)
-    loading.add_argument("file", metavar="FILE", type=Path, help="settings that `save` or a viewer wrote")
+    loading.add_argument(
+        "file", metavar="FILE", type=Path, help="a settings file of `save` or of a vendor's viewer"
+    )
     loading.add_argument("--json", action="store_true", help="print one JSON object")
     loading.add_argument("--dry-run", action="store_true", help="only report what would be written")
     loading.add_argument("--all-or-nothing", action="store_true", help="roll back if any setting is refused")
@@ -209,7 +214,9 @@ def _add_settings(commands: Any) -> None:
         help="compare a camera or a file with a file; exit code 1 if they differ",
         example="grabbergui diff gige: camera.yaml",
     )
-    differing.add_argument("first", metavar="SOURCE|FILE", help="a camera as it is set now, or a file")
+    differing.add_argument(
+        "first", metavar="SOURCE|FILE", help="a camera with its current settings, or a file"
+    )
     differing.add_argument("second", metavar="FILE", type=Path, help="the file to compare with")
     differing.add_argument("--json", action="store_true", help="print one JSON array")
     differing.set_defaults(run=_diff)

@@ -47,12 +47,12 @@ def add_commands(commands: Any) -> None:
         metavar="PATH",
         nargs="?",
         type=Path,
-        help="a file on this computer (get: NAME in this folder)",
+        help="a file on this computer (for get: NAME in the current folder)",
     )
     parser.add_argument(
         "--replace-firmware",
         action="store_true",
-        help="let put write firmware; a wrong file or a power cut may leave the camera useless",
+        help="let put write firmware; a wrong file or a power cut may make the camera unusable",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON array (list) or object")
     parser.set_defaults(run=_files)

@@ -55,7 +55,7 @@ def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
         default=[],
         metavar="NAME=VALUE",
         dest="assignments",
-        help="write a feature first; repeatable",
+        help="write a feature before; repeatable",
     )
     parser.add_argument(
         "--timeout", type=wait_time, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
@@ -125,12 +125,18 @@ def _awaited_source(options: argparse.Namespace) -> Iterator[_AwaitedSource]:
 # -- grab ----------------------------------------------------------------------------------------
 def _add_grab(commands: Any) -> None:
     parser = commands.add_parser(
-        "grab", help="grab frames; count them, save them", example="grabbergui grab gige: -n 100 --out frames"
+        "grab",
+        help="grab frames, count them and save them",
+        example="grabbergui grab gige: -n 100 --out frames",
     )
     _add_options(parser, awaited="a frame")
-    parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many frames (1)")
+    parser.add_argument(
+        "-n", "--frames", type=count, default=1, metavar="FRAMES", help="number of frames (1)"
+    )
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame in this folder")
-    parser.add_argument("--ply", action="store_true", help="save point clouds of range images beside them")
+    parser.add_argument(
+        "--ply", action="store_true", help="also save the point clouds of range images, as PLY"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_grab)
 
@@ -206,20 +212,18 @@ def _add_record(commands: Any) -> None:
         type=Path,
         required=True,
         metavar="PATH",
-        help="movie.mp4, messages.mcap, or a folder of images (no ending)",
+        help="the recording: movie.mp4, messages.mcap, or a folder of images (no ending)",
     )
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
     parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end after this many megabytes")
+    parser.add_argument("--lossless", action="store_true", help="lossless movie, larger: H.264 or FFV1")
     parser.add_argument(
-        "--size", type=positive, metavar="MB", help="end once this many megabytes are written"
+        "--codec",
+        choices=_CODECS,
+        help="codec of a movie: h264 (default), hevc or av1 (smaller), ffv1 (lossless)",
     )
-    parser.add_argument(
-        "--lossless", action="store_true", help="a movie without losses, larger: H.264 or FFV1"
-    )
-    parser.add_argument(
-        "--codec", choices=_CODECS, help="of a movie: h264 (usual), hevc, av1 (smaller); ffv1 (lossless)"
-    )
-    parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
+    parser.add_argument("--tiff", action="store_true", help="in a folder: TIFF, larger and faster than PNG")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_record)
 
@@ -289,17 +293,20 @@ _MOST_WAITING = 1000
 def _add_events(commands: Any) -> None:
     parser = commands.add_parser(
         "events",
-        help="print a camera's events as they arrive, or list those it has",
+        help="print a camera's events as they arrive, or list its events",
         example="grabbergui events gige: ExposureEnd --start",
     )
     add_source(parser)
     parser.add_argument(
-        "names", metavar="NAME", nargs="*", help="such as ExposureEnd; without any: list them"
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help="an event, such as ExposureEnd; without a name, list the events",
     )
     parser.add_argument("-n", "--count", type=count, help="end after this many events")
     parser.add_argument("--duration", type=wait_time, metavar="S", help="end after this many seconds")
     parser.add_argument("--start", action="store_true", help="stream while listening")
-    parser.add_argument("--json", action="store_true", help="print one JSON object a line")
+    parser.add_argument("--json", action="store_true", help="print one JSON object per line")
     parser.set_defaults(run=_events)
 
 

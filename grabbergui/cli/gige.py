@@ -32,7 +32,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "mac", metavar="MAC", help="MAC address, from `grabbergui list` or the camera's label"
     )
-    parser.add_argument("ip", metavar="IP", help="the address that it gets")
+    parser.add_argument("ip", metavar="IP", help="the new address")
     _add_subnet(parser)
     parser.set_defaults(run=_force_ip)
 
@@ -42,7 +42,13 @@ def add_commands(commands: Any) -> None:
         example="grabbergui persistent-ip gige:GV01 192.168.0.10",
     )
     parser.add_argument("source", metavar="SOURCE", help="gige:, gige:192.168.0.10, gige:SERIAL …")
-    parser.add_argument("ip", metavar="IP", nargs="?", default="", help="the address to keep; without: show")
+    parser.add_argument(
+        "ip",
+        metavar="IP",
+        nargs="?",
+        default="",
+        help="the address to keep; without it, show the current configuration",
+    )
     _add_subnet(parser)
     parser.add_argument(
         "--forget", action="store_true", help="use DHCP or a link-local address from the next start on"
@@ -55,10 +61,10 @@ def add_commands(commands: Any) -> None:
         example="grabbergui trigger-group 1 gige:GV01 gige:GV02 -n 10",
     )
     parser.add_argument(
-        "group_key", metavar="GROUP_KEY", type=key, help="the action's group key, as 1 or 0x10"
+        "group_key", metavar="GROUP_KEY", type=key, help="the action's group key, such as 1 or 0x10"
     )
     parser.add_argument("sources", metavar="SOURCE", nargs="+", help="the cameras, all of them gige: sources")
-    parser.add_argument("-n", "--frames", type=count, default=1, help="how many actions (1)")
+    parser.add_argument("-n", "--frames", type=count, default=1, help="number of actions (1)")
     parser.add_argument(
         "--device-key", type=key, default=1, metavar="KEY", help="the action's device key (1)"
     )
@@ -66,9 +72,11 @@ def add_commands(commands: Any) -> None:
         "--group-mask", type=key, default=1, metavar="MASK", help="the action's group mask (1)"
     )
     parser.add_argument(
-        "--ahead", type=seconds, default=0.2, metavar="S", help="schedule each action this far ahead (0.2)"
+        "--ahead", type=seconds, default=0.2, metavar="S", help="schedule each action S seconds ahead (0.2)"
     )
-    parser.add_argument("--no-ptp", action="store_true", help="act on arrival, without synchronised clocks")
+    parser.add_argument(
+        "--no-ptp", action="store_true", help="execute each action on arrival, without synchronised clocks"
+    )
     parser.add_argument(
         "--timeout", type=wait_time, default=5.0, metavar="S", help="longest wait for a frame (5)"
     )

@@ -32,8 +32,8 @@ def _add_gui(commands: Any) -> None:
         "source",
         metavar="SOURCE",
         nargs="?",
-        help="the source to open (the one opened last; at first sim:colour). "
-        "With a settings file, as file:camera.yaml: compare the camera opened last with it",
+        help="the source to open (the last one, or sim:colour at the first start). "
+        "With a settings file, such as file:camera.yaml, compare the last camera with it",
     )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
     parser.add_argument("--duration", type=wait_time, metavar="S", help="close the window after S seconds")
@@ -107,7 +107,7 @@ EXIT_REFUSED = 1
 def _add_terminal(commands: Any) -> None:
     parser = commands.add_parser(
         "terminal",
-        help="type commands to a camera; `help` there lists them",
+        help="type commands to a camera; the command `help` lists them",
         example="grabbergui terminal gige:",
     )
     add_source(parser)

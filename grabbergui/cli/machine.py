@@ -77,7 +77,7 @@ def _add_doctor(commands: Any) -> None:
     parser.add_argument(
         "--clear-shared-memory",
         action="store_true",
-        help="remove what killed ROS 2 programs left in /dev/shm",
+        help="remove the shared memory of killed ROS 2 programs from /dev/shm",
     )
     parser.set_defaults(run=_doctor)
 
@@ -115,7 +115,7 @@ _PARTS = {
 def _add_setup(commands: Any) -> None:
     parser = commands.add_parser(
         "setup",
-        help="add to this machine: ROS 2, the udev rule, the desktop entry, shell completion",
+        help="install ROS 2, the udev rule, the desktop entry or shell completion",
         example="grabbergui setup desktop",
     )
     parser.add_argument(
@@ -125,7 +125,7 @@ def _add_setup(commands: Any) -> None:
     parser.add_argument(
         "--shell",
         choices=completion.SHELLS,
-        help="the shell to complete in (your login shell)",
+        help="the shell that gets the completion (your login shell)",
     )
     parser.add_argument(
         "--also",
@@ -133,14 +133,14 @@ def _add_setup(commands: Any) -> None:
         type=Path,
         default=[],
         metavar="FOLDER",
-        help="ros2: also build this interface package, unless one of its name is installed; repeatable",
+        help="ros2: also build this interface package, unless one with its name is installed; repeatable",
     )
     parser.add_argument("--json", action="store_true", help="print the files as a JSON array")
     parser.set_defaults(run=_setup)
 
     parser = commands.add_parser(
         "paths",
-        help="show where the files that come with the program are",
+        help="show the paths of the files that come with the program",
         example="grabbergui paths systemd",
     )
     parser.add_argument("name", nargs="?", choices=list(_paths()), help="print only this one's path")

@@ -22,7 +22,9 @@ if TYPE_CHECKING:  # help needs no numpy
 
 def add_source(parser: argparse.ArgumentParser) -> None:
     """Add the SOURCE argument."""
-    parser.add_argument("source", metavar="SOURCE", help="the camera or recording, as gige: or gige:SERIAL")
+    parser.add_argument(
+        "source", metavar="SOURCE", help="the camera or recording, such as gige: or gige:SERIAL"
+    )
 
 
 def add_monitor(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +32,7 @@ def add_monitor(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--monitor",
         action="store_true",
-        help="read only, beside the application in control; a GigE camera must multicast its stream",
+        help="only read, while another program has control; a GigE camera must multicast its stream",
     )
 
 
@@ -89,7 +91,7 @@ def add_lost_timeout(parser: argparse.ArgumentParser) -> None:
         "--lost-timeout",
         type=wait_time,
         metavar="S",
-        help="give up a lost source after S seconds; without this, wait forever",
+        help="give up a lost source after S seconds; without it, wait forever",
     )
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import __version__
-from grabbergui.cli import EXIT_CODES, command_parsers, shared_options, wrapped
+from grabbergui.cli import EXIT_CODES, command_parsers, sentence, shared_options, wrapped
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
 from grabbergui.core.uri import option_rows
@@ -30,31 +30,31 @@ the forms of a SOURCE. `--log-level` and `--log-format` belong to every command,
 _URIS = f"""{_MADE}
 # Source URIs
 
-A source is named by its kind, a colon, and which one of that kind. Options follow a question mark, joined by
-`&`; quote them for the shell: `grabbergui 'gige:SERIAL?packet_size=1500&resend=0'`. An unknown option or a
-bad value is an error before anything is opened. `grabbergui list` shows the sources in reach.
+A URI names a source by its kind, a colon, and an address or name. Options follow a question mark and are
+joined by `&`; quote them for the shell: `grabbergui 'gige:SERIAL?packet_size=1500&resend=0'`. An unknown
+option or a bad value is refused before anything is opened. `grabbergui list` shows the available sources.
 """
 _PIXEL_FORMATS = """# Pixel formats
 
 Every pixel format of the Pixel Format Naming Convention (PFNC 2.4) that this program knows by name: {count},
-of which {shown} can be shown. Of an unknown code, as of a maker's own format, the layout is guessed from its
-bits per pixel.
+of which {shown} can be shown. The layout of an unknown code, such as a vendor's own format, is guessed from
+its bits per pixel.
 
-*Bits* are those of a pixel in the payload and, if other, the significant ones of a sample. *Unpacked as* is
-the result of `frame.raw()`: type and components; packed samples have their value in the low bits. *Made by*
-is the cost of the conversion:
+*Bits* are those of a pixel in the payload and, if different, the significant bits of a sample. *Unpacked as*
+is the result of `frame.raw()`: type and components; packed samples have their value in the low bits.
+*Made by* is the cost of the conversion:
 
-- **view**: `raw()` is the payload itself; colour takes one pass of OpenCV.
+- **view**: `raw()` is a view of the payload; colour takes one pass of OpenCV.
 - **OpenCV**: the same, and colour is OpenCV's own conversion.
-- **compiled**: a loop of numba's, with the extra `fast`: about twice the time of a plain copy to unpack,
-  1.3 times OpenCV's conversion for YUV. Without it, numpy and OpenCV take several passes to the same result.
-- **look-up**: one look-up a byte.
+- **compiled**: a loop compiled by numba (the extra `fast`): unpacking takes about twice the time of a plain
+  copy, YUV 1.3 times OpenCV's conversion. Without numba, numpy and OpenCV need several passes.
+- **look-up**: one table look-up per byte.
 - **numpy**: several passes; range images, masks and formats that cameras rarely send.
 
 [Benchmarks](../benchmarks.md#converting-images) has figures.
 """
 _FAMILIES = {
-    Family.MONO: "One value a pixel",
+    Family.MONO: "One value per pixel",
     Family.BAYER: "Bayer",
     Family.SPARSE: "Sparse colour filters",
     Family.RGB: "RGB",
@@ -78,8 +78,8 @@ def files() -> dict[Path, str]:
 def command_line_page() -> str:
     """Document every command with its arguments, and the exit codes."""
     parts = [_COMMANDS]
-    for name, (summary, parser) in command_parsers().items():
-        parts += [f"## grabbergui {name}\n", _sentence(parser.description or summary), ""]
+    for name, (_, parser) in command_parsers().items():
+        parts += [f"## grabbergui {name}\n", parser.description or "", ""]
         parts += ["```sh", parser.example, "```", ""]
         parts += _table(("argument", "meaning"), _arguments(parser))
         parts.append("")
@@ -206,26 +206,24 @@ def man_page() -> str:
     for action in shared_options():
         parts += [".TP", *_man_argument(action)]
     parts.append(".SH COMMANDS")
-    for name, (summary, parser) in command_parsers().items():
-        parts += [f'.SS "grabbergui {name}"', _roff(_sentence(summary))]
-        if parser.description:
-            parts.append(_roff(_sentence(parser.description)))
+    for name, (_, parser) in command_parsers().items():
+        parts += [f'.SS "grabbergui {name}"', _roff(parser.description or "")]
         for action in _explained(parser):
             parts += [".TP", *_man_argument(action, parser)]
         parts += [".PP", "Example:", ".PP", ".RS", ".nf", _roff(parser.example), ".fi", ".RE"]
     parts.append(".SH SOURCES")
     for kind in SourceKind:
         for uri, meaning in kind.forms:
-            parts += [".TP", f".B {_roff(uri)}", _roff(_sentence(meaning.replace("`", "")))]
+            parts += [".TP", f".B {_roff(uri)}", _roff(sentence(meaning.replace("`", "")))]
     parts += [".PP", _roff("Options of a source follow a question mark and are joined by &.")]
     for kind in SourceKind:
         for row in option_rows(kind.options):
             default = f" ({row.default})" if row.default else ""
             meaning = row.meaning.replace("`", "") + default
-            parts += [".TP", f".B {_roff(f'{kind.value}: {row.name}={row.form}')}", _roff(_sentence(meaning))]
+            parts += [".TP", f".B {_roff(f'{kind.value}: {row.name}={row.form}')}", _roff(sentence(meaning))]
     parts.append(".SH EXIT STATUS")
     for code, meaning in EXIT_CODES.items():
-        parts += [".TP", f".B {code}", _roff(_sentence(meaning.replace("`", "")))]
+        parts += [".TP", f".B {code}", _roff(sentence(meaning.replace("`", "")))]
     parts += [
         ".SH ENVIRONMENT",
         ".TP\n.B GRABBERGUI_INTERFACES",
@@ -242,7 +240,7 @@ def man_page() -> str:
 
 def _man_argument(action: argparse.Action, parser: argparse.ArgumentParser | None = None) -> list[str]:
     names = [f"{name} {_value(action)}".strip() for name in action.option_strings] or [_value(action)]
-    return [f".B {_roff(', '.join(names))}", _roff(_sentence(_meaning(action, parser)))]
+    return [f".B {_roff(', '.join(names))}", _roff(sentence(_meaning(action, parser)))]
 
 
 def _roff(text: str) -> str:
@@ -327,10 +325,6 @@ def _value(action: argparse.Action) -> str:
         value = "|".join(map(str, choices))
     many = {"*": f"[{value} …]", "+": f"{value} …", "?": f"[{value}]", argparse.REMAINDER: f"{value} …"}
     return many.get(str(action.nargs), value)
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
 
 
 def _rows(pairs: Iterable[tuple[object, str]]) -> list[tuple[str, str]]:

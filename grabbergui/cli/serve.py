@@ -50,10 +50,12 @@ def add_commands(commands: Any) -> None:
         # Options that are not given stay unset, so that a file can set them.
         argument_default=argparse.SUPPRESS,
     )
-    parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; any source, remote ones too")
+    parser.add_argument(
+        "source", metavar="SOURCE", nargs="?", help="the camera: any source, also a remote one"
+    )
     parser.add_argument("--from", dest="file", metavar="FILE", help="read options from a .ini file")
     parser.add_argument(
-        "--context", metavar="NAME", help="the context in which YARP's search for FILE begins"
+        "--context", metavar="NAME", help="the YARP context in which to search for FILE first"
     )
     parser.add_argument("--fake", action="store_true", help="serve the simulated camera")
     parser.add_argument(
@@ -64,18 +66,20 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--pixel-format", metavar="NAME", help="set PixelFormat before streaming")
     parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
     parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
-    parser.add_argument("--window", action="store_true", help="open the window on it too")
+    parser.add_argument("--window", action="store_true", help="open the window, too")
     parser.add_argument(
         "--metrics",
         metavar="[HOST:]PORT",
-        help="counters for Prometheus at http://HOST:PORT/metrics (127.0.0.1)",
+        help="serve counters to Prometheus at http://HOST:PORT/metrics (HOST: 127.0.0.1)",
     )
     parser.add_argument(
         "--metrics-token",
         metavar="FILE",
-        help="a file with the bearer token that readers of the counters must send",
+        help="a file with the bearer token that clients of the counters must send",
     )
-    parser.add_argument("--read-only", action="store_true", help="peers see everything and change nothing")
+    parser.add_argument(
+        "--read-only", action="store_true", help="let peers see everything and change nothing"
+    )
     parser.add_argument(
         "--allow",
         action="append",
@@ -86,23 +90,27 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--calibration",
         metavar="FILE",
-        help="camera_info YAML: ROS 2's camera_info, YARP's intrinsics; set_camera_info writes it",
+        help="camera_info YAML, for ROS 2's camera_info and YARP's intrinsics; set_camera_info writes it",
     )
 
     yarp = parser.add_argument_group("YARP")
-    yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
+    yarp.add_argument("--yarp", metavar="/PORT", help="the port of the images; requests go to /PORT/rpc")
     add_name_server_options(yarp)
     yarp.add_argument(
-        "--require-authentication", action="store_true", help="do not serve without a key in YARP's auth.conf"
+        "--require-authentication",
+        action="store_true",
+        help="refuse to start without a key in YARP's auth.conf",
     )
-    yarp.add_argument("--bind", metavar="ADDRESS", help="the address our ports listen on")
+    yarp.add_argument("--bind", metavar="ADDRESS", help="the address that the ports listen on")
     yarp.add_argument("--capabilities", choices=("COLOR", "RAW"), help="what the image port sends (COLOR)")
-    yarp.add_argument("--raw", action="store_true", help="raw images as well, at /PORT/raw")
-    yarp.add_argument("--period", type=float, metavar="S", help="seconds between images at least (0)")
-    yarp.add_argument("--normalised", action="store_true", help="feature values as 0…1, not in their units")
+    yarp.add_argument("--raw", action="store_true", help="also send raw images, at /PORT/raw")
+    yarp.add_argument("--period", type=float, metavar="S", help="least time between images in seconds (0)")
+    yarp.add_argument(
+        "--normalised", action="store_true", help="serve feature values as 0…1 instead of in their units"
+    )
 
     ros2 = parser.add_argument_group("ROS 2")
-    ros2.add_argument("--ros2", metavar="/NAME", help="the node and prefix of its topics")
+    ros2.add_argument("--ros2", metavar="/NAME", help="the node's name, which prefixes its topics")
     ros2.add_argument("--frame-id", metavar="FRAME", help="frame_id of the images' headers (camera)")
     ros2.add_argument(
         "--qos",
@@ -113,7 +121,7 @@ def add_commands(commands: Any) -> None:
         "--ros-args",
         nargs=argparse.REMAINDER,
         metavar="ARG",
-        help="last: what every ROS program takes, as --params-file FILE, -p NAME:=VALUE, -r FROM:=TO",
+        help="ROS arguments, as the last option: --params-file FILE, -p NAME:=VALUE, -r FROM:=TO",
     )
     parser.set_defaults(run=_run)
 

@@ -1,4 +1,4 @@
-"""`grabbergui servo`: a robot's head follows what the camera sees, its arm reaches for a marker."""
+"""`grabbergui servo`: let a robot look at people and reach for a marker, guided by its camera."""
 
 from __future__ import annotations
 
@@ -38,19 +38,22 @@ def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser(
         "servo",
-        help="a robot's head follows what the camera sees, its arm reaches for a marker",
-        description="While it runs: Enter is the emergency stop, r resumes, q ends.",
+        help="let a robot look at people and reach for a marker, guided by its camera",
+        description="During the run, Enter is the emergency stop, r resumes, and q ends the program.",
         example="grabbergui servo --robot sim-teo --headless --seconds 40 --report out",
     )
     servo_robots.add_arguments(parser)
     servo_robots.add_publishing(parser)
     parser.add_argument(
-        "--hand-eye", type=Path, metavar="FILE", help="where the camera sits, as `hand-eye` found it"
+        "--hand-eye",
+        type=Path,
+        metavar="FILE",
+        help="the camera's pose on the robot, as written by `hand-eye`",
     )
-    parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
+    parser.add_argument("--headless", action="store_true", help="no window; print the states in the terminal")
     parser.add_argument("--seconds", type=wait_time, metavar="S", help="end after this many seconds")
     parser.add_argument(
-        "--until-reached", action="store_true", help="headless: end when the marker is reached"
+        "--until-reached", action="store_true", help="with --headless: end when the marker is reached"
     )
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save a screenshot of the window after --seconds"
@@ -60,24 +63,27 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     add_target(parser)
     parser.add_argument(
-        "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
+        "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model, .onnx (auto)"
     )
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="move the head by relative steps and the arm by short poses, which end by themselves",
+        help="move the head by relative steps and the arm by poses just ahead, which end by themselves",
     )
     parser.add_argument(
-        "--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1; the window changes it too"
+        "--speed",
+        type=part,
+        metavar="0.3",
+        help="slow all motion down, 0.01 to 1; can be changed in the window",
     )
     parser.add_argument(
         "--follow",
         type=positive,
         metavar="M/S",
-        help="follow a marker that moves, at up to this speed in m/s, instead of waiting until it rests",
+        help="follow a moving marker at up to this speed in m/s, instead of waiting until it rests",
     )
     parser.add_argument(
-        "--dry-run", action="store_true", help="compute and show everything, and send the robot nothing"
+        "--dry-run", action="store_true", help="compute and show everything, but send the robot nothing"
     )
     parser.set_defaults(run=_run)
 
@@ -88,15 +94,24 @@ def add_target(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--target", choices=("single", "grid", "charuco"), help="one marker, or a board of markers (single)"
     )
-    group.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20); a board's first (0)")
     group.add_argument(
-        "--dictionary", metavar="NAME", help="of the markers (4X4_50); tag36h11, tag25h9, tag16h5: AprilTags"
+        "--marker", type=int, metavar="ID", help="id of the marker (20), or first id of the board (0)"
+    )
+    group.add_argument(
+        "--dictionary",
+        metavar="NAME",
+        help="dictionary of the markers (4X4_50); AprilTags: tag36h11, tag25h9, tag16h5",
     )
     group.add_argument("--size", type=float, metavar="M", help="edge of a marker's black square (0.10)")
-    group.add_argument("--columns", type=int, help="a grid's markers, a ChArUco board's fields across (4)")
-    group.add_argument("--rows", type=int, help="and down (3)")
     group.add_argument(
-        "--pitch", type=float, metavar="M", help="from marker to marker; a field's edge (1.25 times the size)"
+        "--columns", type=int, help="number of markers of a grid, or squares of a ChArUco board, in a row (4)"
+    )
+    group.add_argument("--rows", type=int, help="number of rows (3)")
+    group.add_argument(
+        "--pitch",
+        type=float,
+        metavar="M",
+        help="distance between markers, or edge of a square (1.25 times the size)",
     )
 
 

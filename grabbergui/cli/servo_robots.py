@@ -59,12 +59,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot",
         choices=tuple(_ROBOTS),
         default="sim-teo",
-        help="sim-teo (default), sim-tiago: simulated in this process; teo: on YARP; tiago: on ROS 2",
+        help="sim-teo (default) and sim-tiago are simulated in this process; teo is on YARP, tiago on ROS 2",
     )
-    parser.add_argument("--source", metavar="SOURCE", help="the camera; by default that of the robot's head")
+    parser.add_argument("--source", metavar="SOURCE", help="the camera (the one on the robot's head)")
     yarp = parser.add_argument_group("YARP")
-    yarp.add_argument("--remote", default="/teoSim", metavar="/PREFIX", help="teo's ports (/teoSim)")
-    yarp.add_argument("--nameserver", default="", metavar="HOST:PORT", help="(YARP's configuration)")
+    yarp.add_argument(
+        "--remote", default="/teoSim", metavar="/PREFIX", help="prefix of TEO's ports (/teoSim)"
+    )
+    yarp.add_argument(
+        "--nameserver", default="", metavar="HOST:PORT", help="the YARP name server (YARP's configuration)"
+    )
     add_tiago(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--calibration", type=Path, metavar="FILE", help="camera_info YAML of the camera")
@@ -72,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--field-of-view",
         type=float,
         metavar="DEGREES",
-        help="do without a calibration: what the image's width sees; distances are then rough",
+        help="horizontal field of view instead of a calibration; distances are then rough",
     )
 
 
@@ -87,21 +91,25 @@ def add_publishing(parser: argparse.ArgumentParser) -> None:
             nargs="?",
             const=prefix,
             metavar="/PREFIX",
-            help=f"on {network}: heads, markers, state, and a stop ({prefix})",
+            help=f"publish heads, markers and state on {network}, and accept a stop ({prefix})",
         )
 
 
 def add_tiago(parser: argparse.ArgumentParser) -> None:
     """Add the options of a TIAGo, real or simulated: its URDF and frames, and its controllers' topics."""
     group = parser.add_argument_group("TIAGo on ROS 2")
-    group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (/robot_description)")
+    group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's URDF (from /robot_description)")
     group.add_argument(
         "--hand-frame", metavar="FRAME", help="frame of the end effector (hand_grasping_frame)"
     )
-    group.add_argument("--camera-frame", metavar="FRAME", help="of the images (that of camera_info)")
-    group.add_argument("--arm-topic", metavar="/TOPIC", help="its twists (/servo_node/delta_twist_cmds)")
+    group.add_argument("--camera-frame", metavar="FRAME", help="frame of the camera (that of camera_info)")
     group.add_argument(
-        "--head-topic", metavar="/TOPIC", help="its trajectories (/head_controller/joint_trajectory)"
+        "--arm-topic", metavar="/TOPIC", help="topic of the hand's twists (/servo_node/delta_twist_cmds)"
+    )
+    group.add_argument(
+        "--head-topic",
+        metavar="/TOPIC",
+        help="topic of the head's trajectories (/head_controller/joint_trajectory)",
     )
 
 

@@ -55,7 +55,7 @@ def _add_camera(commands: Any) -> None:
     parser.add_argument(
         "--serial",
         default="",
-        help="the serial number (follows from the address); further cameras count on",
+        help="the serial number (made from the address); further cameras get the next numbers",
     )
 
     parser.add_argument(
@@ -78,10 +78,10 @@ def _add_camera(commands: Any) -> None:
     faults.add_argument("--duplicate", action="store_true", help="send some packets twice")
     faults.add_argument("--delay", type=seconds, default=0.0, metavar="5ms", help="delay every datagram")
     faults.add_argument(
-        "--stall-after", type=count_or_none, default=0, metavar="N", help="fall silent after N frames"
+        "--stall-after", type=count_or_none, default=0, metavar="N", help="stop answering after N frames"
     )
     faults.add_argument(
-        "--reboot-after", type=seconds, default=0.0, metavar="S", help="vanish after S seconds"
+        "--reboot-after", type=seconds, default=0.0, metavar="S", help="restart after S seconds"
     )
 
     usb = parser.add_argument_group("the USB (--u3v)")
@@ -172,10 +172,10 @@ def _add_teo(commands: Any) -> None:
     parser = commands.add_parser(
         "simulate-teo",
         help="serve a simulated TEO on YARP: head, right arm and the camera on its head",
-        description="Ports NAME/head, NAME/rightArm/CartesianControl and NAME/camera, until Ctrl-C.",
+        description="Opens /PREFIX/head, /PREFIX/rightArm/CartesianControl and /PREFIX/camera until Ctrl-C.",
         example="grabbergui simulate-teo --with-name-server",
     )
-    parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
+    parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="prefix of the ports (/teoSim)")
     add_name_server_options(parser)
     parser.add_argument("--fps", type=float, default=30.0, help="images per second (30)")
     parser.add_argument(
@@ -221,7 +221,7 @@ def _add_tiago(commands: Any) -> None:
     parser = commands.add_parser(
         "simulate-tiago",
         help="serve a simulated TIAGo on ROS 2: controllers of head and arm, and the camera on its head",
-        description="Controllers, /joint_states and the camera as nodes, until Ctrl-C.",
+        description="Runs the controllers, /joint_states and the camera as nodes until Ctrl-C.",
         example="grabbergui simulate-tiago --ros2 /camera",
     )
     parser.add_argument("--ros2", default="/camera", metavar="/NAME", help="the camera's node (/camera)")
@@ -229,7 +229,7 @@ def _add_tiago(commands: Any) -> None:
     parser.add_argument(
         "--stock",
         action="store_true",
-        help="the arm has a joint trajectory controller, as PAL's robot out of the box, instead of twists",
+        help="give the arm a joint trajectory controller, as PAL's stock robot has, instead of twists",
     )
     servo_robots.add_tiago(parser)
     parser.set_defaults(run=_simulate_tiago)
@@ -283,9 +283,13 @@ def _add_yarp_server(commands: Any) -> None:
         "yarp-server", help="run a small YARP name server", example="grabbergui yarp-server --host 0.0.0.0"
     )
     parser.add_argument(
-        "--host", default="127.0.0.1", help="where to listen; 0.0.0.0 for everybody (127.0.0.1)"
+        "--host",
+        default="127.0.0.1",
+        help="the address to listen on; 0.0.0.0 for the whole network (127.0.0.1)",
     )
-    parser.add_argument("--port", type=port, default=10000, help="its TCP port; 0 takes a free one (10000)")
+    parser.add_argument(
+        "--port", type=port, default=10000, help="the TCP port to listen on; 0 takes a free one (10000)"
+    )
     parser.add_argument("--namespace", default="/root", help="the server's own name (/root)")
     parser.add_argument(
         "--allow",
@@ -317,11 +321,13 @@ _NAME_SERVER = "127.0.0.1:10000"
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Add `--with-name-server` and `--nameserver`."""
-    parser.add_argument("--with-name-server", action="store_true", help=f"run one too, at {_NAME_SERVER}")
+    parser.add_argument(
+        "--with-name-server", action="store_true", help=f"also run a YARP name server, at {_NAME_SERVER}"
+    )
     parser.add_argument(
         "--nameserver",
         metavar="HOST:PORT",
-        help="the name server (YARP's configuration), or where ours is to listen",
+        help="the name server (YARP's configuration), or the address of the one to run",
     )
 
 
