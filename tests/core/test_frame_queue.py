@@ -1,4 +1,5 @@
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -134,6 +135,16 @@ def test_the_fanout_reaches_every_open_queue():
     assert quick.closed and fanout.consumers == 0
 
 
+def test_a_queue_that_was_closed_is_not_kept():
+    fanout = FrameFanout()
+    closed = fanout.open_queue()
+    reference = weakref.ref(closed)
+    closed.close()
+    del closed
+    fanout.open_queue()
+    assert reference() is None
+
+
 def test_frame_status():
     assert frame(1).complete
     assert not Frame(np.zeros(1, np.uint8), 1, 1, by_name("Mono8"), status=FrameStatus.INCOMPLETE).complete
@@ -155,7 +166,10 @@ def test_a_stalled_stream_slows_down_and_stops():
     meter = RateMeter(window=2)
     for step in range(11):
         meter.add(1, now=step / 10)
-    assert meter.rates(now=1.5)[0] < 10
+    assert meter.rates(now=1.2) == pytest.approx((10, 10))
+    assert meter.rates(now=1.5) == pytest.approx((10 / 1.4, 10 / 1.4)), (
+        "ten periods, and four without an event"
+    )
     assert meter.rates(now=3.5) == (0, 0)
 
 
@@ -164,5 +178,12 @@ def test_simultaneous_events_give_no_infinite_rate():
     meter.add(1, now=5.0)
     meter.add(1, now=5.0)
     assert meter.rates(now=5.0) == (0, 0)
+
+
+def test_a_cleared_meter_measures_anew():
+    meter = RateMeter()
+    for second in range(3):
+        meter.add(7, now=second / 2)
+    assert meter.rates(now=1.0) == (2, 14)
     meter.clear()
-    assert meter.rates(now=5.0) == (0, 0)
+    assert meter.rates(now=1.0) == (0, 0)

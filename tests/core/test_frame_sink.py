@@ -78,6 +78,21 @@ def test_a_consumer_that_fails_is_reported_once_and_gets_the_next_frame(stream, 
     assert sink.consumed == 1
 
 
+def test_another_failure_than_the_last_is_reported_too(stream, sinks):
+    reported = []
+
+    def consume(one):
+        raise PixelFormatError(f"no {'colours' if one.frame_id < 2 else 'depth'}")
+
+    sink_of(
+        stream, consume, sinks, depth=9, failed=lambda error, one: reported.append((str(error), one.frame_id))
+    )
+    for number in range(4):
+        stream.put(frame(number))
+    until(lambda: len(reported) == 2)
+    assert reported == [("no colours", 0), ("no depth", 2)]
+
+
 def test_a_failing_report_of_a_failure_does_not_end_the_sink(stream, sinks, caplog):
     def consume(one):
         if one.frame_id == 0:
@@ -124,6 +139,35 @@ def test_a_sink_that_reopens_waits_for_its_source_without_spinning(stream, sinks
     until(lambda: stream.consumers)
     stream.put(frame(7))
     until(lambda: seen == [7])
+
+
+def test_frames_that_were_dropped_before_its_source_closed_still_count(stream, sinks):
+    seen, go_on = [], threading.Event()
+    sink = sink_of(stream, lambda one: (seen.append(one.frame_id), go_on.wait(PATIENCE)), sinks, reopens=True)
+    stream.put(frame(0))
+    until(lambda: seen == [0])
+    for number in range(1, 6):
+        stream.put(frame(number))
+    stream.close()
+    go_on.set()
+    until(lambda: stream.consumers)
+    stream.put(frame(6))
+    until(lambda: seen[-1] == 6)
+    assert sink.dropped == 3
+
+
+def test_a_sink_that_is_stopped_while_it_opens_a_queue_again_keeps_none(sinks):
+    class Source(FrameFanout):
+        def open_queue(self, depth=2):
+            if sinks:
+                sinks[0].stop()
+            return super().open_queue(depth)
+
+    source = Source()
+    sink = sink_of(source, lambda one: None, sinks, reopens=True)
+    source.close()
+    until(lambda: not sink._thread.is_alive())
+    assert source.consumers == 0
 
 
 def test_between_is_called_while_no_frame_arrives_and_at_the_end(stream, sinks):

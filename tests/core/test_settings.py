@@ -7,9 +7,17 @@ import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui import sources
-from grabbergui.core.errors import FeatureError, UsageError
+from grabbergui.core.errors import FeatureAccessError, FeatureError, UsageError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.core.settings import BATCH, MAX_PASSES, SettingKey, Settled, settle
+from grabbergui.core.settings import (
+    BATCH,
+    MAX_INSTANCES,
+    MAX_PASSES,
+    SettingKey,
+    Settled,
+    instances,
+    settle,
+)
 
 RED, GREEN, BLUE = (
     SettingKey("BalanceRatio", (("BalanceRatioSelector", entry),)) for entry in ("Red", "Green", "Blue")
@@ -118,6 +126,31 @@ def choice(name, value, *names):
     )
 
 
+def test_the_instances_of_a_feature_are_all_combinations_of_its_selectors_entries():
+    index = replace(number("Index", 2, maximum=6), minimum=2, increment=2)
+    channel = choice("Channel", "Red", "Red", "Blue")
+    grabber = ScriptedGrabber([index, channel])
+    assert instances(grabber, ["Index", "Channel"]) == (
+        [(("Index", i), ("Channel", c)) for i in ("2", "4", "6") for c in ("Red", "Blue")],
+        "",
+    )
+    grabber.set("Channel", access=AccessMode.READ_ONLY)
+    found, reason = instances(grabber, ["Index", "Channel"])
+    assert found == [(("Index", "2"), ("Channel", "Red"))] and "cannot be changed" in reason
+    grabber.known["Channel"] = replace(channel, value=None)
+    assert instances(grabber, ["Index", "Channel"]) == ([], "")
+
+
+@pytest.mark.parametrize(
+    ("maximum", "kept"), [(MAX_INSTANCES - 1, MAX_INSTANCES), (MAX_INSTANCES, 1), (2**62, 1)]
+)
+def test_of_too_many_instances_only_the_selected_one_is_kept(maximum, kept):
+    grabber = ScriptedGrabber([number("LUTIndex", 5, maximum=maximum)])
+    found, reason = instances(grabber, ["LUTIndex"])
+    assert len(found) == kept
+    assert (found == [(("LUTIndex", "5"),)], f"more than {MAX_INSTANCES}" in reason) == (kept == 1, kept == 1)
+
+
 class Reports(list):
     def __call__(self, key, settled, value, error, feature):
         self.append((str(key), settled, value))
@@ -214,6 +247,16 @@ def test_a_wanted_mode_takes_precedence_over_the_value_it_regulates():
     grabber = ScriptedGrabber([number("Gain", 1), choice("GainAuto", "Off", "Off", "Continuous")])
     assert settle(grabber, {AUTO: "Continuous", GAIN: 50}) == {}
     assert written(grabber) == [("GainAuto", "Continuous")]
+
+
+def test_a_value_that_a_wanted_mode_regulates_is_no_problem_beside_one_that_is_refused():
+    """It is written once another is refused, in case that one needs it; its mode may then refuse it."""
+    grabber = ScriptedGrabber(
+        [number("Gain", 1), choice("GainAuto", "Off", "Off", "Continuous"), number("Width", 1)]
+    )
+    grabber.refusals = {name: FeatureAccessError("is locked", name) for name in ("Gain", "Width")}
+    assert settle(grabber, {AUTO: "Continuous", GAIN: 50, WIDTH: 7}) == {WIDTH: "is locked"}
+    assert ("Gain", 50) in written(grabber)
 
 
 def test_modes_are_written_after_the_values_that_they_control():
