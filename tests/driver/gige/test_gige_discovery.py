@@ -21,7 +21,8 @@ from grabbergui.driver.gige import device, discovery
 from grabbergui.driver.gige.bootstrap import Capability, PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, discover, interface_of, interfaces
-from grabbergui.driver.gige.gvcp_messages import Identity
+from grabbergui.driver.gige.gvcp import Ack, CommandCode
+from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, NO_MAC, Identity
 from grabbergui.driver.gige.stream.packet_settings import TEST_TRIES, PacketSizePolicy, PacketSizer
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -108,6 +109,80 @@ def test_opening_a_device_to_which_no_network_leads_names_the_remedy(
 
 def test_answers_that_are_none_find_nothing() -> None:
     assert discover(0.05, ["127.0.0.99"], broadcast=False) == []
+
+
+class Answers:
+    """Acknowledges of DISCOVERY as a search takes them, and its result."""
+
+    def __init__(self) -> None:
+        self.search = discovery.Search()
+
+    def take(self, datagram: bytes, interface: Interface = ETHERNET) -> FoundDevice | None:
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device,
+        ):
+            asker.bind(("127.0.0.1", 0))
+            device.sendto(datagram, asker.getsockname())
+            return self.search._take(asker, interface)
+
+    def hear(self, identity: Identity, interface: Interface = ETHERNET) -> FoundDevice | None:
+        return self.take(
+            Ack(0, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, identity.encode()).encode(), interface
+        )
+
+    @property
+    def found(self) -> list[tuple[str, str]]:
+        """Return address and interface of each device."""
+        return sorted((each.ip, each.interface.name) for each in self.search._found.values())
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("mac", ["00:30:53:0a:0b:0c", NO_MAC])
+def test_a_device_that_answers_on_two_interfaces_is_listed_on_the_one_in_its_subnet(
+    order: int, mac: str
+) -> None:
+    answers, identity = Answers(), Identity(mac=mac, serial="7", ip="169.254.1.1")
+    for interface in (ETHERNET, LINK_LOCAL)[::order]:
+        answers.hear(identity, interface)
+    assert answers.found == [("169.254.1.1", "eth1")]
+
+
+@pytest.mark.parametrize("mac", ["00:30:53:0a:0b:0c", NO_MAC])
+def test_devices_of_one_mac_or_serial_at_two_addresses_are_two(mac: str) -> None:
+    answers = Answers()
+    for ip in ("192.168.0.8", "192.168.0.9"):
+        answers.hear(Identity(mac=mac, serial="7", ip=ip))
+    assert answers.found == [("192.168.0.8", "eth0"), ("192.168.0.9", "eth0")]
+
+
+def test_a_device_that_reports_no_address_is_at_that_of_its_answer() -> None:
+    answers = Answers()
+    answers.hear(Identity(serial="7"))
+    assert answers.found == [("127.0.0.1", "eth0")]
+
+
+@pytest.mark.parametrize(
+    "ack",
+    [
+        Ack(0x8003, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, Identity().encode()),
+        Ack(0, CommandCode.READMEM + 1, DISCOVERY_REQ_ID, Identity().encode()),
+        Ack(0, CommandCode.DISCOVERY + 1, 7, Identity().encode()),
+        Ack(0, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, bytes(100)),
+    ],
+    ids=["an error", "of another command", "of another request", "too short"],
+)
+def test_what_is_no_answer_to_the_search_is_ignored(ack: Ack) -> None:
+    answers = Answers()
+    assert answers.take(ack.encode()) is None and answers.found == []
+
+
+def test_a_flood_of_answers_takes_no_more_memory_than_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(discovery, "MAX_DEVICES", 2)
+    answers = Answers()
+    for number in range(5):
+        answers.hear(Identity(serial=str(number), ip=f"192.168.0.{number + 10}"))
+    assert [ip for ip, _ in answers.found] == ["192.168.0.10", "192.168.0.11"]
 
 
 @given(st.binary(min_size=248, max_size=248))
