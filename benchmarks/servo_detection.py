@@ -40,9 +40,9 @@ of the package face-recognition. *Others* are boxes without a head."""
 HEADER = ("image", "detector", "median, ms", "95 %, ms", "found", "corner error, px", "smallest, px")
 METHOD = """One image of each size, OpenCV on one thread: six markers, each a twelfth of the image wide and
 turned by a few degrees, and a face, on a background of clouds, lines and noise. *Reduced search* is what
-servoing uses: the image is halved until it has no more than 0.7 MP, markers are searched in that, and their corners are
-located again in the full image; *full image* searches all of it. Times include the poses, and are CPU times
-of that thread. Errors are those of the corners against where they were drawn."""
+servoing uses: the image is halved until it has no more than 0.7 MP, markers are searched in that, and their
+corners are located again in the full image; *full image* searches all of it. Times include the poses,
+and are CPU times of that thread. Errors are those of the corners against where they were drawn."""
 
 
 def measure(argv: list[str] | None = None) -> Section:

@@ -41,10 +41,10 @@ PATIENCE = 30.0
 METHOD = f"""A program with the real robot client, gate and guardian, but without a camera, drives the hand
 at {SPEED} m/s with a command every 20 ms. The simulated robot runs in another process and obeys its last
 command until the next one, as velocity drives do. Its drives follow a command with a time constant of 30 ms,
-which alone accounts for {1e3 * SPEED * 0.03:.1f} mm. The program receives the signal at full speed; the distance
-is that between the hand's true positions then and at rest. The busy programs compute without a pause. The
-guardian takes real-time priority if the machine allows it, as it did here unless noted; robot and program
-get it too, as a robot's controllers have a computer of their own."""
+which alone accounts for {1e3 * SPEED * 0.03:.1f} mm. The program receives the signal at full speed; the
+distance is that between the hand's true positions then and at rest. The busy programs compute without a
+pause. The guardian takes real-time priority if the machine allows it, as it did here unless noted; robot and
+program get it too, as a robot's controllers have a computer of their own."""
 
 
 class Tireless(SimRobot):

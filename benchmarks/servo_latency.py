@@ -59,8 +59,8 @@ its CPU time from the same two cores. *face*: there is no marker, and the head f
 face*: faces are searched although a marker is seen, which the program never does.
 
 In some rows, two other programs compute without a pause. Those from *other terminals* are in scheduling
-groups of their own; Linux shares the processor's time between such groups first (autogroup, or a desktop's control
-groups). Those from the *same terminal* compete with every thread of the loop."""
+groups of their own; Linux shares the processor's time between such groups first (autogroup, or a desktop's
+control groups). Those from the *same terminal* compete with every thread of the loop."""
 
 
 @dataclass(frozen=True)
