@@ -31,7 +31,8 @@ from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.recording import RecordingKind
-from grabbergui.recording.recorder import Recorder, RecordingProgress, RecordingWriter, create_writer
+from grabbergui.recording.recorder import Recorder, RecordingProgress, create_writer
+from grabbergui.recording.writer import RecordingWriter
 
 METHOD = """Frames of the simulated sensor, noise included, are written as fast as each kind of recording
 accepts them to a folder {where}. CPU is that of the whole process, all threads. Then the simulated camera's

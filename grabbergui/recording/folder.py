@@ -28,7 +28,7 @@ from grabbergui.recording import (
     rising,
     unpacked,
 )
-from grabbergui.recording.recorder import OrderedWork, RecordingWriter
+from grabbergui.recording.writer import OrderedWork, RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
 IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")

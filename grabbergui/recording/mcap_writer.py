@@ -20,8 +20,8 @@ from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import ros_image, unpacked
 from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
-from grabbergui.recording.recorder import RecordingWriter
 from grabbergui.recording.ros_image import RosImage
+from grabbergui.recording.writer import RecordingWriter
 
 
 class McapWriter(RecordingWriter):

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 from av.video.frame import VideoFrame
+from av.video.plane import VideoPlane
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
@@ -25,8 +27,9 @@ from grabbergui.recording import (
     rebuilt,
     rising,
 )
-from grabbergui.recording.movie_writer import TIME_BASE, notes_beside, plane_of
 
+TIME_BASE = Fraction(1, 1_000_000)
+"The unit of a movie's times in seconds."
 MAX_FRAMES = 10_000_000
 MAX_PIXELS = 1 << 28
 "Most pixels of a frame that is decoded, as a damaged or malicious header may claim any size."
@@ -35,6 +38,11 @@ NEAR = 8
 _MISSING = "it is missing from the file"
 _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
 "Containers that are opened. Playlists are excluded, as they name other files and hosts."
+
+
+def notes_beside(path: Path) -> Path:
+    """Return the file with the notes of a movie: `movie.frames.jsonl` beside `movie.mp4`."""
+    return path.with_name(path.stem + ".frames.jsonl")
 
 
 class MovieRecording(Recording):
@@ -198,3 +206,14 @@ def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
     if noted == "Mono8":
         return np.ascontiguousarray(colour[..., 1]), "Mono8"
     return colour, "RGB8"
+
+
+def plane_of(frame: VideoFrame, number: int) -> NDArray[np.uint8]:
+    """Return a plane without padding: (height, width) uint8."""
+    plane = frame.planes[number]
+    return bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width]
+
+
+def bytes_of(plane: VideoPlane) -> NDArray[np.uint8]:
+    """Return a plane's memory, including padding; writable if the frame is."""
+    return np.asarray(memoryview(cast(bytes, plane)), np.uint8)

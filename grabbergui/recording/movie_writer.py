@@ -23,7 +23,6 @@ import numpy as np
 from av.container import OutputContainer
 from av.error import FFmpegError
 from av.video.frame import VideoFrame
-from av.video.plane import VideoPlane
 from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
@@ -39,10 +38,9 @@ from grabbergui.recording import (
     note_of,
     unpacked,
 )
-from grabbergui.recording.recorder import OrderedWork, RecordingWriter
+from grabbergui.recording.movie_file import TIME_BASE, MovieRecording, bytes_of, notes_beside, plane_of
+from grabbergui.recording.writer import OrderedWork, RecordingWriter
 
-TIME_BASE = Fraction(1, 1_000_000)
-"The unit of a movie's times in seconds."
 NOMINAL_RATE = 25.0
 "Frames per second in a movie's header if the camera's rate is unknown. Players use the frames' times."
 HIGHEST_RATE = 1e6
@@ -51,11 +49,6 @@ LONGEST_GAP = 600_000_000
 "Most units between two frames. Longer pauses are shortened, as MP4 counts durations in 32 bits."
 FRAGMENT = 500_000
 "Units of time in a fragment, the most that a crash may cost."
-
-
-def notes_beside(path: Path) -> Path:
-    """Return the file with the notes of a movie: `movie.frames.jsonl` beside `movie.mp4`."""
-    return path.with_name(path.stem + ".frames.jsonl")
 
 
 @dataclass(frozen=True)
@@ -242,7 +235,7 @@ class MovieFile:
         frame.color_range = ColorRange.JPEG
         plane_of(frame, 0)[:] = pixels
         for number in (1, 2):
-            _bytes_of(frame.planes[number])[:] = 128
+            bytes_of(frame.planes[number])[:] = 128
         return frame
 
 
@@ -359,8 +352,6 @@ def _scheduled_as_before() -> Iterator[None]:
 
 def _playable(path: Path) -> int:
     """Return the number of frames of a short file that can be played."""
-    from grabbergui.recording.movie_file import MovieRecording
-
     try:
         with contextlib.closing(MovieRecording(path)) as recording:
             return len(recording.times_ns)
@@ -372,14 +363,3 @@ def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str
     """Encode a frame, and return its note."""
     movie.add(pixels, time)
     return line
-
-
-def plane_of(frame: VideoFrame, number: int) -> NDArray[np.uint8]:
-    """Return a plane without padding: (height, width) uint8."""
-    plane = frame.planes[number]
-    return _bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width]
-
-
-def _bytes_of(plane: VideoPlane) -> NDArray[np.uint8]:
-    """Return a plane's memory, including padding; writable if the frame is."""
-    return np.asarray(memoryview(cast(bytes, plane)), np.uint8)

@@ -1,4 +1,4 @@
-"""Records a grabber's stream: the interface of writers, and the recorder that uses one.
+"""Records a grabber's stream: the recorder, and the choice of its writer.
 
 A recorder runs on a thread of its own until it is stopped, reaches a limit or fails. Only that thread calls
 its writer. A writer stores the time of every frame, and can be closed at any time; its files are then
@@ -8,16 +8,10 @@ readable.
 from __future__ import annotations
 
 import logging
-import shutil
 import threading
 import time
-from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from psygnal import Signal
 
@@ -35,130 +29,9 @@ from grabbergui.recording import (
     SourceClosedError,
     UnfinishedFileError,
 )
+from grabbergui.recording.writer import RecordingWriter
 
 log = logging.getLogger(__name__)
-
-
-# -- writers -------------------------------------------------------------------------------------
-class RecordingWriter(ABC):
-    """Writes frames to files. Overwrites no file."""
-
-    path: Path
-    keeps_components = False
-    "Whether it writes every component of a frame, and not only the frame's own image."
-
-    @abstractmethod
-    def write(self, frame: Frame) -> None:
-        """Add a frame; wait if too many earlier ones are in progress.
-
-        Raises RecordingError, PixelFormatError, OSError if the disk is full, also for earlier frames.
-        """
-
-    @abstractmethod
-    def close(self) -> None:
-        """Finish the files. May be called twice. Raises OSError if the disk is too full for that."""
-
-    def kept(self, given: int) -> int:
-        """Return how many of `given` frames are in the files, once these are closed."""
-        return given
-
-    def discard(self) -> None:
-        """Remove the files of a writer that was closed without a frame. Raises OSError."""
-        self.path.unlink(missing_ok=True)
-
-    @abstractmethod
-    def size(self) -> int:
-        """Return the bytes written so far."""
-
-    def free(self) -> int:
-        """Return the free bytes on its disk."""
-        folder = self.path if self.path.is_dir() else self.path.parent
-        return shutil.disk_usage(folder).free
-
-
-def create_writer(
-    kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0, scan: Scan3d | None = None
-) -> RecordingWriter:
-    """Return a writer of a kind. `rate` is the camera's in Hz, 0 if unknown; `scan` describes 3D data.
-
-    Raises RecordingError if the path is taken or cannot be created.
-    """
-    try:
-        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-            raise RecordingError(
-                f"{path} is there already; a recording overwrites nothing, choose another name"
-            )
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # Imported on demand, as each kind needs another library.
-        if kind is RecordingKind.MCAP:
-            from grabbergui.recording.mcap_writer import McapWriter
-
-            return McapWriter(path, info, scan)
-        if kind in (RecordingKind.PNG, RecordingKind.TIFF):
-            from grabbergui.recording.folder import FolderWriter
-
-            return FolderWriter(path, tiff=kind is RecordingKind.TIFF)
-        from grabbergui.recording.movie_writer import MovieWriter
-
-        return MovieWriter(path, kind, rate)
-    except ImportError as error:
-        raise RecordingError(f"recording {path.name} needs the package {error.name}: {error}") from error
-    except OSError as error:
-        # The file may also be a movie's notes, left from a recording that was removed.
-        file = error.filename or path
-        raise RecordingError(f"{file} could not be made: {error.strerror or error}") from error
-
-
-# -- work on several threads, in order -----------------------------------------------------------
-Result = TypeVar("Result")
-
-
-class OrderedWork(Generic[Result]):
-    """Runs tasks that release the GIL (compressing, writing) on several threads, with results in order.
-
-    Use from one thread, which also calls `done` with the results. When `add` returns, at most `waiting` tasks
-    are unfinished; with 0 it returns when the task is done.
-    """
-
-    def __init__(self, name: str, threads: int, waiting: int, done: Callable[[Result], object]) -> None:
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
-        self._waiting = waiting
-        self._done = done
-        self._begun: deque[Future[Result]] = deque()
-
-    @property
-    def held(self) -> int:
-        """Tasks whose results were not yet passed to `done`."""
-        return len(self._begun)
-
-    def add(self, work: Callable[[], Result]) -> None:
-        """Add a task; wait if too many are held. Raises the error of this task or an earlier one."""
-        self._begun.append(self._submitted(work))
-        while self._begun and (self._begun[0].done() or len(self._begun) > self._waiting):
-            self._done(self._begun.popleft().result())
-
-    def _submitted(self, work: Callable[[], Result]) -> Future[Result]:
-        try:
-            return self._pool.submit(work)
-        except RuntimeError:  # the interpreter is shutting down, and its pools accept no more tasks
-            done: Future[Result] = Future()
-            try:
-                done.set_result(work())
-            except Exception as error:
-                done.set_exception(error)
-            return done
-
-    def finish(self) -> None:
-        """Wait for all tasks and end the threads; then raise the first error. May be called twice."""
-        failure: BaseException | None = None
-        while self._begun:
-            try:
-                self._done(self._begun.popleft().result())
-            except Exception as error:
-                failure = failure or error
-        self._pool.shutdown()
-        if failure is not None:
-            raise failure
 
 
 # -- the recorder --------------------------------------------------------------------------------
@@ -360,6 +233,39 @@ class Recorder:
         if problem is not None:
             log.info("recording ended: %s", self._progress.reason)  # the caller reports it
         self.changed.emit(self._progress)
+
+
+def create_writer(
+    kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0, scan: Scan3d | None = None
+) -> RecordingWriter:
+    """Return a writer of a kind. `rate` is the camera's in Hz, 0 if unknown; `scan` describes 3D data.
+
+    Raises RecordingError if the path is taken or cannot be created.
+    """
+    try:
+        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise RecordingError(
+                f"{path} is there already; a recording overwrites nothing, choose another name"
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Imported on demand, as each kind needs another library.
+        if kind is RecordingKind.MCAP:
+            from grabbergui.recording.mcap_writer import McapWriter
+
+            return McapWriter(path, info, scan)
+        if kind in (RecordingKind.PNG, RecordingKind.TIFF):
+            from grabbergui.recording.folder import FolderWriter
+
+            return FolderWriter(path, tiff=kind is RecordingKind.TIFF)
+        from grabbergui.recording.movie_writer import MovieWriter
+
+        return MovieWriter(path, kind, rate)
+    except ImportError as error:
+        raise RecordingError(f"recording {path.name} needs the package {error.name}: {error}") from error
+    except OSError as error:
+        # The file may also be a movie's notes, left from a recording that was removed.
+        file = error.filename or path
+        raise RecordingError(f"{file} could not be made: {error.strerror or error}") from error
 
 
 def create_recorder(

@@ -5,6 +5,7 @@ import math
 import os
 import resource
 import signal
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,13 +20,14 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import MOVIE_KINDS, RecordingError, RecordingKind, open_recording, recorder
+from grabbergui.recording import MOVIE_KINDS, RecordingError, RecordingKind, open_recording
 from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE, until
 
 av = pytest.importorskip("av", reason="needs the package av")
 
-from grabbergui.recording.movie_writer import FRAGMENT, MovieFile, notes_beside  # noqa: E402
+from grabbergui.recording.movie_file import notes_beside  # noqa: E402
+from grabbergui.recording.movie_writer import FRAGMENT, MovieFile  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")
 START = 1_700_000_000_000_000_000
@@ -258,7 +260,7 @@ def test_no_more_frames_are_counted_than_a_full_disk_has(tmp_path, monkeypatch, 
 
 
 def test_unwritten_bytes_of_a_movie_count_as_used_space(tmp_path, monkeypatch):
-    monkeypatch.setattr(recorder.shutil, "disk_usage", lambda folder: SimpleNamespace(free=10**9))
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=10**9))
     writer = create_writer(RecordingKind.LOSSLESS, tmp_path / "x.mp4", INFO, 25)
     assert writer.free() == 10**9
     for index in range(10):

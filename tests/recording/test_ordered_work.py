@@ -9,7 +9,8 @@ from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.recording import RecordingKind, open_recording
-from grabbergui.recording.recorder import OrderedWork, create_writer
+from grabbergui.recording.recorder import create_writer
+from grabbergui.recording.writer import OrderedWork
 from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")

@@ -5,7 +5,7 @@ frozen. Four fifths of that time go into the XML, so a separate process parses a
 process reads the result (`parse_cache`), which is also kept for the next time.
 
 GenApi calls us for registers (`RegisterPort`) and when nodes change (`register_callback`), inside one lock
-(`MapLock`).
+(`MapLock`), which defers Ctrl-C until GenApi has returned.
 
 `genicam` 1.6 leaks one reference to the value that it passes to a callback: some 150 bytes for each change of
 each node, or hundreds of megabytes in a day of streaming with an automatic mode on. `binding_leaks` tests
@@ -17,12 +17,13 @@ from __future__ import annotations
 import ctypes
 import functools
 import logging
+import signal
 import struct
 import sys
 import threading
 import weakref
 from collections.abc import Callable, Mapping
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,6 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind,
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.genapi import node_features
-from grabbergui.driver.genapi.interrupts import HeldInterrupts
 from grabbergui.driver.genapi.vetting import clean_xml, vetted
 
 if sys.platform == "linux":
@@ -177,6 +177,46 @@ def binding_leaks() -> bool:
 def _register(node: Any, callback: Callable[[Any], None]) -> int:
     handle: int = genapi.register(node, callback, genapi.ECallbackType.cbPostInsideLock)
     return handle
+
+
+# -- the lock ------------------------------------------------------------------------------------
+class HeldInterrupts:
+    """Defers the KeyboardInterrupt of Python's default handler during a block on the main thread.
+
+    GenApi is C++ that calls our ports. An unexpected exception there crashes it, or leaves its lock taken.
+    Another handler is left in place: the program that installed it decides when to raise. Blocks may be
+    nested. On other threads, where Python handles no signals, nothing happens.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._installed = False
+        self._interrupted = False
+
+    def hold(self) -> None:
+        """Begin a block, which `release` must end."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        if not self._depth and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._note)
+            self._installed = True
+        self._depth += 1
+
+    def release(self) -> None:
+        """End a block. The outermost raises KeyboardInterrupt if Ctrl-C was pressed in it."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._depth -= 1
+        if self._depth or not self._installed:
+            return
+        interrupted, self._interrupted, self._installed = self._interrupted, False, False
+        if signal.getsignal(signal.SIGINT) == self._note:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        if interrupted:
+            raise KeyboardInterrupt
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self._interrupted = True
 
 
 class MapLock:
