@@ -4,8 +4,8 @@ import contextlib
 import math
 import os
 import resource
-import signal
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
