@@ -166,6 +166,14 @@ def test_what_a_source_drops_is_counted() -> None:
     assert (bench.statistics.packets_ignored, bench.statistics.overruns) == (5, 2)
 
 
+def test_nothing_is_requested_of_what_was_discarded_after_an_overrun() -> None:
+    bench = Bench(deliver_incomplete=True)
+    assert bench.feed(block(1)[:-2]) == []
+    bench.assembler.note_overrun()
+    assert ids(bench.wait(1.0)) == [1] and bench.requests == []
+    assert ids(bench.feed(block(3))) == [3] and bench.statistics.lost == 1
+
+
 def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
     bench = Bench(stride=STRIDE + 36)
     done = bench.feed([*block(1), *block(2)])

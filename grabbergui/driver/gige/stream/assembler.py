@@ -343,8 +343,12 @@ class BlockAssembler:
         self.statistics.packets_ignored += packets
 
     def note_overrun(self) -> None:
-        """Count that waiting packets were discarded."""
+        """Count that waiting packets were discarded, and finish the blocks that they belonged to.
+
+        Requesting them again would only add to what arrives too fast.
+        """
         self.statistics.overruns += 1
+        self.flush()
 
     @property
     def has_finished(self) -> bool:
