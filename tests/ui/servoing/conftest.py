@@ -1,0 +1,62 @@
+"""The servoing window, alone and on a loop with the simulated robot."""
+
+import threading
+
+import pytest
+
+from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
+from grabbergui.ui.controllers.servoing import ServoController
+from grabbergui.ui.views.servo_window import ServoWindow
+from servo_limits import patient_config
+
+
+@pytest.fixture
+def window(qtbot):
+    made = ServoWindow()
+    qtbot.addWidget(made)
+    made.show()
+    qtbot.waitExposed(made)
+    return made
+
+
+@pytest.fixture
+def calibration():
+    """The calibration of the live run; a test may exchange it."""
+    return CalibrationChoice(closed_loop.calibration().scaled_to)
+
+
+@pytest.fixture
+def limits():
+    return patient_config()
+
+
+@pytest.fixture
+def live(qtbot, window, calibration, limits):
+    """A runner on the simulated robot, shown."""
+    threads = set(threading.enumerate())
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
+    camera.open()
+    runner = Runner(
+        camera,
+        robot,
+        lambda frame: closed_loop.detector(limits, calibration(frame.width, frame.height)),
+        limits,
+    )
+    cameras = SimulatedCameras(robot)
+    stand = HandEyeStand(robot, runner.gate, Config(), cameras, calibration, None, leave=cameras.close)
+    controller = ServoController(window, runner, calibration, stand)
+    try:
+        yield runner, robot
+    finally:
+        controller.close()
+        runner.stop()
+        camera.close()
+        # Those of the stop button end by themselves.
+        qtbot.waitUntil(lambda: set(threading.enumerate()) <= threads)
