@@ -1,4 +1,4 @@
-"""Head and arm controllers, and the tracks before them, without images."""
+"""Head and arm controllers, without images."""
 
 import itertools
 import math
@@ -7,17 +7,13 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import MarkerDetection
-from grabbergui.core.errors import UsageError
-from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
+from grabbergui.servo.config import ArmConfig, HeadConfig
 from grabbergui.servo.control import AHEAD_S, ArmController, HeadController, off_centre
-from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots import teo
-from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 
 DT = 0.02
 AHEAD = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0, 0, 0.7))
-FACING = np.diag([1.0, -1.0, -1.0])
+"A camera 0.7 m above the base's origin that looks along its x axis."
 
 
 def head(**changes):
@@ -142,7 +138,6 @@ def test_searching_sweeps_within_the_limits():
     assert np.all((teo.HEAD.low < seen) & (seen < teo.HEAD.high))
 
 
-# -- the arm -------------------------------------------------------------------------------------
 def marker_at(x=0.6, y=-0.3, z=0.4):
     upright = np.array([[0, 0, -1.0], [-1.0, 0, 0], [0, 1.0, 0]])
     return geometry.pose(upright, (x, y, z))
@@ -302,155 +297,3 @@ def test_no_twist_comes_from_numbers_that_are_none():
     controller, bad = arm(), marker_at()
     bad[0, 3] = np.nan
     assert not controller.approach(away(controller, marker_at(), 0.2), bad, DT).any()
-
-
-# -- tracks --------------------------------------------------------------------------------------
-def sighting(time, *poses, marker_id=20, problem=""):
-    square = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])
-    return Sighting(time, tuple(MarkerDetection(marker_id, square, pose, problem) for pose in poses))
-
-
-def seen_at(x=0.0, z=0.8):
-    return geometry.pose(FACING @ geometry.rotation_from_vector((0.3, 0, 0)), (x, 0, z))
-
-
-def track(count=3):
-    marker = MarkerTrack(20, TrackConfig())
-    for index in range(count):
-        marker.update(sighting(index, seen_at()), AHEAD)
-    return marker
-
-
-def test_a_marker_is_usable_after_some_images_in_a_row():
-    assert not track(2).usable
-    assert track(3).pose == pytest.approx(AHEAD @ seen_at())
-
-
-@pytest.mark.parametrize(
-    ("bad", "problem"),
-    [
-        (Sighting(9.0), "no marker 20"),
-        (sighting(9.0, seen_at(), seen_at(0.3)), "several markers 20"),
-        (sighting(9.0, None, problem="two poses explain it"), "two poses"),
-        (sighting(9.0, np.full((4, 4), np.nan)), "no pose"),
-        (sighting(9.0, seen_at(z=-0.8)), "behind the camera"),
-        (sighting(9.0, seen_at(), marker_id=7), "no marker 20"),
-    ],
-)
-def test_one_image_that_does_not_show_it_surely_interrupts(bad, problem):
-    marker = track(10)
-    marker.update(bad, AHEAD)
-    assert marker.pose is None
-    assert problem in marker.problem
-
-
-def test_a_flickering_marker_is_never_usable():
-    marker = MarkerTrack(20, TrackConfig())
-    for index in range(100):
-        marker.update(sighting(index, seen_at()) if index % 3 else Sighting(index), AHEAD)
-        assert not marker.usable
-
-
-def test_a_marker_that_jumps_about_is_never_usable():
-    marker = MarkerTrack(20, TrackConfig())
-    for index in range(60):
-        marker.update(sighting(index, seen_at(0.2 * (index % 2))), AHEAD)
-        assert not marker.usable
-
-
-def test_without_knowing_where_the_head_looked_nothing_is_usable():
-    marker = track(10)
-    marker.update(sighting(11, seen_at()), None)
-    assert marker.pose is None
-    assert "where the head looked" in marker.problem
-
-
-def test_noise_is_smoothed():
-    marker, random = MarkerTrack(20, TrackConfig()), np.random.default_rng(1)
-    raw, smooth = [], []
-    for index in range(300):
-        noisy = geometry.add_delta(seen_at(), random.normal(0, 0.002, 6))
-        marker.update(sighting(index, noisy), AHEAD)
-        if index > 50:
-            raw.append(noisy[2, 3])
-            smooth.append(marker.pose[0, 3])
-    assert np.std(smooth) < 0.5 * np.std(raw)
-
-
-def test_a_person_is_followed_in_the_base_s_coordinates():
-    person = FaceTrack(TrackConfig())
-    for index in range(3):
-        person.update(Sighting(index, faces=(FaceDetection((0, 0, 9, 9), (0.1, -0.2, 1.5)),)), AHEAD)
-    assert person.point == pytest.approx([1.5, -0.1, 0.9])
-    person.update(Sighting(4), AHEAD)
-    assert person.point is None
-
-
-def test_where_the_head_was_is_known_between_readings_only():
-    history = JointHistory()
-    history.add(1.0, np.array([0.0, 1.0]))
-    history.add(1.1, np.array([1.0, 0.0]))
-    history.add(1.2, np.array([np.nan, 0.0]))
-    assert history.at(1.025) == pytest.approx([0.25, 0.75])
-    assert history.at(1.12) == pytest.approx([1.0, 0.0])
-    assert history.at(0.5) is None
-    assert history.at(1.5) is None
-
-
-# -- settings ------------------------------------------------------------------------------------
-def test_the_shipped_file_says_what_the_defaults_are():
-    from pathlib import Path
-
-    shipped = Path(__file__).parents[2] / "resources/servo/servo.ini"
-    assert Config.load(shipped) == Config()
-    keys = {line.split()[0] for line in shipped.read_text().splitlines() if line and line[0].isalpha()}
-    assert {"deadband", "fastest_turn", "image_timeout", "standoff"} <= keys
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("[head]\ngian 3", "did you mean gain?"),
-        ("[legs]\ngain 3", r"\[legs\]"),
-        ("[head]\ngain fast", "not a number"),
-        ("[head]\ngain nan", "finite"),
-        ("[arm]\nfastest -1", "not negative"),
-        ("[arm]\nfastest 0", r"\[arm\] fastest of 0 m/s; allowed: 0.001 to 0.5"),
-        ("[arm]\nfastest 3", r"\[arm\] fastest of 3 m/s; allowed: 0.001 to 0.5"),
-        ("[arm]\nfastest_turn 0", "allowed: 0.1 to 180"),
-        ("[arm]\ngain 1e9", r"\[arm\] gain of 1e\+09 1/s; allowed: 0 to 10"),
-        ("[arm]\nacceleration 0", "allowed: 0.01 to 10"),
-        ("[head]\nfastest 5000", r"\[head\] fastest of 5000 °/s; allowed: 0 to 120"),
-        ("[head]\nstep 45", r"\[head\] step of 45 °; allowed: 0 to 10"),
-        ("[safety]\nrobot_timeout 60", r"\[safety\] robot_timeout of 60 s; allowed: 0.02 to 0.2"),
-        ("[safety]\nfreeze 1e6", r"\[safety\] freeze of 1e\+06 s; allowed: 0.1 to 2"),
-        ("[safety]\ncommand_timeout 1", "allowed: 0.02 to 0.2"),
-        ("[safety]\nguardian_timeout 1", "allowed: 0.04 to 0.2"),
-        ("[head]\nmode jump", "velocity, direct and steps"),
-        ("[head]\nstart 0.01", "never rest"),
-        ("[safety]\nimage_timeout 0.5", "too long"),
-        ("[loop]\nrate 0", "1 to 1000"),
-        ("[faces]\ndetector ~nobody-of-this-name/yunet.onnx", "no such home directory"),
-        ("[marker]\nid = 50", "4X4_50 has no marker 50; it has 0 to 49"),
-    ],
-)
-def test_a_setting_that_cannot_be_is_refused(text, complaint):
-    with pytest.raises(UsageError, match=complaint):
-        Config.parse(text)
-
-
-def test_a_setting_before_any_section_is_named():
-    with pytest.raises(UsageError, match="'rate' precedes the first section; there are "):
-        Config.parse("rate 10\n[arm]\ny_low -0.5")
-
-
-@pytest.mark.parametrize("name", ["arms", "parse", "__init__"])
-def test_a_section_that_is_none_is_named(name):
-    with pytest.raises(UsageError, match=rf"has a section \[{name}\]; there are \[marker\], "):
-        Config.parse(f"[{name}]\nrate 10")
-
-
-def test_settings_change_what_they_name():
-    config = Config.parse("[arm]\ny_low -0.5\n[marker]\nid 7\ndictionary 5X5_100")
-    assert (config.arm.y_low, config.marker.id, config.marker.dictionary) == (-0.5, 7, "5X5_100")
-    assert config.head == HeadConfig()
