@@ -65,7 +65,7 @@ class Board(Protocol):
     columns: int
     rows: int
     square: float
-    "Edge of a field, metres."
+    "Edge of a square, metres."
 
     @property
     def title(self) -> str:
@@ -82,13 +82,13 @@ class Board(Protocol):
 
 
 class CharucoBoard(Board):
-    """A chessboard with markers in its white fields; may be partly outside the image."""
+    """A chessboard with markers in its white squares; may be partly outside the image."""
 
     def __init__(self, columns: int, rows: int, square: float, marker: float, dictionary: str) -> None:
-        """Numbers of fields, and edges of field and marker in metres."""
+        """Numbers of squares, and edges of square and marker in metres."""
         _check(columns, rows, square)
         if not 0 < marker < square:
-            raise UsageError(f"a marker of {marker:g} m does not fit into a field of {square:g} m")
+            raise UsageError(f"a marker of {marker:g} m does not fit into a square of {square:g} m")
         self._numbers = cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary))
         if columns * rows // 2 > len(self._numbers.bytesList):
             raise UsageError(
@@ -106,7 +106,7 @@ class CharucoBoard(Board):
     def title(self) -> str:
         return (
             f"ChArUco {self.columns}×{self.rows}, {self._dictionary}: "
-            f"fields {1e3 * self.square:g} mm, markers {1e3 * self._marker:g} mm"
+            f"squares {1e3 * self.square:g} mm, markers {1e3 * self._marker:g} mm"
         )
 
     @override
@@ -152,7 +152,7 @@ class Chessboard(Board):
     """A plain chessboard, which must be entirely visible."""
 
     def __init__(self, columns: int, rows: int, square: float) -> None:
-        """Numbers of fields, and the edge of a field in metres."""
+        """Numbers of squares, and the edge of a square in metres."""
         _check(columns, rows, square)
         self.columns, self.rows, self.square = columns, rows, square
         self._inner = columns - 1, rows - 1
@@ -162,7 +162,7 @@ class Chessboard(Board):
     @property
     @override
     def title(self) -> str:
-        return f"Chessboard {self.columns}×{self.rows}: fields {1e3 * self.square:g} mm"
+        return f"Chessboard {self.columns}×{self.rows}: squares {1e3 * self.square:g} mm"
 
     @override
     def find(self, grey: Grey) -> View | None:
@@ -186,7 +186,7 @@ class BoardSettings:
     columns: int = 8
     rows: int = 6
     square: float = 0.03
-    "Edge of a field, metres."
+    "Edge of a square, metres."
     marker: float = 0.022
     "Edge of the black square of a ChArUco board's markers, metres."
     dictionary: str = "5X5_100"
@@ -215,9 +215,9 @@ def _determine_perspective(board: Points) -> bool:
 
 def _check(columns: int, rows: int, square: float) -> None:
     if not (3 <= columns <= 50 and 3 <= rows <= 50):
-        raise UsageError(f"a board of {columns}×{rows} fields cannot be used; allowed: 3 to 50 each way")
+        raise UsageError(f"a board of {columns}×{rows} squares cannot be used; allowed: 3 to 50 each way")
     if not (math.isfinite(square) and 0.001 <= square <= 1):
-        raise UsageError(f"fields of {square:g} m are impossible; allowed: 0.001 to 1")
+        raise UsageError(f"squares of {square:g} m are impossible; allowed: 0.001 to 1")
 
 
 def _dark_fields(columns: int, rows: int, square: float) -> list[Rectangle]:
@@ -248,7 +248,7 @@ def _refined(grey: Grey, board: Points, image: Points, factor: int, square: floa
     if factor == 1:
         return image
     full = ((image + 0.5) * factor - 0.5).astype(np.float32)
-    # The window must contain no other corner, so it depends on the average area of a field in the image.
+    # The window must contain no other corner, so it depends on the average area of a square in the image.
     on_board = np.ascontiguousarray(board[:, :2])
     fields = max(cv2.contourArea(cv2.convexHull(on_board)) / square**2, 1.0)
     field = cv2.contourArea(cv2.convexHull(full)) / fields
@@ -293,7 +293,7 @@ def sheet_for(board: Board) -> Sheet:
                 left, top = (page_width - width) / 2, (page_height - _FOOT - height) / 2
                 return Sheet(paper, page_width, page_height, left, top)
     raise UsageError(
-        f"a board of {width:g}×{height:g} mm does not fit on A0; choose smaller fields or fewer of them"
+        f"a board of {width:g}×{height:g} mm does not fit on A0; choose smaller squares or fewer of them"
     )
 
 

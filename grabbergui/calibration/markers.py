@@ -141,7 +141,7 @@ def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np
 # -- boards of markers ---------------------------------------------------------------------------
 BOARD_KINDS = ("grid", "charuco")
 FEWEST_POINTS = 6
-"Fewest visible corners of a board: two markers of a grid, or six corners of ChArUco fields."
+"Fewest visible corners of a board: two markers of a grid, or six corners of ChArUco squares."
 GAP = 0.25
 "Default gap between markers of a grid, and around those of a ChArUco board, relative to a marker's edge."
 
@@ -151,15 +151,15 @@ class MarkerBoard:
     """The description of a printed board."""
 
     kind: str
-    "`grid`: markers with gaps between them; `charuco`: a chessboard with markers in its white fields."
+    "`grid`: markers with gaps between them; `charuco`: a chessboard with markers in its white squares."
     columns: int
-    "Markers across a grid, fields across a ChArUco board."
+    "Markers across a grid, squares across a ChArUco board."
     rows: int
     size: float
     "Edge of a marker's black square, metres."
     dictionary: str
     pitch: float = 0.0
-    "Metres from marker to marker, or the edge of a field; 0 for a quarter more than `size`."
+    "Metres from marker to marker, or the edge of a square; 0 for a quarter more than `size`."
     first: int = 0
     "Id of the first marker; the others follow row by row."
 
@@ -194,7 +194,7 @@ class MarkerBoard:
 
     @property
     def step(self) -> float:
-        """Metres from marker to marker, or the edge of a field."""
+        """Metres from marker to marker, or the edge of a square."""
         return self.pitch or (1 + GAP) * self.size
 
     @property

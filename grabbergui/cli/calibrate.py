@@ -153,7 +153,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
         queue = grabber.open_queue(1)
         grabber.start()
         print(
-            f"show the {options.board} board ({options.columns}×{options.rows} fields of "
+            f"show the {options.board} board ({options.columns}×{options.rows} squares of "
             f"{options.square:g} m) to {grabber.info.title} and hold it still; "
             f"{collector.wanted} different views are wanted, within {options.seconds:g} s",
             flush=True,

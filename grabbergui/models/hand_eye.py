@@ -355,7 +355,7 @@ class HandEyeModel:
     def _on_silence(self) -> None:
         if time.monotonic() - self._seen_at > SILENCE and not self._closed:
             self._put(
-                TargetPreview(None, (0, 0), None, translate("HandEye", "no images come from the camera"))
+                TargetPreview(None, (0, 0), None, translate("HandEye", "no images arrive from the camera"))
             )
 
     def _put(self, preview: TargetPreview) -> None:

@@ -119,7 +119,7 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP(
         "Drivers", "the views contradict one another: check the target's size and the calibration"
     ),
-    QT_TRANSLATE_NOOP("Drivers", "no image came within {0} s: check camera and cable"),
+    QT_TRANSLATE_NOOP("Drivers", "no image arrived within {0} s: check camera and cable"),
     QT_TRANSLATE_NOOP("Drivers", "there is no camera to look with"),
     QT_TRANSLATE_NOOP("Drivers", "the robot is stopped: {0}"),
     QT_TRANSLATE_NOOP("Drivers", "{0} does not report its joints"),

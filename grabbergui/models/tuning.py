@@ -349,7 +349,7 @@ class TuningRun:
                 if self._frames.closed:
                     break
         raise FrameTimeoutError(
-            translate("Tuning", "no frame came to measure; start the camera, or its trigger, first")
+            translate("Tuning", "no frame arrived to measure; start the camera, or its trigger, first")
         )
 
     def _call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:

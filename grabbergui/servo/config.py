@@ -38,10 +38,10 @@ class MarkerConfig:
     standoff: float = 0.10
     "Metres in front of the marker, or of the board's middle, at which the hand stops."
     columns: int = 4
-    "Markers across a grid; fields across a ChArUco board."
+    "Markers across a grid; squares across a ChArUco board."
     rows: int = 3
     pitch: float = 0.0
-    "Metres from marker to marker of a grid, or of a field's edge; 0: a quarter more than `size`."
+    "Metres from marker to marker of a grid, or of a square's edge; 0: a quarter more than `size`."
     first: int = 0
     "Number of a board's first marker."
 

@@ -150,7 +150,7 @@ class TargetWatch:
 
 
 def _no_frame() -> str:
-    return f"no image came within {FRAME_S:g} s: check camera and cable"
+    return f"no image arrived within {FRAME_S:g} s: check camera and cable"
 
 
 Cameras = Callable[[str, MarkerConfig], FrameGrabber]

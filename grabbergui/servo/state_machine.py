@@ -121,7 +121,7 @@ class StateMachine:
             elif self.state.arm_moves:
                 self._interrupted = now
             self._enter(now, State.LOST, situation.problem or silent)
-            self._since = now  # the search begins some time after images come again
+            self._since = now  # the search begins some time after images arrive again
             return self.state
         self._choose(now, situation)
         return self.state
@@ -162,7 +162,7 @@ class StateMachine:
 
     def _look_for_target(self, now: float, situation: Situation) -> None:
         if situation.marker and now - self._interrupted <= self._grace:
-            self._enter(now, State.APPROACHING, "images come again")
+            self._enter(now, State.APPROACHING, "images arrive again")
         elif situation.target:
             self._enter(now, State.CENTRING, "a target is seen")
         elif self._since is not None and now - self._since >= self._search_after:

@@ -290,12 +290,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="70"/>
-        <source>Fields a&amp;cross</source>
+        <source>Squares a&amp;cross</source>
         <translation>Casillas a lo a&amp;ncho</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="72"/>
-        <source>Fields &amp;down</source>
+        <source>Squares &amp;down</source>
         <translation>Casillas a lo a&amp;lto</translation>
     </message>
     <message>
@@ -355,7 +355,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="119"/>
-        <source>Forget the views taken so far</source>
+        <source>Discard the views taken so far</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
@@ -405,7 +405,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
-        <source>no images come from the camera</source>
+        <source>no images arrive from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
@@ -1175,7 +1175,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="66"/>
-        <source>no image came within {0} s: check camera and cable</source>
+        <source>no image arrived within {0} s: check camera and cable</source>
         <translation>no llegó ninguna imagen en {0} s: compruebe la cámara y el cable</translation>
     </message>
     <message>
@@ -1735,7 +1735,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/hand_eye.py" line="357"/>
-        <source>no images come from the camera</source>
+        <source>no images arrive from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
@@ -2036,13 +2036,13 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
-        <source>Markers of a grid, or fields of a ChArUco board, across</source>
+        <source>Markers of a grid, or squares of a ChArUco board, in a row</source>
         <translation>Marcadores de una cuadrícula, o casillas de un tablero ChArUco, a lo ancho</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
-        <source>Markers or fields down</source>
-        <translation>Marcadores o casillas a lo alto</translation>
+        <source>Number of rows</source>
+        <translation>Número de filas</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
@@ -2066,7 +2066,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
-        <source>From marker to marker of a grid; edge of a ChArUco field</source>
+        <source>Distance between the markers of a grid; edge of a ChArUco square</source>
         <translation>De marcador a marcador de una cuadrícula; lado de una casilla ChArUco</translation>
     </message>
     <message>
@@ -2106,7 +2106,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="99"/>
-        <source>The board that Calibrate camera saves for printing: ChArUco, 8 × 6 fields of 30 mm</source>
+        <source>The board that Calibrate camera saves for printing: ChArUco, 8 × 6 squares of 30 mm</source>
         <translation>El tablero que Calibrar cámara guarda para imprimir: ChArUco, 8 × 6 casillas de 30 mm</translation>
     </message>
     <message>
@@ -5074,7 +5074,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/sources.py" line="393"/>
-        <source>frames come when triggered by {0}</source>
+        <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
 </context>
@@ -5211,7 +5211,7 @@ It {1}.</source>
     <name>Tuning</name>
     <message>
         <location filename="../../grabbergui/models/tuning.py" line="351"/>
-        <source>no frame came to measure; start the camera, or its trigger, first</source>
+        <source>no frame arrived to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>

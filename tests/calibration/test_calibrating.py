@@ -211,7 +211,7 @@ def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
     with pytest.raises(UsageError, match="0 different views"):
         chosen.run(chosen)
     said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("show the charuco board (8×6 fields of 0.03 m) to grabbergui Simulated camera")
+    assert said[0].startswith("show the charuco board (8×6 squares of 0.03 m) to grabbergui Simulated camera")
     assert "no board is seen" in said[1] and said[1].endswith("s are left")
 
 

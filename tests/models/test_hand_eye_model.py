@@ -161,10 +161,10 @@ def test_a_fault_keeps_its_reason_if_the_user_stops_too(stand):
     def fail(number):
         wizard.model.stop()
         until(lambda: bench.gate.halted)
-        raise FrameTimeoutError("no image came within 5 s: check camera and cable")
+        raise FrameTimeoutError("no image arrived within 5 s: check camera and cable")
 
     bench.on_observation = fail
-    assert wizard.run().problem.startswith("no image came within 5 s: check camera and cable.")
+    assert wizard.run().problem.startswith("no image arrived within 5 s: check camera and cable.")
 
 
 def test_the_views_of_a_stopped_run_can_be_computed(stand):
@@ -197,7 +197,7 @@ def test_a_computation_that_fails_ends_with_a_sentence(stand, monkeypatch):
 def _lost_images(bench):
     def fail(number):
         if number == 3:
-            raise FrameTimeoutError("no image came within 5 s: check camera and cable")
+            raise FrameTimeoutError("no image arrived within 5 s: check camera and cable")
 
     bench.on_observation = fail
 
@@ -237,7 +237,7 @@ def _fault(bench):
     [
         (
             _lost_images,
-            "no image came within 5 s: check camera and cable. The robot stands still. Poses taken: 1;",
+            "no image arrived within 5 s: check camera and cable. The robot stands still. Poses taken: 1;",
         ),
         (_lost_robot, "simulated TEO does not report its joints. The robot stands still."),
         (_no_target, "the target is not seen: bring it into the middle of the image first. The robot stands"),

@@ -251,8 +251,8 @@ def test_a_hand_that_goes_on_says_that_images_come_again():
     run = in_state(State.APPROACHING)
     run.feed(BLIND)
     run.feed(MARKER_ASIDE)
-    assert run.machine.reason == "images come again"
-    assert run.machine.transitions[-1] == Transition(run.now, State.APPROACHING, "images come again")
+    assert run.machine.reason == "images arrive again"
+    assert run.machine.transitions[-1] == Transition(run.now, State.APPROACHING, "images arrive again")
 
 
 @pytest.mark.parametrize("start", [State.CENTRING, State.APPROACHING])

@@ -73,8 +73,8 @@ def test_the_target_is_marked_and_what_hinders_it_is_reported(dialog):
     dialog.setPreview(TargetPreview(image, (80, 60), None, "the target is not seen"))
     assert dialog.verdictLabel.property("tone") == "bad"
     assert not dialog.drawing.drawing.strokes
-    dialog.setPreview(TargetPreview(None, (0, 0), None, "no images come from the camera"))
-    assert dialog.verdictLabel.text() == "● no images come from the camera"
+    dialog.setPreview(TargetPreview(None, (0, 0), None, "no images arrive from the camera"))
+    assert dialog.verdictLabel.text() == "● no images arrive from the camera"
 
 
 def test_progress_and_what_was_skipped_are_listed(dialog):
@@ -99,7 +99,7 @@ def test_every_page_fits_800_by_600_pixels_in_either_look(dialog, qapp, theme):
     dress(qapp, theme)
     dialog.setPlan("<p>" + "What the robot will do, in many words. " * 12 + "</p>")
     dialog.setPreview(
-        TargetPreview(None, (0, 0), None, "no image came within 5 s: check camera and cable, then again")
+        TargetPreview(None, (0, 0), None, "no image arrived within 5 s: check camera and cable, then again")
     )
     for page in HandEyePage:
         dialog.setPage(page)

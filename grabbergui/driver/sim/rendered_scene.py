@@ -216,7 +216,7 @@ def _room() -> list[Panel]:
 
 
 COLUMNS, ROWS, SQUARE, MARKER = 8, 6, 0.030, 0.022
-"Fields across and down, edges of a field and of a marker in metres."
+"Squares across and down, edges of a square and of a marker in metres."
 DICTIONARY = cv2.aruco.DICT_5X5_100
 BORDER = 0.015
 "Metres of white around."

@@ -390,7 +390,7 @@ class StatusController(QObject):
             offers = [Offer(self.tr("Trigger off"), lambda: self._trigger_off(source))]
             if status.facts.software_trigger:
                 offers.insert(0, Offer(self.tr("Send trigger"), lambda: self._send_trigger(source)))
-            text = self.tr("frames come when triggered by {0}").format(trigger)
+            text = self.tr("frames arrive when triggered by {0}").format(trigger)
             message = Message(text, Severity.NOTICE, source, Cause.TRIGGER, tuple(offers))
             self._messages.post(message)
 

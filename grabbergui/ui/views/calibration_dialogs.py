@@ -197,7 +197,7 @@ class CalibrationDialog(CalibratingDialog):
     def setPreview(self, preview: BoardPreview, wanted: int) -> None:
         """Show the newest frame and the coverage."""
         if preview.image is None:
-            set_verdict(self.verdictLabel, self.tr("no images come from the camera"), "bad")
+            set_verdict(self.verdictLabel, self.tr("no images arrive from the camera"), "bad")
         else:
             self._show_image(preview, GOOD if preview.verdict is Verdict.KEPT else NOT_KEPT)
             self.cells.setCells(preview.coverage.cells, *preview.size)

@@ -60,7 +60,7 @@ def test_a_long_reason_does_not_move_the_stop_button(window, qapp):
     window.setState(State.SEARCHING, "")
     qapp.processEvents()
     place = window.stopButton.geometry()
-    window.setState(State.STOPPED, "no image came within 0.5 s: check camera and cable, then start; " * 3)
+    window.setState(State.STOPPED, "no image arrived within 0.5 s: check camera and cable, then start; " * 3)
     qapp.processEvents()
     assert window.stopButton.geometry() == place
 
