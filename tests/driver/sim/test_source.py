@@ -73,10 +73,12 @@ def test_a_fast_rate_shortens_the_exposure():
         ("sim:?size=1", "width, height, fps"),
         ("sim:?width=641", "16 to 4096 in steps of 8"),
         ("sim:?fps=many", "0.5 to 1000"),
-        ("sim:?pixel_format=Mono9", "pixel_format=Mono9"),
-        ("sim:?gain=inf", "0 to 2400"),
-        ("sim:?gain=nan", "0 to 2400"),
-        ("sim:?exposure=inf", "10 to"),
+        ("sim:?pixel_format=Mono9", "pixel_format=Mono9; allowed: Mono8, "),
+        ("sim:?test_pattern=Bogus", "allowed: Off, Black, White, GreyHorizontalRamp, "),
+        ("sim:?gain=inf", "0 to 24"),
+        ("sim:?gain=nan", "0 to 24"),
+        ("sim:?gain=25", "allowed: 0 to 24$"),
+        ("sim:?exposure=inf", "10 to 1000000"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(text, says):
