@@ -133,8 +133,8 @@ class SourceListModel:
         self._wakeup.set()
 
     def add(self, uri: str) -> SourceUri:
-        """Add a source that the user typed. Raises UsageError for a malformed URI."""
-        parsed = SourceUri.parse(uri)
+        """Add a source that the user typed. Raises UsageError for a malformed URI or an unknown kind."""
+        parsed = sources.parse(uri)
         with self._lock:
             self._manual[str(parsed)] = DeviceInfo(str(parsed), address=parsed.name)
         self._publish()

@@ -110,10 +110,13 @@ def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(list
     assert uris(model) == ["gige:10.0.0.7"]
 
 
-def test_a_malformed_address_is_refused(listing):
+@pytest.mark.parametrize(
+    ("typed", "says"), [("192.168.0.10", "write its kind first"), ("foo:bar", "of no known kind")]
+)
+def test_a_malformed_address_is_refused(listing, typed, says):
     model = listing(Network())
-    with pytest.raises(UsageError, match="write its kind first"):
-        model.add("192.168.0.10")
+    with pytest.raises(UsageError, match=says):
+        model.add(typed)
     assert model.sources == ()
 
 
