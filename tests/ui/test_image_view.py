@@ -1,5 +1,7 @@
 """The image: fit, 1:1, zoom about the cursor, sharp pixels, and the value under the cursor."""
 
+import time
+
 import numpy as np
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
@@ -8,6 +10,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.image.image import PAINT_WAIT
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.widgets.image_canvas import Purpose
 from grabbergui.ui.widgets.image_items import PixelValues
@@ -275,3 +278,20 @@ def test_what_is_in_the_middle_stays_there_when_the_image_is_turned_or_mirrored(
         wanted = turned if action == turn else size
         app.until(lambda wanted=wanted: canvas.imageSize == wanted)
         assert np.abs(np.subtract(middle(), before)).max() <= 3
+
+
+def test_a_minimised_window_converts_few_frames_and_shows_the_newest_when_it_is_back(app):
+    window, image = app.window, app.program.image
+    app.connect("sim:?width=64&height=48&fps=60")
+    app.watch()
+    window.showMinimized()
+    app.until(window.isMinimized)
+    converted, received, begun = image.converted, image.received, time.monotonic()
+    app.until(lambda: image.received >= received + 90)
+    assert image.converted - converted <= (time.monotonic() - begun) / PAINT_WAIT + 2
+    app.program.connection.stop()
+    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    painted = []
+    window.image.painted.connect(lambda: painted.append(1))
+    window.showNormal()
+    app.until(lambda: painted)

@@ -76,7 +76,7 @@ class AcquisitionController(QObject):
         self._bind_view()
         self._timer = QTimer(self)
         self._timer.setInterval(CURSOR_INTERVAL_MS)
-        self._timer.timeout.connect(self._show_cursor)
+        self._timer.timeout.connect(self._on_timer_timeout)
         self._timer.start()
         self._enable_actions()
 
@@ -117,8 +117,14 @@ class AcquisitionController(QObject):
             folder, scan = self._preferences.snapshot_folder, self._image.settings.scan
             self._snapshots.save_points(frame, folder, source.grabber.info, scan)
 
-    # -- the image -----------------------------------------------------------------------------
+    # -- the image -------------------------------------------------------------------------------
+    def _on_timer_timeout(self) -> None:
+        self._on_image_ready()  # perhaps one that was left while the window was minimised
+        self._show_cursor()
+
     def _on_image_ready(self) -> None:
+        if self._view.minimised:
+            return  # while an image waits, few frames are converted
         shown = self._image.take()
         if shown is None or self._shown is None:
             return

@@ -78,6 +78,10 @@ class LiveImageView(Protocol):
     def empty(self) -> bool:
         """Whether no image is shown."""
 
+    @property
+    def minimised(self) -> bool:
+        """Whether the window is minimised, so that nobody sees the image."""
+
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
         """Show a note in place of the image; with no summary, none."""
 

@@ -126,6 +126,12 @@ class ImageView(QWidget):
         """Whether no image is shown."""
         return self.canvas.empty
 
+    @property
+    def minimised(self) -> bool:
+        """Whether the window is minimised, so that nobody sees the image."""
+        window = self.window()
+        return window is not None and window.isMinimized()
+
     def setAge(self, seconds: float | None) -> None:
         """Dim an image that nothing follows, and show its age; with None, show it as it is."""
         stale = seconds is not None and not self.empty
