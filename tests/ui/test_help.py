@@ -4,7 +4,7 @@ import threading
 
 from PyQt5.QtCore import QEvent, QPoint
 from PyQt5.QtGui import QHelpEvent
-from PyQt5.QtWidgets import QApplication, QWhatsThis
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QDockWidget, QWhatsThis
 
 from grabbergui.core.environment import MANUAL
 from grabbergui.doctor import good, problem
@@ -59,6 +59,12 @@ def test_whats_this_explains_a_control_by_its_tooltip(app, monkeypatch):
     assert "Gain" in said[0] and "dB" in said[0]
     assert said[1].startswith("Stop streaming")
     QWhatsThis.leaveWhatsThisMode()
+
+
+def test_the_cross_of_each_panel_says_how_to_open_it_again(app):
+    docks = app.window.findChildren(QDockWidget)
+    crosses = [dock.findChild(QAbstractButton, "qt_dockwidget_closebutton") for dock in docks]
+    assert len(crosses) == 8 and all("open it again" in cross.toolTip() for cross in crosses)
 
 
 def test_other_events_do_not_come_by_but_while_something_is_asked(app, monkeypatch):

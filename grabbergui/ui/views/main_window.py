@@ -7,6 +7,7 @@ from collections.abc import Callable
 from PyQt5.QtCore import QByteArray, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
+    QAbstractButton,
     QAction,
     QActionGroup,
     QApplication,
@@ -254,6 +255,8 @@ class MainWindow(QMainWindow):
         action = QAction(dock.windowTitle(), self)
         action.setCheckable(True)
         action.setShortcut(key)
+        if (button := dock.findChild(QAbstractButton, "qt_dockwidget_closebutton")) is not None:
+            button.setToolTip(self.tr("Close this panel; to open it again: {0}").format(key))
         # For Qt a panel behind another one is visible; its signal reports whether it can be seen.
         dock.visibilityChanged.connect(action.setChecked)
 
