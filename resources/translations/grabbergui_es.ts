@@ -9,7 +9,7 @@
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="172"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="178"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="359"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="359"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="368"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="365"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -541,52 +541,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="38"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="48"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="92"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -700,17 +700,17 @@ It {1}.</source>
 <context>
     <name>CodedNumberEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="211"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="205"/>
         <source>“{0}” is not an IPv4 address</source>
         <translation>«{0}» no es una dirección IPv4</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="213"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="207"/>
         <source>“{0}” is not a MAC address</source>
         <translation>«{0}» no es una dirección MAC</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="215"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="209"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -718,7 +718,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="92"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="91"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -1545,104 +1545,119 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="149"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="150"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="153"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="154"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="155"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="157"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="159"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="165"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="166"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="167"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="170"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="175"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="176"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="177"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="178"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="181"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="182"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="192"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="192"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="204"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="217"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="212"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="225"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="213"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="226"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="215"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="228"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="207"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="220"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="151"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="152"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="170"/>
+        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
         <source>1 byte of text</source>
         <translation>texto de 1 byte</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/shown.py" line="191"/>
+        <source>At least {0}</source>
+        <translation>Como mínimo {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
+        <source>At most {0}</source>
+        <translation>Como máximo {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/shown.py" line="195"/>
+        <source>Only in steps of {0}</source>
+        <translation>Solo en pasos de {0}</translation>
     </message>
 </context>
 <context>
@@ -2447,37 +2462,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="184"/>
         <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="185"/>
         <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="180"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="186"/>
         <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="244"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="187"/>
         <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="182"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="188"/>
         <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="142"/>
         <source>Last image, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -2502,12 +2517,12 @@ It {1}.</source>
         <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="191"/>
         <source>Draw a line; Esc cancels.</source>
         <translation>Dibuje una línea; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="186"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="192"/>
         <source>Draw a region; Esc cancels.</source>
         <translation>Dibuje una región; Esc cancela.</translation>
     </message>
@@ -3329,7 +3344,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="278"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3524,22 +3539,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="300"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="298"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="301"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="299"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="302"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="303"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3587,6 +3602,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Show the camera&apos;s look-up table as a curve, edit it, and write it to the camera</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="259"/>
+        <source>Close this panel; to open it again: {0}</source>
+        <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
     </message>
 </context>
 <context>
@@ -3662,7 +3682,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="212"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="215"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -3799,7 +3819,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="336"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3807,12 +3827,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="266"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="272"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="267"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="273"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.open_source import LinkState
-from grabbergui.models.image.image import PAINT_WAIT
+from grabbergui.models.image.live_image import PAINT_WAIT
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.widgets.image_canvas import Purpose
 from grabbergui.ui.widgets.image_items import PixelValues

@@ -10,6 +10,7 @@ import html
 import ipaddress
 import re
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 
 from grabbergui.core.features import (
     AccessMode,
@@ -183,6 +184,18 @@ def range_text(feature: Feature) -> str:
     return text.rstrip()
 
 
+def limit_text(feature: Feature, typed: int | float, taken: int | float) -> str:
+    """Return why another number was taken than was typed; empty if that is only its rounding."""
+    taken_text = value_text(replace(feature, value=taken))
+    if feature.minimum is not None and typed < feature.minimum:
+        return translate("Features", "At least {0}").format(taken_text)
+    if feature.maximum is not None and typed > feature.maximum:
+        return translate("Features", "At most {0}").format(taken_text)
+    if feature.kind is FeatureKind.INTEGER and taken != round(typed):
+        return translate("Features", "Only in steps of {0}").format(feature.increment)
+    return ""
+
+
 def value_text(feature: Feature) -> str:
     """Return the value with its unit, as a read-only row shows it; a dash without a value."""
     value: FeatureValue | None = feature.value
@@ -206,7 +219,7 @@ def tooltip_html(feature: Feature) -> str:
     elif feature.pauses_stream:
         pause = translate("Features", "Changing it pauses the stream for a moment.")
         parts.append(f"<i>{html.escape(pause)}</i>")
-    parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
+    parts.extend(html.escape(text) for text in _help(feature))
     if feature.kind is not FeatureKind.COMMAND and not feature.problem:
         if feature.value is not None:
             parts.append(_line(translate("Features", "Value: {0}"), _exact(feature)))
@@ -215,6 +228,13 @@ def tooltip_html(feature: Feature) -> str:
         parts.append(_line(translate("Features", "Selected by: {0}"), ", ".join(feature.selectors)))
     parts.append(f"<code>{html.escape(feature.name)}</code>")
     return "<br>".join(parts)
+
+
+def _help(feature: Feature) -> list[str]:
+    """Return the camera's tooltip and description, without a tooltip that the description repeats."""
+    tooltip, description = feature.tooltip.strip(), feature.description.strip()
+    repeated = description.startswith(tooltip.rstrip("."))
+    return [text for text in ("" if repeated else tooltip, description) if text]
 
 
 def _line(text: str, value: str) -> str:

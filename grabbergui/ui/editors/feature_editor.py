@@ -19,15 +19,14 @@ from PyQt5.QtWidgets import (
     QMenu,
     QPushButton,
     QToolButton,
-    QToolTip,
     QWidget,
 )
 
 from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue, Representation
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.numbers import nearest_allowed
-from grabbergui.models.features.shown import access_text, coded_text, parse_coded, value_text
-from grabbergui.ui.widgets.labels import ElidedComboBox
+from grabbergui.models.features.shown import access_text, coded_text, limit_text, parse_coded, value_text
+from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint
 from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
 
@@ -117,11 +116,6 @@ class ReadingLabel(FeatureEditor):
         self.label.setWordWrap(text)  # a number and its unit stay together
         self.label.setAlignment(Qt.Alignment(side) | Qt.AlignmentFlag.AlignVCenter)
         self.label.setText(value_text(feature))
-
-
-def show_hint(widget: QWidget, text: str) -> None:
-    """Show a hint below a widget, for as long as a tooltip stays."""
-    QToolTip.showText(widget.mapToGlobal(widget.rect().bottomLeft()), text, widget)
 
 
 class TextEditor(FeatureEditor):
@@ -214,7 +208,10 @@ class CodedNumberEditor(TextEditor):
             else:
                 hint = self.tr("“{0}” is not a number")
             raise ValueError(hint.format(text)) from None
-        return nearest_allowed(feature, number)
+        taken = nearest_allowed(feature, number)
+        if why := limit_text(feature, number, taken):
+            show_hint(self.line, why)
+        return taken
 
 
 # -- choices -------------------------------------------------------------------------------------

@@ -23,8 +23,10 @@ from grabbergui.models.features.numbers import (
     typed_unit,
     without_shown_unit,
 )
-from grabbergui.ui.editors.feature_editor import FeatureEditor, show_hint
+from grabbergui.models.features.shown import limit_text
+from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.value_slider import ValueSlider
+from grabbergui.ui.widgets.labels import show_hint
 from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
 LEAST_DIGITS = 4
@@ -207,15 +209,19 @@ class NumberField(QAbstractSpinBox):
         if not self._typing or self._feature is None:
             return
         try:
-            number = nearest_allowed(self._feature, self._typed_number(self._feature))
+            typed = self._typed_number(self._feature)
+            number = nearest_allowed(self._feature, typed)
         except (ValueError, OverflowError):
             show_hint(self, self.tr("“{0}” is not a number").format(self._line.text()))
             self._stop_typing()
         else:
             self._typing = False
             self._shown_in = typed_unit(self._line.text(), self._feature.unit) or self._shown_in
+            why = limit_text(self._feature, typed, number)
             self._edit(number)
             self.typingFinished.emit()
+            if why:
+                show_hint(self, why)
 
     def _typed_number(self, feature: Feature) -> int | float:
         return parse_number(self._line.text(), feature, self._shown_in)

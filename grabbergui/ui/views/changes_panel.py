@@ -12,10 +12,11 @@ from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 from grabbergui.core.features import format_value
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.models.features.numbers import number_text
+from grabbergui.ui.widgets.labels import size_columns
 from grabbergui.ui.windows import load_form
 
-_WIDTHS = (76, 180, 90, 90, 80)
-"""Initial widths of the columns."""
+_LONGEST = ("00:00:00", "AcquisitionFrameRate", "1000000.5", "1000000.5", "operator")
+"""Texts as wide as the columns are at first; the last column takes the rest."""
 ROW_PADDING = 6
 """Pixels of a row above and below its text."""
 
@@ -172,8 +173,7 @@ class ChangesPanel(QWidget):
         if (header := self.table.horizontalHeader()) is not None:
             left = Qt.Alignment(Qt.AlignmentFlag.AlignLeft)
             header.setDefaultAlignment(left | Qt.AlignmentFlag.AlignVCenter)
-        for column, width in enumerate(_WIDTHS):
-            self.table.setColumnWidth(column, width)
+        size_columns(self.table, _LONGEST)
         self.copyMenu = QMenu(self)
         for kind, title in (
             (CopyAs.COMMAND, self.tr("&Command line")),

@@ -1,10 +1,10 @@
-"""Labels: broken or elided where there is little room, styled by their state, and progress of tasks."""
+"""Labels: elided where there is little room, styled by their state; columns, hints, tasks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import (
     QFont,
     QFontMetrics,
@@ -25,7 +25,9 @@ from PyQt5.QtWidgets import (
     QStyleOption,
     QStyleOptionComboBox,
     QStylePainter,
+    QTableView,
     QToolTip,
+    QTreeView,
     QVBoxLayout,
     QWidget,
 )
@@ -189,6 +191,52 @@ class ElidedComboBox(QComboBox):
         return super().event(event)
 
 
+# -- columns -------------------------------------------------------------------------------------
+CELL_MARGINS = 16
+"Pixels beside the text of a cell."
+
+
+def size_columns(table: QTableView | QTreeView, longest: Sequence[str]) -> None:
+    """Make the first columns as wide as these texts are in the table's font."""
+    table.ensurePolished()  # the style sheet may set another font
+    for column, text in enumerate(longest):
+        table.setColumnWidth(column, table.fontMetrics().horizontalAdvance(text) + CELL_MARGINS)
+
+
+# -- hints ---------------------------------------------------------------------------------------
+HINT_MS = 5000
+"Milliseconds for which a hint is shown."
+_HINT = "hint"
+
+
+def show_hint(control: QWidget, text: str) -> None:
+    """Show below a control, for a few seconds, what became of the text typed into it; replaces another hint.
+
+    Not a tooltip: Qt hides those when the focus moves, which is what ends most typing.
+    """
+    window = control.window() or control
+    for old in window.findChildren(QLabel, _HINT):
+        old.hide()
+        old.deleteLater()
+    hint = QLabel(text, window)
+    hint.setObjectName(_HINT)
+    hint.setTextFormat(Qt.TextFormat.PlainText)
+    hint.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    hint.ensurePolished()
+    hint.adjustSize()
+    place = control.mapTo(window, QPoint(0, control.height()))
+    if place.y() + hint.height() > window.height():
+        place.setY(place.y() - control.height() - hint.height())
+    hint.move(max(0, min(place.x(), window.width() - hint.width())), max(0, place.y()))
+    hint.show()
+    hint.raise_()
+    timer = QTimer(hint)
+    timer.setSingleShot(True)
+    timer.timeout.connect(hint.deleteLater)
+    timer.start(HINT_MS)
+
+
+# -- tasks ---------------------------------------------------------------------------------------
 class TaskRow(QFrame):
     """A task: its title, progress and *Cancel*."""
 

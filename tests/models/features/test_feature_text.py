@@ -12,7 +12,14 @@ from grabbergui.models.features.numbers import (
     shown_unit,
     typed_unit,
 )
-from grabbergui.models.features.shown import breakable, coded_text, parse_coded, tooltip_html, value_text
+from grabbergui.models.features.shown import (
+    breakable,
+    coded_text,
+    limit_text,
+    parse_coded,
+    tooltip_html,
+    value_text,
+)
 
 HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
 FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)
@@ -169,6 +176,30 @@ def test_a_tooltip_has_reason_help_and_range():
     assert "Selected by: RegionSelector" in text
     assert "16 … 2448 px, step 16" in text
     assert "<code>Width</code>" in text
+
+
+def test_a_tooltip_that_the_description_repeats_is_shown_once():
+    shown = tooltip_html(replace(FLOAT, tooltip="Light falls in", description="Light falls in for so long."))
+    assert "Light falls in<br>" not in shown and "Light falls in for so long." in shown
+
+
+@pytest.mark.parametrize(
+    ("typed", "taken", "why"),
+    [
+        (5.0, 2.0, "At most 2 µs"),
+        (-1.0, 0.5, "At least 0.5 µs"),
+        (1.0, 1.0, ""),
+    ],
+)
+def test_a_number_moved_into_the_range_is_explained(typed, taken, why):
+    assert limit_text(replace(FLOAT, minimum=0.5, maximum=2.0), typed, taken) == why
+
+
+def test_a_step_is_explained_but_not_rounding():
+    width = replace(INTEGER, minimum=16, maximum=640, increment=16)
+    assert limit_text(width, 100, 96) == "Only in steps of 16"
+    assert limit_text(width, 96.2, 96) == ""
+    assert limit_text(replace(width, representation=HEX), 1000, 640) == "At most 0x280"
 
 
 def test_camel_case_may_be_broken():

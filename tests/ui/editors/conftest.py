@@ -1,6 +1,7 @@
 """Editors on screen, and what came out of them."""
 
 import pytest
+from PyQt5.QtWidgets import QLabel
 
 from grabbergui.ui.editors.feature_row import editor_class
 
@@ -22,6 +23,11 @@ class Hand:
         editor.resize(200, 30)
         editor.show()
         qtbot.waitExposed(editor)
+
+    @property
+    def hints(self):
+        """The texts below the editor's control that say why a typed value was not taken."""
+        return [label.text() for label in self.editor.findChildren(QLabel, "hint") if label.isVisible()]
 
 
 @pytest.fixture

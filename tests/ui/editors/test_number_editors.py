@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
-from PyQt5.QtWidgets import QShortcut, QToolTip
+from PyQt5.QtWidgets import QLineEdit, QShortcut
 from sample_features import EXPOSURE, FREE, WIDE, WIDTH, K, feature
 
 from grabbergui.ui.editors.number_editors import FOLLOWING_MS
@@ -78,17 +78,42 @@ def test_only_what_a_number_can_be_may_be_typed(take, qtbot):
 
 
 @pytest.mark.parametrize("typed", ["1/60", "1.000,5", "2 Hz", "20O", "1 2"])
-def test_what_is_no_number_is_refused_as_a_whole(take, qtbot, typed, monkeypatch):
+def test_what_is_no_number_is_refused_as_a_whole(take, qtbot, typed):
     """Without the keys that no number has, 1/60 would be 160."""
-    said = []
-    monkeypatch.setattr(QToolTip, "showText", lambda place, text, widget: said.append(text))
     hand = take(EXPOSURE)
     field = hand.editor.field
     qtbot.keyClick(field, "a", Qt.ControlModifier)
     qtbot.keyClicks(field, typed)
     qtbot.keyClick(field, Qt.Key_Return)
     assert (hand.values, field.text()) == ([], "10 ms")
-    assert len(said) == 1 and said[0].startswith(f"“{typed}") and said[0].endswith("is not a number")
+    [hint] = hand.hints
+    assert hint.startswith(f"“{typed}") and hint.endswith("is not a number")
+
+
+@pytest.mark.parametrize(
+    ("typed", "hint"), [("5 s", "At most 1 s"), ("0", "At least 10 µs"), ("20 ms", ""), ("7", "")]
+)
+def test_a_number_beyond_the_range_is_moved_into_it_with_a_hint(take, qtbot, typed, hint):
+    hand = take(EXPOSURE)
+    qtbot.keyClick(hand.editor.field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(hand.editor.field, typed)
+    qtbot.keyClick(hand.editor.field, Qt.Key_Return)
+    assert hand.hints == ([hint] if hint else [])
+
+
+def test_a_hint_outlasts_the_focus_and_the_next_one_replaces_it(take, qtbot):
+    """Enter gives the focus to the image, and a click to what was clicked; Qt's tooltips end with either."""
+    hand = take(EXPOSURE)
+    field, elsewhere = hand.editor.field, QLineEdit(hand.editor)
+    elsewhere.show()
+    for typed, hint in (("5 s", "At most 1 s"), ("5 V", "“5 V” is not a number")):
+        field.setFocus()
+        qtbot.keyClick(field, "a", Qt.ControlModifier)
+        qtbot.keyClicks(field, typed)
+        qtbot.keyClick(field, Qt.Key_Return)
+        elsewhere.setFocus()
+        qtbot.mouseClick(elsewhere, Qt.LeftButton)
+        assert hand.hints == [hint]
 
 
 def test_all_of_a_field_is_its_number_so_that_the_unit_stays(take, qtbot):
