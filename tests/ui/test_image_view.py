@@ -9,8 +9,8 @@ from PyQt5.QtGui import QImage, QMouseEvent, QPainter, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.open_source import LinkState
 from grabbergui.models.image.live_image import PAINT_WAIT
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.widgets.image_canvas import Purpose
 from grabbergui.ui.widgets.image_items import PixelValues
