@@ -34,6 +34,7 @@ from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.state_machine import State
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
@@ -219,7 +220,7 @@ class ClosedLoop:
             _, frame_id, captured, grey = self._on_the_way.pop(0)
             self.loop.see(self._detector.detect(grey, captured, frame_id))
         cycle = self.loop.cycle(self.now, self.robot.state())
-        if cycle.state.value == "stopped" and not self.gate.halted:
+        if cycle.state is State.STOPPED and not self.gate.halted:
             self.gate.halt(cycle.reason)
         passed = self.gate.send(cycle.command, self.now)
         self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)

@@ -15,8 +15,6 @@ Axes = NDArray[np.bool_]
 
 HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 "The hand's axes as seen from the marker's: its z into the marker, its x down along it."
-
-
 FOLLOW_GAIN = 6.5
 "1/s: twist per position error of a hand that follows, in addition to the target's velocity."
 FOLLOW_ACCELERATION = 8.0

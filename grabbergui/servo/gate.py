@@ -22,7 +22,7 @@ from grabbergui.core.errors import GrabberError, RobotStoppedError
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from grabbergui.servo.kinematics import Body, Contact, nearest_box, parse_boxes
-from grabbergui.servo.robots.robot import Robot, RobotState
+from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
 
@@ -61,43 +61,6 @@ SLOWER = (1.0, 0.5, 0.25, 0.1)
 "Fractions of the wanted speed to try, so that the hand slows down near an obstacle."
 EDGE_M = 0.002
 "Metres by which rounding and drives may take a hand beyond the workspace's edge."
-
-
-class Bystander(Robot):
-    """A robot that is observed and never moved, for dry runs."""
-
-    def __init__(self, robot: Robot) -> None:
-        super().__init__(robot.model, robot.name)
-        self._watched = robot
-
-    def open(self) -> None:
-        """Do nothing: the robot is opened by its owner."""
-
-    def close(self) -> None:
-        """Do nothing, as in `open`."""
-
-    def state(self) -> RobotState | None:
-        """Return the robot's newest reading."""
-        return self._watched.state()
-
-    def move_head(self, velocity: Vector) -> None:
-        """Do nothing."""
-
-    def step_head(self, move: Vector) -> None:
-        """Do nothing."""
-
-    def move_hand(self, twist: Vector) -> None:
-        """Do nothing."""
-
-    def lead_head(self, velocity: Vector, seconds: float) -> None:
-        """Do nothing."""
-
-    def lead_hand(self, twist: Vector, seconds: float) -> None:
-        """Do nothing."""
-
-    def stop(self) -> bool:
-        """Do nothing: nothing was moved."""
-        return True
 
 
 class CommandGate:

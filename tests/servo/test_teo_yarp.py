@@ -315,7 +315,7 @@ def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulat
         assert caller.call(Bottle(["state"]))[0] == Vocab("fail")
         runner.start()
         reader.connect("/servo/markers:o")
-        marker = dict(Bottle.decode(reader.read(10)[0])[0])
+        marker = dict(Bottle.decode(reader.read(PATIENCE)[0])[0])
         assert marker["id"] == 20
         assert marker["z"] == pytest.approx(0.75, abs=0.3)
         until(lambda: simulated.speed > 0.02)

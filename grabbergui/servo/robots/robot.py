@@ -167,6 +167,43 @@ class Robot(ABC):
         return self.model.skeleton(state.head, state.arm)
 
 
+class Bystander(Robot):
+    """A robot that is observed and never moved, for dry runs."""
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot.model, robot.name)
+        self._watched = robot
+
+    def open(self) -> None:
+        """Do nothing: the robot is opened by its owner."""
+
+    def close(self) -> None:
+        """Do nothing, as in `open`."""
+
+    def state(self) -> RobotState | None:
+        """Return the robot's newest reading."""
+        return self._watched.state()
+
+    def move_head(self, velocity: Vector) -> None:
+        """Do nothing."""
+
+    def step_head(self, move: Vector) -> None:
+        """Do nothing."""
+
+    def move_hand(self, twist: Vector) -> None:
+        """Do nothing."""
+
+    def lead_head(self, velocity: Vector, seconds: float) -> None:
+        """Do nothing."""
+
+    def lead_hand(self, twist: Vector, seconds: float) -> None:
+        """Do nothing."""
+
+    def stop(self) -> bool:
+        """Do nothing: nothing was moved."""
+        return True
+
+
 # -- targets that lead ---------------------------------------------------------------------------
 Place = TypeVar("Place", bound=np.ndarray)
 
