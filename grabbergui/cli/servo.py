@@ -185,6 +185,8 @@ def _follow(
         # Without a window, the command itself lets the robot move.
         runner.start(held=HELD if window is not None and scene.real else "")
         began = time.monotonic()
+        if options.headless and _at_terminal():
+            print("Enter stops the robot, r resumes, q ends", flush=True)
 
         def over() -> bool:
             timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
@@ -252,9 +254,13 @@ class _Outcome:
         self.failure = reason
 
 
+def _at_terminal() -> bool:
+    return bool(sys.stdin) and sys.stdin.isatty()
+
+
 def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
     """Wait a moment for a line from the keyboard, and act on it."""
-    if not sys.stdin or not sys.stdin.isatty():
+    if not _at_terminal():
         stop.wait(seconds)
         return ""
     if not select.select([sys.stdin], [], [], seconds)[0]:

@@ -124,7 +124,7 @@ def summary(cycles: list[ControlCycle]) -> dict[str, Any]:
     return {
         "reached": State.REACHED in first,
         "seconds": cycles[-1].time - start,
-        "turns": len(cycles),
+        "control_cycles": len(cycles),
         "states": states,
         "seconds_to_approach": first.get(State.APPROACHING),
         "seconds_to_reach": first.get(State.REACHED),

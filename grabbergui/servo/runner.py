@@ -276,12 +276,12 @@ class Runner:
 
     def _follow_stop(self, now: float) -> None:
         """Tell the state machine of a stop that went straight to the gate, and of its end."""
-        machine = self.loop.machine
+        machine, halted = self.loop.machine, self.gate.halted
         if not self.running:
             return  # the end of a run is no stop
-        if self.gate.halted and machine.state is not State.STOPPED:
-            machine.stop(now, self.gate.halted)
-        elif not self.gate.halted and machine.state is State.STOPPED:
+        if halted:
+            machine.stop(now, halted)  # again if it is stopped: a held robot gets another reason
+        elif machine.state is State.STOPPED:
             machine.resume(now)
 
     def _reading(self) -> RobotState | None:

@@ -172,6 +172,8 @@ def test_a_run_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
     assert all((cycle.state, cycle.reason) == (State.STOPPED, "press Start") for cycle in cycles)
     assert robot.speed == 0
     assert runner.gate.sent == 0
+    runner.emergency_stop("the button")
+    until(lambda: (cycles[-1].state, cycles[-1].reason) == (State.STOPPED, "the button"))
     runner.resume()
     until(lambda: robot.speed > 0.01)
 
