@@ -291,6 +291,14 @@ def test_a_feature_that_became_unavailable_is_reported():
     assert set(problems) == {WIDTH, SettingKey("Nothing")}
 
 
+def test_a_selector_that_is_wanted_itself_is_not_restored_to_what_it_was(reports):
+    grabber = ScriptedGrabber([choice("Selector", "E0", "E0", "E1", "E2"), number("Gain", 1)])
+    wanted = {SettingKey("Selector"): "E1", SettingKey("Gain", (("Selector", "E2"),)): 5}
+    assert settle(grabber, wanted, report=reports) == {}
+    assert grabber.known["Selector"].value == "E1"
+    assert {settled for _, settled, _ in reports} == {Settled.WRITTEN}
+
+
 def test_other_callers_get_their_turn_between_batches_and_see_restored_selectors():
     entries = [f"E{index}" for index in range(2 * BATCH + 1)]
     grabber = ScriptedGrabber([choice("Selector", "E0", *entries), number("Gain", 1)])

@@ -1,11 +1,16 @@
-"""The served camera that the tests of a module share."""
+"""The served camera that the tests of a module share; name servers, and the end of all threads."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 
 import pytest
 from grabber_stage import Stage, stage
+
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from patience import until
 
 
 @pytest.fixture(scope="module")
@@ -22,3 +27,17 @@ def coloured(scene: Stage) -> Iterator[Stage]:
     scene.grabber.write_feature("PixelFormat", "RGB8")
     yield scene
     scene.grabber.write_feature("PixelFormat", before)
+
+
+@pytest.fixture
+def names() -> Iterator[NameClient]:
+    """Return the client of a name server of the test's own."""
+    with NameServer(port=0) as server:
+        yield NameClient(server.contact)
+
+
+@pytest.fixture
+def no_thread_is_left() -> Iterator[None]:
+    """Wait after the test until every thread of a port has ended."""
+    yield
+    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")

@@ -1,40 +1,30 @@
+"""Ports: images, bottles and requests over every carrier; administration; slow, broken and hostile peers."""
+
 import errno
-import itertools
 import socket
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
-from http.client import HTTPConnection
+from contextlib import closing
 
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, LocalProtocolError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import name_client, ports, sockets
+from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
+from grabbergui.net.yarp.os.framing import LINE_LIMIT
 from grabbergui.net.yarp.os.link import RpcClient, administer, greet
-from grabbergui.net.yarp.os.name_client import Contact, NameClient
-from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, open_all
+from grabbergui.net.yarp.os.outputs import Outgoing
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
 from patience import PATIENCE, until
 from yarp_bytes import reply_to
 
-
-@pytest.fixture(autouse=True)
-def no_thread_is_left():
-    yield
-    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")
-
-
-@pytest.fixture
-def names():
-    with NameServer(port=0) as server:
-        yield NameClient(server.contact)
+pytestmark = pytest.mark.usefixtures("no_thread_is_left")
 
 
 def echo(request):
@@ -177,8 +167,6 @@ def test_a_slow_reader_slows_nobody():
         accepted = []
         thread = threading.Thread(target=lambda: accepted.append(never_read()))
         thread.start()
-        from grabbergui.net.yarp.os.carrier import Target
-
         output.add(Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/"))
         thread.join()
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
@@ -190,10 +178,41 @@ def test_a_slow_reader_slows_nobody():
         accepted[0].close()
 
 
+def test_a_message_that_waits_for_a_slow_reader_is_waited_for_until_it_is_taken():
+    with (
+        OutputPort("/out") as output,
+        socket.create_server(("127.0.0.1", 0)) as lazy,
+        ThreadPoolExecutor(2) as pool,
+    ):
+        assert output.wait_sent(0), "without readers nothing waits"
+        reader = Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/")
+        adding = pool.submit(output.add, reader)
+        sock, _ = lazy.accept()
+        with sock:
+            sock.recv(64)
+            sock.sendall(wire.encode_number(1))
+            adding.result(PATIENCE)
+            output.write(bytes(1 << 25))  # more than the system buffers
+            until(lambda: output.wait_sent(0))
+            output.write_bottle(Bottle([1]))
+            assert not output.wait_sent(0.05)
+            waiting, begun = pool.submit(output.wait_sent, PATIENCE / 2), time.monotonic()
+            pool.submit(lambda: [... for _ in iter(lambda: sock.recv(1 << 20), b"")])
+            assert waiting.result() and time.monotonic() - begun < PATIENCE / 2
+            output.close()
+
+
+def test_a_message_is_compressed_once_for_all_readers_and_refused_as_text_if_too_long():
+    message = Outgoing(image.encode(IMAGE, "rgb"), "1 2")
+    assert message.jpeg() is message.jpeg()
+    with pytest.raises(
+        LocalProtocolError, match=rf"a message of {LINE_LIMIT + 1} bytes is too long for text"
+    ):
+        Outgoing([bytes(LINE_LIMIT + 1)]).text()
+
+
 def test_only_the_newest_is_kept_for_a_slow_owner():
     with OutputPort("/out") as output, InputPort("/in") as reader:
-        from grabbergui.net.yarp.os.carrier import Target
-
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):
             output.write_bottle(Bottle([number]))
@@ -212,26 +231,6 @@ def test_reading_in_reverse_without_a_name():
         until(lambda: output.connections)
         output.write_bottle(Bottle(["hello"]))
         assert Bottle(["hello"]).encode() in sock.recv(4096)
-
-
-def browse(address, path="/"):
-    connection = HTTPConnection(*address, timeout=PATIENCE)
-    with closing(connection):
-        connection.request("GET", path)
-        response = connection.getresponse()
-        return response.status, response.read().decode()
-
-
-def test_a_browser_finds_its_way_from_the_name_server_to_the_images(names):
-    with OutputPort("/out", names) as output, RpcServer("/rpc<b>", echo, names) as server:
-        status, page = browse(names.server.address)
-        assert status == 200 and f'/out at <a href="http://127.0.0.1:{output.port_number}/">' in page
-        status, page = browse(output.contact.address)
-        assert status == 200 and f'This is /out at <a href="http://127.0.0.1:{output.port_number}/' in page
-        assert '<img src="/?action=stream" alt="/out">' in page
-        _, page = browse(server.contact.address)
-        assert "/rpc&lt;b&gt;" in page and "<b>" not in page and "<img" not in page
-        assert browse(output.contact.address, "/favicon.ico") == (404, "")
 
 
 GARBAGE = [
@@ -270,119 +269,6 @@ def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
         assert client.call(Bottle([1])) == [Vocab("ok"), 1]
 
 
-def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
-    monkeypatch.setattr(name_client, "KEEP_SECONDS", 0.05)
-    server = NameServer(port=0)
-    server.open()
-    names = NameClient(server.contact)
-    with OutputPort("/out", names) as output:
-        number = server.contact.port
-        server.close()
-        time.sleep(0.1)
-        with NameServer(port=number):
-            until(lambda: any(known.name == "/out" for known in names.list()), "the name")
-            assert names.query("/out").address == output.contact.address
-
-
-class Looking(threading.Event):
-    """The pauses of a registration on a clock of their own; in each of them something may happen."""
-
-    def __init__(self, end, on_pause):
-        super().__init__()
-        self.now, self._end, self._on_pause = 0.0, end, on_pause
-
-    def wait(self, timeout=None):
-        self._on_pause(self.now)
-        self.now += timeout
-        return self.now >= self._end
-
-
-@contextmanager
-def registered(names, end, on_pause):
-    looking = Looking(end, on_pause)
-    contact = Contact("/out", "127.0.0.1", 12345)
-    ours = name_client.Registration(contact, names, lambda: looking.now)
-    ours._closing = looking
-    ours.open()
-    until(lambda: looking.now >= end, "the end")
-    try:
-        yield contact.address
-    finally:
-        ours.close()
-
-
-def test_a_name_that_is_overwritten_is_registered_again_ever_more_rarely(caplog):
-    back = []
-    with NameServer(port=0) as server:
-        names = NameClient(server.contact)
-
-        def overwrite(now):
-            if names.query("/out").port != 666:
-                back.append(now)
-                names.register("/out", "tcp", "10.6.6.6", 666)
-
-        with registered(names, 1600, overwrite):
-            pass
-    assert [later - earlier for earlier, later in itertools.pairwise(back)] == [
-        *(5, 10, 20, 40, 80, 160, 300, 300, 300, 300)
-    ]
-    warnings = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert len(warnings) == len(back) - 1 and "10.6.6.6:666 took this name" in warnings[0]
-
-
-def test_a_name_is_back_at_once_when_the_other_port_leaves_after_a_long_dispute():
-    unknown, known_at_the_end = [], []
-    with NameServer(port=0) as server:
-        names = NameClient(server.contact)
-
-        def overwrite_for_a_while(now):
-            nonlocal known_at_the_end
-            known_at_the_end = [known.address for known in names.list("/out")]
-            if now < 1000:
-                names.register("/out", "tcp", "10.6.6.6", 666)
-            elif now == 1000:
-                names.unregister("/out")
-            elif not any(known.name == "/out" for known in names.list()):
-                unknown.append(now)
-
-        with registered(names, 1100, overwrite_for_a_while) as address:
-            assert not unknown
-            assert known_at_the_end == [address]
-
-
-def test_a_name_server_that_hangs_does_not_hold_up_the_end_of_a_port(monkeypatch):
-    monkeypatch.setattr(name_client, "KEEP_SECONDS", 0.01)
-    monkeypatch.setattr(name_client, "GIVE_UP_SECONDS", 0.05)
-    hanging = threading.Event()
-    with NameServer(port=0) as server:
-        names = NameClient(server.contact)
-        ask = names.ask
-
-        def slow_ask(command):
-            if hanging.is_set():
-                asked.set()
-                over.wait(PATIENCE)
-            return ask(command)
-
-        monkeypatch.setattr(names, "ask", slow_ask)
-        asked, over = threading.Event(), threading.Event()
-        with OutputPort("/out", names):
-            hanging.set()
-            assert asked.wait(PATIENCE)
-            begun = time.monotonic()
-        assert time.monotonic() - begun < PATIENCE / 2
-        over.set()
-        until(lambda: not names.list("/out"), "the end of the name, once the server answers")
-
-
-def test_a_port_that_closes_leaves_its_name_to_the_one_that_took_it():
-    with NameServer(port=0) as server:
-        names = NameClient(server.contact)
-        with OutputPort("/out", names):
-            names.register("/out", "tcp", "10.6.6.6", 666)
-        assert names.query("/out").port == 666
-
-
 def test_authentication_keeps_strangers_out(monkeypatch):
     server = RpcServer("/rpc", echo)
     server.key = b"secret"
@@ -392,38 +278,6 @@ def test_authentication_keeps_strangers_out(monkeypatch):
         monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
         with RpcClient(server.place()) as stranger, pytest.raises(TransportError):
             stranger.call(Bottle([1]), timeout=2)
-
-
-def test_no_name_server_means_no_port(names):
-    gone = NameClient(ports.Port("/x").contact)
-    with pytest.raises(Exception, match=r"name server|no way|cannot"):
-        OutputPort("/out", gone, bind="127.0.0.1").open()
-
-
-@pytest.mark.parametrize("address", ["300.1.1.1", "192.0.2.1"])
-def test_an_address_of_another_computer_is_refused_with_a_message(address):
-    with pytest.raises(TransportError) as caught:
-        OutputPort("/out", bind=address).open()
-
-    assert f"/out cannot listen at {address}: " in str(caught.value)
-    assert str(caught.value).endswith("; is it an address of this machine?")
-    assert "Errno" not in str(caught.value)
-
-
-def test_ports_that_belong_together_are_all_open_or_none(names, monkeypatch):
-    first, second = OutputPort("/both/first", names), OutputPort("/both/second", names)
-
-    def refuse():
-        raise TransportError("no room")
-
-    with monkeypatch.context() as patched, pytest.raises(TransportError, match="no room"):
-        patched.setattr(second, "open", refuse)
-        open_all([first, second])
-    with pytest.raises(SourceNotFoundError):
-        names.query("/both/first")
-    open_all([first, second])
-    with closing(first), closing(second):
-        assert names.query("/both/first").address == first.contact.address
 
 
 def test_a_port_that_finds_no_descriptor_for_its_own_use_leaves_nothing_open(monkeypatch):

@@ -25,11 +25,7 @@ from patience import PATIENCE, until
 
 STRANGER = "127.15.0.66"
 
-
-@pytest.fixture(autouse=True)
-def no_thread_is_left():
-    yield
-    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")
+pytestmark = pytest.mark.usefixtures("no_thread_is_left")
 
 
 @pytest.fixture
