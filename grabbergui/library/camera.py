@@ -23,7 +23,7 @@ from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
-from grabbergui.core.settings import SettingKey
+from grabbergui.core.settings import SettingKey, instances
 from grabbergui.core.sfnc import Role
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
@@ -251,11 +251,12 @@ class Camera(FeatureAccess):
 
     def _why_no_frame(self) -> str:
         with contextlib.suppress(GrabberError):
-            if (
-                self._grabber.has_feature("TriggerMode")
-                and self._grabber.feature("TriggerMode").value == "On"
-            ):
-                return "; it waits for a trigger: use camera.trigger(), or set TriggerMode to Off"
+            if not self._grabber.has_feature("TriggerMode"):
+                return ""
+            found, _ = instances(self._grabber, self._grabber.selectors.of("TriggerMode"))
+            for key in (SettingKey("TriggerMode", selected) for selected in found):
+                if self._grabber.read_setting(key).value == "On":
+                    return f"; it waits for a trigger: use camera.trigger(), or set {key} to Off"
         return ""
 
     def _patience(self) -> float:

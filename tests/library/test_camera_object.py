@@ -181,10 +181,14 @@ def test_a_slow_loop_counts_what_it_missed(camera: grabbergui.Camera) -> None:
 
 
 def test_no_frames_is_an_error_that_names_the_trigger(camera: grabbergui.Camera) -> None:
-    camera["TriggerMode"] = "On"
-    with pytest.raises(grabbergui.FrameTimeoutError, match=r"camera\.trigger\(\)"):
+    camera["TriggerMode[TriggerSelector=FrameBurstStart]"] = "On"
+    assert camera["TriggerMode"] == "Off"  # of the selected trigger
+    with pytest.raises(
+        grabbergui.FrameTimeoutError,
+        match=r"camera\.trigger\(\).*TriggerMode\[TriggerSelector=FrameBurstStart\] to Off",
+    ):
         camera.grab(timeout=0.2)
-    assert camera["TriggerMode"] == "On"
+    assert camera["TriggerMode[TriggerSelector=FrameBurstStart]"] == "On"
 
 
 def test_each_software_trigger_makes_a_frame(camera: grabbergui.Camera) -> None:
