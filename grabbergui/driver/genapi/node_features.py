@@ -196,7 +196,9 @@ class NodeFeature:
 
 
 def reason_of(error: BaseException) -> str:
-    """Return GenApi's message without its position in GenApi's sources."""
+    """Return GenApi's message without its position in GenApi's sources; in plain words for invalid text."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"its text is not UTF-8 (byte 0x{error.object[error.start]:02X})"
     text = _WHERE_THROWN.sub("", _ALARM.sub("", str(error), count=1))
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 

@@ -79,6 +79,7 @@ LIES = {
     "neither on nor off": '<Boolean Name="Odd"><pValue>R</pValue><OnValue>1</OnValue><OffValue>0</OffValue>'
     "</Boolean>" + register("IntReg", "R", SEVENTY_SEVEN),
     "text of another encoding": register("StringReg", "Odd", LATIN, 16),
+    "read-only text of another encoding": register("StringReg", "Odd", LATIN, 16).replace(">RW<", ">RO<"),
     "text without room": register("StringReg", "Odd", ZERO, 0),
     "text of 100 MB": register("StringReg", "Odd", ZERO, 100_000_000),
     "a register of 9 bytes": register("IntReg", "Odd", ZERO, 9),
@@ -178,6 +179,7 @@ def test_limits_that_are_not_given_are_not_the_largest_numbers_there_are():
         ("a formula that divides by zero", "Odd: Failed to evaluate formula '1/0': error message is '#Inf"),
         ("text of 100 MB", "the description has a register of 100000000 bytes at 0x0; at most 16777216"),
         ("a register of 9 bytes", "Value = 9 must be equal or smaller than Max = 8"),
+        ("read-only text of another encoding", "its text is not UTF-8 (byte 0xFC)"),
     ],
 )
 def test_a_problem_says_what_it_is_and_not_where_in_genapi(lie, said):
