@@ -227,6 +227,23 @@ def test_a_closed_channel_ends_a_frame(stage):
     assert len(rest) < 12
 
 
+def test_a_reopened_channel_begins_with_a_new_frame(stage):
+    _, host = stage(bandwidth=65536.0)
+    host.start()
+    next(host.packets())
+    host.write((reg.ACQUISITION_STOP.address, 1), (SCP, 0))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.bind(("127.0.0.1", 0))
+        again.settimeout(PATIENCE)
+        host.write((SCP, again.getsockname()[1]), (reg.ACQUISITION_START.address, 1))
+        headers = [PacketHeader.decode(again.recv(65535)) for _ in range(3)]
+    assert [(header.format, header.packet_id) for header in headers] == [
+        (PacketFormat.LEADER, 0),
+        (PacketFormat.PAYLOAD, 1),
+        (PacketFormat.PAYLOAD, 2),
+    ]
+
+
 def test_the_callback_reports_sent_frames(stage):
     sent = []
     _, host = stage(on_sent=sent.append)

@@ -270,8 +270,8 @@ class DatagramBatch:
     """Sends packets of (header, data) to one destination from one socket."""
 
     def __init__(self, sender: socket.socket, to: tuple[str, int], *, segmentation: bool) -> None:
+        self.destination = to
         self._socket = sender
-        self._to = to
         self._segment = 0
         self._segmentation = segmentation and SUPPORTED
         if SUPPORTED:
@@ -354,7 +354,9 @@ class DatagramBatch:
     ) -> None:
         for header, start, size in zip(headers, starts, sizes, strict=True):
             try:
-                self._socket.sendto(header.tobytes() + payload[start : start + size].tobytes(), self._to)
+                self._socket.sendto(
+                    header.tobytes() + payload[start : start + size].tobytes(), self.destination
+                )
             except OSError as error:
                 if error.errno not in (errno.ECONNREFUSED, errno.EPERM, errno.ENOBUFS, errno.EMSGSIZE):
                     raise

@@ -146,7 +146,7 @@ class StreamSender:
         self._settings: list[StreamSettings] = []
         "By channel."
         self._batches: dict[int, DatagramBatch] = {}
-        "Of the open channels."
+        "Of the open channels; a channel that is closed and opened again has another."
         self._kept: OrderedDict[int, dict[int, Block]] = OrderedDict()
         "Frames by block id, as each channel sent them; their payload is the same."
         self._lock = threading.Lock()
@@ -184,12 +184,16 @@ class StreamSender:
                 self._kept.clear()
             self._settings = list(settings)
             self._batches = {
-                index: DatagramBatch(
-                    self._socket, (channel.host, channel.port), segmentation=self._segmentation
-                )
+                index: self._batch_to((channel.host, channel.port), self._batches.get(index))
                 for index, channel in enumerate(settings)
                 if channel.port
             }
+
+    def _batch_to(self, destination: tuple[str, int], present: DatagramBatch | None) -> DatagramBatch:
+        """Return the present batch if it leads there: a frame ends with the batch that it began with."""
+        if present is not None and present.destination == destination:
+            return present
+        return DatagramBatch(self._socket, destination, segmentation=self._segmentation)
 
     def send_test_packet(self, size: int, channel: int = 0) -> None:
         """Send one datagram of `size` bytes with its IP header, to try whether it gets through."""
@@ -267,12 +271,15 @@ class StreamSender:
         return np.empty(size, np.uint8)
 
     def _send_block(self, block: Block, batch: DatagramBatch, settings: StreamSettings, channel: int) -> None:
+        """Send a frame, as long as its channel is open and leads to the same destination."""
         order = np.arange(block.payload_packets)
         leader = trailer = True
         if self._faults.disturbs_packets:
             with self._lock:
                 order = self._packet_faults.order(block.payload_packets)
                 leader, trailer = (len(self._packet_faults.order(1)) > 0 for _ in range(2))
+        if self._batches.get(channel) is not batch:
+            return
         if leader:
             self._send(block.leader(), channel)
         block.sent = 1
@@ -286,7 +293,7 @@ class StreamSender:
         due = time.monotonic()
         for first in range(0, len(order), count):
             # A slow link takes minutes for a frame, and nobody may want the rest of it.
-            if self._stopping.is_set() or channel not in self._batches:
+            if self._stopping.is_set() or self._batches.get(channel) is not batch:
                 return
             part = slice(first, first + count)
             batch.send(headers[part], block.payload, starts[part], sizes[part])
@@ -299,6 +306,8 @@ class StreamSender:
                     time.sleep(left)
                 else:
                     self._stopping.wait(left)
+        if self._batches.get(channel) is not batch:
+            return
         self._on_sent(block.block_id)
         if trailer:
             self._send(block.trailer(), channel)
