@@ -83,7 +83,7 @@ def test_whatever_is_drawn_stays_where_painters_can_count():
     near = pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 1e-9))
     strange = dataclasses.replace(MarkerDetection(20, CORNERS, FACING), pose=near)
     drawing = overlay.drawing(cycle(), Sighting(0.0, (strange,)), CAMERA)
-    assert all(np.abs(stroke.points).max() <= 30_000 for stroke in drawing.strokes)
+    assert drawing.strokes and all(np.abs(stroke.points).max() <= 30_000 for stroke in drawing.strokes)
 
 
 @pytest.mark.parametrize("state", State)

@@ -149,4 +149,4 @@ def test_close_leaves_no_transfer_open(queue: LibusbQueue, bus: Bus) -> None:
 
     queue.close()
 
-    assert all(transfer.closed for transfer in bus.transfers)
+    assert bus.transfers and all(transfer.closed for transfer in bus.transfers)

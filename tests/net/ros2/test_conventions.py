@@ -113,7 +113,7 @@ def test_a_renamed_node_takes_everything_along(serve, probe, renamed, name):
     until(offered)
     namespace, _, node = name.rpartition("/")
     below = dict(probe.node.get_service_names_and_types_by_node(node, namespace or "/"))
-    assert all(service.startswith(f"{name}/") for service in below)
+    assert below and all(service.startswith(f"{name}/") for service in below)
 
 
 def test_two_cameras_in_two_namespaces(serve, probe):
