@@ -201,7 +201,7 @@ def test_settings_are_saved_and_come_back(newcomer, tmp_path):
 
 
 def test_some_seconds_are_recorded_and_played_back(newcomer):
-    seconds = 4
+    seconds = 2
     asked = time.monotonic()
     newcomer.press("Record")
     newcomer.until(lambda: newcomer.reads(" frames"))

@@ -145,7 +145,7 @@ def test_clipping_is_marked_and_counted(app):
     window = app.window
     window.actionClipping.trigger()
     app.until(lambda: "saturated" in window.image.clippingLabel.text())
-    app.grabber.write_feature("ExposureTime", 1e6)
+    app.grabber.write_feature("ExposureTime", 1e5)
     app.until(lambda: float(window.image.clippingLabel.text().split("%")[0]) > 50)
     app.watch(3)
     pixels = screen(app).reshape(-1, 3)
