@@ -1,7 +1,7 @@
 """All rates, gains and limits with their defaults, and the `.ini` file that changes them.
 
 Sections are the fields of `Config`, keys those of its parts, in YARP's `.ini` dialect. The shipped file,
-`resources/servo/servo.ini`, has every key with its default.
+`resources/servo/servo.ini`, documents every key with its default and unit.
 """
 
 from __future__ import annotations

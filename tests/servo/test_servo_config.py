@@ -1,5 +1,8 @@
 """The settings of servoing: the shipped file, and what is refused with which words."""
 
+from itertools import pairwise
+from pathlib import Path
+
 import pytest
 
 from grabbergui.core.errors import UsageError
@@ -7,12 +10,16 @@ from grabbergui.servo.config import Config, HeadConfig
 
 
 def test_the_shipped_file_says_what_the_defaults_are():
-    from pathlib import Path
-
     shipped = Path(__file__).parents[2] / "resources/servo/servo.ini"
     assert Config.load(shipped) == Config()
     keys = {line.split()[0] for line in shipped.read_text().splitlines() if line and line[0].isalpha()}
     assert {"deadband", "fastest_turn", "image_timeout", "standoff"} <= keys
+
+
+def test_the_shipped_file_explains_every_key():
+    lines = (Path(__file__).parents[2] / "resources/servo/servo.ini").read_text().splitlines()
+    bare = [line for before, line in pairwise(lines) if line[:1].isalpha() and not before.startswith("//")]
+    assert {line.split()[0] for line in bare} == {"x_high", "y_low", "y_high", "z_low", "z_high"}
 
 
 @pytest.mark.parametrize(
