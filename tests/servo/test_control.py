@@ -218,7 +218,7 @@ def test_a_hand_goes_no_faster_than_it_can_brake():
     assert np.linalg.norm(twist[3:]) == pytest.approx(braking)
 
 
-def test_the_error_is_of_all_axes():
+def test_the_error_is_the_norm_over_all_axes():
     controller, marker = arm(), marker_at()
     goal = controller.goal(marker)
     turn = geometry.rotation_from_vector((0.1, 0.2, 0.2))

@@ -33,7 +33,7 @@ SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 
 @pytest.mark.parametrize("binning", [4, 2, 1])
 @pytest.mark.parametrize(("yaw", "pitch"), [(20, 0), (-35, 15), (10, -40)])
-def test_a_marker_is_where_it_is(binning, yaw, pitch):
+def test_the_pose_of_a_marker_is_true(binning, yaw, pitch):
     of, camera, board = servo_scene.settings(binning), servo_scene.camera(), at(0.7, -0.1, 0.55, yaw, pitch)
     found = ArucoDetector(calibration=servo_scene.calibration(of)).detect(
         servo_scene.image(of, camera, board)
@@ -149,7 +149,7 @@ def test_no_image_upsets_the_finders():
 
 @pytest.mark.parametrize("binning", [4, 1])
 @pytest.mark.parametrize("y", [-0.4, 0.0, 0.3])
-def test_a_head_is_where_it_is(binning, y):
+def test_the_position_of_a_head_is_true(binning, y):
     of, camera, face = servo_scene.settings(binning), servo_scene.camera(), at(1.2, y, 0.55)
     found = CascadeFaceDetector(servo_scene.calibration(of)).detect(servo_scene.image(of, camera, face=face))
     assert len(found) == 1

@@ -64,7 +64,7 @@ def test_without_faults_it_gets_there():
     assert bench.gate.refused == 0
 
 
-def test_steps_get_there_too():
+def test_relative_steps_reach_the_marker():
     bench = Bench(head=dataclasses.replace(Config().head, mode="steps"))
     bench.robot.head = np.array([0.3, -0.2])
     assert bench.run(30, State.REACHED).state is State.REACHED

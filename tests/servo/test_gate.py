@@ -139,7 +139,7 @@ def test_a_step_replaces_the_velocity(bench):
     assert [kind for kind, _ in bench.robot.moves] == ["step", "hand"]
 
 
-def test_nothing_to_move_is_a_rest(bench):
+def test_a_command_that_moves_nothing_stops_the_robot_once(bench):
     assert bench.send()
     assert bench.robot.stops == 0, "it rested already"
     bench.send(head=[0.1, 0])

@@ -51,7 +51,7 @@ def seen(marker, board=PLACE, binning=2, spoil=None):
     ],
     ids=lambda marker: f"{marker.kind} {marker.dictionary}",
 )
-def test_a_target_is_where_it_is(marker):
+def test_the_pose_of_a_target_is_true(marker):
     (found,) = seen(marker)
     assert (found.marker_id, found.problem) == (marker.target, "")
     true = geometry.inverse(servo_scene.camera()) @ PLACE

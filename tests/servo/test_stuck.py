@@ -195,7 +195,7 @@ def test_slow_progress_is_progress():
     assert not fed(ProgressWatch(3.0), [off(0.02, 30 - 0.8 * DT * step) for step in range(1000)])
 
 
-def test_trembling_is_none():
+def test_trembling_is_no_progress():
     random = np.random.default_rng(3)
     assert fed(ProgressWatch(3.0), [off(0.05 + random.normal(0, 3e-4)) for _ in range(500)])
 

@@ -97,7 +97,7 @@ def test_a_camera_that_does_not_say_who_it_is(simulated: GigeCamera) -> None:
             device.open(Access.CONTROL)
 
 
-def test_this_program_itself(simulated: GigeCamera) -> None:
+def test_a_camera_that_this_program_controls_is_refused(simulated: GigeCamera) -> None:
     with closing(GigeDevice(ADDRESS)) as first, closing(GigeDevice(ADDRESS)) as second:
         first.open(Access.CONTROL)
         with pytest.raises(AccessDeniedError, match=r"this program controls .* already; close it first"):

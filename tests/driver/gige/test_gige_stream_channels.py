@@ -45,7 +45,7 @@ def open_ports(camera: GigeCamera) -> list[bool]:
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
 @pytest.mark.parametrize("index", [0, 1])
-def test_one_channel(stage: ExitStack, index: int, faults: Faults) -> None:
+def test_only_the_chosen_channel_is_received(stage: ExitStack, index: int, faults: Faults) -> None:
     camera, grabber = opened(stage, f"?stream_channel={index}", faults)
     queue = stage.enter_context(closing(grabber.open_queue(4)))
     grabber.start()

@@ -213,7 +213,7 @@ def test_a_refused_leader_says_what_it_lacks() -> None:
             Leader.decode(bytes.fromhex(digits))
 
 
-def test_other_leaders() -> None:
+def test_leaders_of_other_payload_types() -> None:
     zones = bytes.fromhex(f"0000 0009 {TIME_BYTES} 80000000 81080001 {GEOMETRY_BYTES}")
     assert Leader.decode(zones) == Leader(PayloadKind.MULTI_ZONE, TIME, 0x81080001, *GEOMETRY)
     vendors = bytes.fromhex(f"0000 8001 {TIME_BYTES} 81080001 {GEOMETRY_BYTES}")

@@ -158,6 +158,6 @@ def test_faults_that_make_no_sense_are_refused(wrong):
         Faults(**wrong)
 
 
-def test_serial_numbers_count_on():
+def test_further_cameras_get_the_next_serial_numbers():
     assert [counted("SIM009", n) for n in (0, 1)] == ["SIM009", "SIM010"]
     assert [counted("left", n) for n in (0, 1)] == ["left", "left-2"]

@@ -43,7 +43,7 @@ def test_the_board_is_where_it_should_be(number):
     assert np.abs(corners - true[ids]).mean() < 0.2
 
 
-def test_it_rests_and_then_goes_on():
+def test_the_board_rests_and_then_moves_on():
     scene = board.BoardScene()
     assert scene.hold_at(0.0) == scene.hold_at(board.REST_S) == board.holds()[0]
     between = scene.hold_at(board.REST_S + board.MOVE_S / 2)

@@ -115,7 +115,7 @@ def test_things_move_with_the_device_s_clock():
     assert np.array_equal(scene.rendered(5, of), scene.rendered(5, of))
 
 
-def test_it_is_a_source():
+def test_the_scene_opens_by_its_uri():
     grabber = sources.create("sim:scene?width=608&height=512")
     grabber.open()
     try:

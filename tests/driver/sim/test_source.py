@@ -86,7 +86,7 @@ def test_options_that_make_no_sense_are_refused(text, says):
         create(uri(text))
 
 
-def test_there_is_no_other_camera():
+def test_an_unknown_serial_number_is_not_found():
     with pytest.raises(SourceNotFoundError, match="SIM999"):
         create(uri("sim:SIM999"))
 

@@ -68,7 +68,7 @@ def camera(video: FakeVideo, monkeypatch: pytest.MonkeyPatch) -> Iterator[Camera
     camera.close()
 
 
-def test_it_says_who_it_is(camera: Camera) -> None:
+def test_the_webcam_reports_its_identity(camera: Camera) -> None:
     assert camera.info.title == "Acme Eye 7" and camera.info.uri == "v4l2:"
     assert camera.feature("DeviceSerialNumber").value == "7"
     assert [category.name for category in camera.feature_tree().members][:3] == [  # type: ignore[union-attr]

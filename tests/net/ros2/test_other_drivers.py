@@ -254,7 +254,7 @@ def test_lines_may_be_padded(driver, opened):
     assert frames.get(PATIENCE).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
 
 
-def test_its_camera_info_is_used(driver, opened, notices):
+def test_the_drivers_camera_info_is_used(driver, opened, notices):
     remote = opened("ros2:/other")
     remote.start()
     driver.info = information()

@@ -62,7 +62,7 @@ def test_menus_of_integers(text, menu):
         "v1.0: a, 2: b",
     ],
 )
-def test_no_menus(text):
+def test_texts_that_are_no_menus(text):
     assert choices(descriptor(text, kind=INTEGER)) == {}
 
 
@@ -77,11 +77,11 @@ def test_a_list_has_values_of_the_parameters_type():
     "text",
     ["", "how bright", "one of the best features", "one of [alone]", "one of , ,", "0 … 24 dB, step 1"],
 )
-def test_other_words(text):
+def test_other_words_are_no_choices(text):
     assert choices(descriptor(text)) == {}
 
 
-def test_too_long_a_list_is_none():
+def test_too_long_a_list_gives_no_choices():
     assert choices(descriptor("one of " + ", ".join(map(str, range(100))))) == {}
 
 

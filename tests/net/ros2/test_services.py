@@ -170,7 +170,7 @@ def test_failures_are_replies(call, kind, request_, message):
     assert not answer.success and message in answer.message
 
 
-def test_what_there_is_not(call):
+def test_the_camera_lacks_these_features(call):
     assert not call(srv.HasFeature, name="Warp").has_feature
     assert not call(srv.HasFeature, feature=10).has_feature
 

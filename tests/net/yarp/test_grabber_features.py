@@ -110,7 +110,7 @@ def test_numbers_find_modern_and_old_names(features: NumberedFeatures) -> None:
     assert features.name(99) is None
 
 
-def test_what_there_is(features: NumberedFeatures) -> None:
+def test_the_camera_has_these_features(features: NumberedFeatures) -> None:
     there = {feature for feature in FeatureId if features.has(feature)}
     assert there == {
         *(FeatureId.EXPOSURE, FeatureId.SHUTTER, FeatureId.GAIN, FeatureId.FRAME_RATE),

@@ -82,7 +82,7 @@ def test_both_layouts_show_the_same_frame(scene: Stage) -> None:
     assert code == "mono" and np.array_equal(frame.rgb(), np.dstack([grey] * 3))
 
 
-def test_raw_alone(scene: Stage) -> None:
+def test_raw_images_instead_of_colour(scene: Stage) -> None:
     with scene.share(capabilities=Capability.RAW), InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber")
         assert image.decode(reader.read(PATIENCE)[0])[0].code == "mono"
