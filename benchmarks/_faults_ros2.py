@@ -136,7 +136,7 @@ def killed_programs_memory() -> Outcome:
         for reader in readers:
             reader.close()
         begun = time.monotonic()
-        # The server has some of it in its memory too, until it has noticed that they are gone.
+        # The server maps some of them, too, until it notices that the programs have ended.
         while _since(begun) < LONGEST:
             found = [one for one in leftovers(SHARED_MEMORY, youngest=0) if one.name in left]
             freed |= {one.name: one.size for one in clear(found)}

@@ -135,7 +135,7 @@ def watch(server: Connection, yarp: list[Connection], ros2: list[Connection], se
         reader.recv()
     server.send("begin")
     server.recv()
-    server.poll(seconds)  # nothing comes: this is the wait
+    server.poll(seconds)  # waits; nothing arrives
     server.send("end")
     served = server.recv()
     for reader in (*yarp, *ros2):

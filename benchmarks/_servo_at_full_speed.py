@@ -47,7 +47,7 @@ def main(kind: str, place: str = "") -> None:
     guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
     guardian.open()
     guardian.await_ready()
-    run_first()  # on a busy machine it would be stopped for its late commands before it is fast
+    run_first()  # on a busy machine late commands would stop it before it is fast
     gate = CommandGate(robot, config, guardian)
     print(f"guardian {guardian.pid}", flush=True)
 

@@ -20,7 +20,7 @@ from grabbergui.ui.views.servo_window import ServoWindow
 def obey(terminal: str) -> Any:
     """Obey the lines of the terminal; return the object to keep alive meanwhile."""
     app, lines = application(), os.open(terminal, os.O_RDONLY | os.O_NOCTTY)
-    hands: Any = QTest  # the stubs take its functions for methods
+    hands: Any = QTest  # the type stubs declare its functions as methods
 
     def act(*_: object) -> None:
         window = next((each for each in app.topLevelWidgets() if isinstance(each, ServoWindow)), None)

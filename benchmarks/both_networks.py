@@ -132,7 +132,7 @@ def measured(uri: str, sizes: list[Size], seconds: float, rounds: int, with_ros2
         for size in sizes * rounds:
             server.send(("size", size.width, size.height, size.rate))
             assert server.recv() == (size.width, size.height)
-            watch(server, [], [], 1.0)  # what the first frames of a size cost is no matter
+            watch(server, [], [], 1.0)  # the first frames of a size do not count
             keep(size, "none", 0, watch(server, [], [], seconds))
             for count in READERS:
                 joining = {"YARP": (yarp[:count], []), "ROS 2": ([], ros2[:count])}

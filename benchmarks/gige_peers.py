@@ -335,7 +335,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         table, more = long_runs(options.long)
         tables.append(table)
         asked += more
-    # Latencies are judged beside Aravis's alone: without a goal its Python binding was not there.
+    # Latencies are judged by Aravis's only; without its Python binding there is no goal.
     compared = latency_goals and all(REFERENCE in results for results in found.values())
     return Section(
         "GigE Vision",

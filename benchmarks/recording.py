@@ -169,7 +169,7 @@ def written(row: Row, frames: list[Frame], count: int, folder: Path) -> Speed:
         began, cpu = time.perf_counter(), cpu_seconds()
         for index in range(count):
             source = frames[index % len(frames)]
-            # A frame of its own, or its conversion would be kept from the time before.
+            # A new frame each time; a reused one would keep its conversion.
             frame = Frame(source.payload, source.width, source.height, source.pixel_format, index, index + 1)
             frame.received_ns = 1_700_000_000_000_000_000 + index * 47_619_047
             writer.write(frame)

@@ -187,7 +187,7 @@ def command_of(driver: str, folder: Path) -> list[str]:
     assert program is not None
     features = folder / "features.yaml"
     features.write_text("- FeatureName: Gain\n  Type: float\n  Description: Gain.\n")
-    calibration = folder / "calibration.yaml"  # without one it ends
+    calibration = folder / "calibration.yaml"  # camera_aravis2 ends without one
     calibration.write_text(CALIBRATION)
     parameters = folder / "parameters.yaml"
     parameters.write_text(
@@ -265,7 +265,7 @@ def watch(
         return (f"{came.count(False)} of {len(came)} readers got no image within {PATIENCE:g} s",)
     _ask(camera, "begin")
     cpu = cpu_seconds_of(pid)
-    camera.poll(seconds)  # nothing comes: this is the wait
+    camera.poll(seconds)  # waits; nothing arrives
     watched, cpu = _ask(camera, "end"), cpu_seconds_of(pid) - cpu
     camera.poll(ARRIVE)
     runs.add(watched, [_ask(reader, "seen") for reader in readers], cpu)

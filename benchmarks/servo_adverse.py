@@ -106,7 +106,7 @@ def can_move(arm: Chain, angles: Vector, velocity: Vector) -> bool:
     """Return whether the joints can move the tool at a velocity, m/s, without rotating it."""
     twist = np.concatenate((velocity, np.zeros(3)))
     slow = 0.01
-    joints = arm.velocities_for(angles, twist * slow) / slow  # slowly, as it keeps to the limits
+    joints = arm.velocities_for(angles, twist * slow) / slow  # slowly, as it obeys the limits
     return bool((np.abs(joints) <= arm.fastest).all())
 
 

@@ -160,7 +160,7 @@ def aravis(mode: str, seconds: float) -> tuple[int, float, float]:
     def cpu(usage: resource.struct_rusage) -> float:
         return usage.ru_utime + usage.ru_stime
 
-    # It counts from the start of its main loop, whole seconds; the first has the start-up in it.
+    # It counts whole seconds from the start of its main loop; the first one includes the start-up.
     per_second = [int(count) for count in re.findall(r"(\d+) frames?/s", text)][1:]
     total = re.search(r"n_completed_buffers\s*=\s*(\d+)", text)
     spent = cpu(after) - cpu(opened) - (cpu(opened) - cpu(before))

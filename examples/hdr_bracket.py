@@ -10,7 +10,7 @@ import grabbergui
 EXPOSURES = [2_000, 8_000, 32_000]
 
 with grabbergui.open(sys.argv[1] if len(sys.argv) > 1 else "sim:colour") as camera:
-    frames = camera.bracket(ExposureTime=EXPOSURES)  # each was really exposed so
+    frames = camera.bracket(ExposureTime=EXPOSURES)  # each exposed with its own time
     images = [cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR) for frame in frames]
     merged = cv2.createMergeMertens().process(images)
     cv2.imwrite("hdr.png", np.clip(merged * 255, 0, 255).astype(np.uint8))

@@ -8,7 +8,7 @@ import grabbergui
 source, seconds = (*sys.argv[1:], *("sim:", "2")[len(sys.argv) - 1 :])
 
 with grabbergui.open(source) as camera:
-    camera.exposure_time = 5_000  # is set again when the camera is back
+    camera.exposure_time = 5_000  # restored when the camera is back
     camera.on("lost", lambda why: print("lost:", why))
     camera.on("back", lambda how: print("back:", how))
     camera.start()
