@@ -84,7 +84,7 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
         ("sim:", "the built-in simulated camera"),
         ("sim:colour", "the same in colour"),
         ("sim:scene", "a simulated camera in a room, with a person who holds a marker"),
-        ("sim:board", "a simulated camera that is shown a board to calibrate by"),
+        ("sim:board", "a simulated camera that sees a calibration board"),
     ),
     SourceKind.GIGE: (
         ("gige:", "the first GigE Vision camera found"),

@@ -36,8 +36,8 @@ option or a bad value is refused before anything is opened. `grabbergui list` sh
 """
 _PIXEL_FORMATS = """# Pixel formats
 
-Every pixel format of the Pixel Format Naming Convention (PFNC 2.4) that this program knows by name: {count},
-of which {shown} can be shown. The layout of an unknown code, such as a vendor's own format, is guessed from
+This program knows {count} formats of the Pixel Format Naming Convention (PFNC 2.4) by name, of which {shown}
+can be shown. The layout of an unknown code, such as a vendor's own format, is guessed from
 its bits per pixel.
 
 *Bits* are those of a pixel in the payload and, if different, the significant bits of a sample. *Unpacked as*

@@ -156,11 +156,11 @@ class GigeUriOptions:
     packet_delay: str = _option(
         "", "TIME", "pause between packets, as in `10us` (`ns`, `us`, `ms`); otherwise the camera's own"
     )
-    bandwidth: str = _option(
-        "", "RATE", "the same as bytes that the camera may send in a second, as in `60MB`"
-    )
+    bandwidth: str = _option("", "RATE", "the same as a limit in bytes per second, as in `60MB`")
     multicast: str = _option(
-        "", "ADDRESS", "send to a group, as in `239.192.0.1`, so that others can listen in"
+        "",
+        "ADDRESS",
+        "multicast group to send to, as in `239.192.0.1`, so that others can receive",
     )
     stream_channel: str = _option(
         "0",
@@ -168,7 +168,7 @@ class GigeUriOptions:
         "the stream channel to receive, of a camera with several (`GevStreamChannelCount`): often one for "
         "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
-    plain: bool = _option(False, "0|1", "use a system call for each packet, for comparison", _switch)
+    plain: bool = _option(False, "0|1", "use one system call per packet, for comparison", _switch)
     packet_ring: str = _option(
         "auto",
         "auto|0|1",
