@@ -5,7 +5,7 @@ import pytest
 from yarp_transcripts import read
 
 from grabbergui.core.errors import LocalProtocolError, SourceNotFoundError, SourceUnavailableError, UsageError
-from grabbergui.net.yarp.os import name_client
+from grabbergui.net.yarp.os import name_client, name_server
 from grabbergui.net.yarp.os.carrier import (
     PORT_NAME_LIMIT,
     TCP,
@@ -51,6 +51,15 @@ def test_lists_are_alphabetic_and_prefixes_whole_words():
         books.answer(f"register {name}", "10.0.0.7")
     assert [line.split()[2] for line in books.answer("list /a", "").splitlines()[:-1]] == ["/a", "/a/x"]
     assert books.answer("query /ab", "").split()[4] == "10.0.0.7"
+
+
+def test_the_names_of_all_askers_together_are_limited(monkeypatch):
+    monkeypatch.setattr(name_server, "ASKER_LIMIT", 3)
+    monkeypatch.setattr(name_server, "PORTS_LIMIT", 5)
+    books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
+    own = books.answer("list", "").count("registration")
+    answers = [books.answer(f"register /n{number} tcp h 5", f"10.0.0.{number}") for number in range(9)]
+    assert ["registration" in answer for answer in answers] == [number < 5 - own for number in range(9)]
 
 
 def test_the_name_database_is_bounded():
