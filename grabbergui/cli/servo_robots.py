@@ -172,6 +172,7 @@ def hand_eye_stand(
     scene: Scene, gate: CommandGate, config: Config, options: argparse.Namespace, file: Path | None
 ) -> HandEyeStand:
     """Return what the window needs to calibrate hand and eye; `file` is the robot's."""
+    from grabbergui.servo.hand_eye_run import VIEWS
     from grabbergui.servo.hand_eye_stand import HandEyeStand
 
     def place(eye: str) -> Placement:
@@ -186,6 +187,7 @@ def hand_eye_stand(
         scene.calibration,
         place,
         getattr(options, "eye", "head"),
+        getattr(options, "views", VIEWS),
         file,
         cameras.close if cameras is not None else lambda: None,
     )

@@ -26,15 +26,13 @@ from grabbergui.models.hand_eye_text import ended_text, progress_text
 from grabbergui.models.image.rendering import DisplaySettings, render
 from grabbergui.models.language import driver_text, translate
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_run import HandEyeRun, Progress, Step, watched
+from grabbergui.servo.hand_eye_run import VIEWS, HandEyeRun, Progress, Step, watched
 from grabbergui.servo.hand_eye_stand import HandEyeStand, Plan, TargetWatch, plan
 from grabbergui.servo.robots.robot import CameraPlace
 from grabbergui.servo.runner import STOPPED
 
 log = logging.getLogger(__name__)
 
-VIEWS = 18
-"Default number of poses."
 SILENCE = 1.0
 "Seconds without a frame after which the silence is shown."
 TAKE_WAIT = 0.5
@@ -104,7 +102,7 @@ class HandEyeModel:
 
     def __init__(self, stand: HandEyeStand) -> None:
         self.stand = stand
-        self.setup = Setup(stand.eye, stand.config.marker, speed=stand.config.loop.speed)
+        self.setup = Setup(stand.eye, stand.config.marker, stand.views, stand.config.loop.speed)
         self.solution: Solution | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="hand-eye", daemon=True)

@@ -34,6 +34,8 @@ log = logging.getLogger(__name__)
 
 EYES = ("head", "hand", "fixed")
 "Where the camera is: on the head or the hand (the target is fixed), or fixed (the target is in the hand)."
+VIEWS = 20
+"Default number of views."
 FIRST_VIEWS = 6
 "Views from small moves around the first pose, if the model does not give the place of camera or target."
 SMALL_DEGREES = 7.0
@@ -134,7 +136,7 @@ class HandEyeRun:
         self._wanted = 0
         self._stops = gate.stops
 
-    def run(self, wanted: int = 20) -> HandEyeResult:
+    def run(self, wanted: int = VIEWS) -> HandEyeResult:
         """Take `wanted` views and compute the result. The robot rests on return.
 
         Raises UsageError if so few views cannot be enough, if the target is not visible or too few poses show

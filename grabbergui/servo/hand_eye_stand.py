@@ -26,7 +26,7 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.hand_eye_run import FIRST_VIEWS
+from grabbergui.servo.hand_eye_run import FIRST_VIEWS, VIEWS
 from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, KinematicModel, Robot
 from grabbergui.servo.robots.simulated import SimRobot
 
@@ -171,6 +171,8 @@ class HandEyeStand:
     "Frames of tf for an entry of `hand_eye_run.EYES`."
     eye: str = "head"
     "Proposed place of the camera."
+    views: int = VIEWS
+    "Proposed number of views."
     file: Path | None = None
     "The robot's file: proposed for saving, and compared with."
     leave: Callable[[], None] = lambda: None

@@ -13,6 +13,7 @@ from grabbergui.calibration import geometry, hand_eye
 from grabbergui.calibration.hand_eye import HandEyeResult, Placement
 from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.models.hand_eye import HandEyeModel
 from grabbergui.net.ros2.runtime import publish_frame
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
@@ -170,8 +171,10 @@ def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
     monkeypatch.setattr(standalone, "hand_eye", shown)
     file = tmp_path / "robot.yaml"
     command = ["hand-eye", "--window", "--robot", "sim-teo", "--eye", "hand", "--out", str(file)]
-    assert main([*command, "--mount-frame", "wrist", "--target", "charuco"]) == 0
+    assert main([*command, "--mount-frame", "wrist", "--target", "charuco", "--views", "7"]) == 0
     (stand,) = stands
     assert (stand.eye, stand.file, stand.config.marker.kind) == ("hand", file, "charuco")
+    model = HandEyeModel(stand)
+    assert (model.setup.eye, model.setup.views, model.plan().views) == ("hand", 7, 7)
     assert (stand.placement("hand").mount, stand.placement("head").eye) == ("wrist", "head")
     assert stand.gate.sent == 0
