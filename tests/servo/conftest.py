@@ -9,7 +9,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from patience import until
 from ros2_domain import own_domain
-from servo_limits import patient_config
+from servo_limits import MOST, patient_config
 
 
 @pytest.fixture(scope="session")
@@ -41,3 +41,9 @@ def robot(names, simulated):
 def config():
     """Of a run in real time."""
     return patient_config()
+
+
+@pytest.fixture
+def patient():
+    """Of a run in real time that no limit is to stop."""
+    return patient_config(MOST)

@@ -291,11 +291,11 @@ def test_the_ports_answer_whatever_is_asked(names, simulated, text):
             client.close()
 
 
-def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
-    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
+def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, patient):
+    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker), fps=10)
     camera.open()
     try:
-        metres, degrees = reach_marker(detecting_runner(camera, robot, config), simulated)
+        metres, degrees = reach_marker(detecting_runner(camera, robot, patient), simulated)
     finally:
         camera.close()
     assert metres < 0.010
@@ -303,10 +303,10 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
 
 
 # -- what others see -----------------------------------------------------------------------------
-def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, config):
-    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
+def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, patient):
+    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker), fps=10)
     camera.open()
-    runner = detecting_runner(camera, robot, config)
+    runner = detecting_runner(camera, robot, patient)
     publisher = YarpPublisher(runner, names, "/servo")
     reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
     try:
