@@ -129,12 +129,12 @@ def test_sliders_of_integers_over_more_than_three_decades_are_logarithmic(maximu
 @pytest.mark.parametrize(
     ("number", "text"), [(None, ""), (5, "5"), (5.0, "5"), (0.1, "0.1"), (2**63, str(2**63)), (1e20, "1e+20")]
 )
-def test_numbers_are_short(number, text):
+def test_a_number_is_written_as_short_as_it_can_be(number, text):
     assert format_number(number) == text
 
 
 @pytest.mark.parametrize(("value", "text"), [(None, ""), (True, "true"), (0.1, "0.1"), (7, "7"), ("a", "a")])
-def test_values_as_text(value, text):
+def test_a_value_is_written_as_text(value, text):
     assert format_value(value) == text
 
 

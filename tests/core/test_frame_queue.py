@@ -145,7 +145,7 @@ def test_a_queue_that_was_closed_is_not_kept():
     assert reference() is None
 
 
-def test_frame_status():
+def test_only_a_frame_without_missing_packets_is_complete():
     assert frame(1).complete
     assert not Frame(np.zeros(1, np.uint8), 1, 1, by_name("Mono8"), status=FrameStatus.INCOMPLETE).complete
 

@@ -99,5 +99,5 @@ def test_the_names_of_a_source_distinguish_it_from_others_of_its_model(info, tit
     assert info.as_dict()["uri"] == "sim:"
 
 
-def test_statistics_as_json():
+def test_statistics_are_a_dictionary_for_json():
     assert StreamStatistics(frames=3).as_dict()["frames"] == 3

@@ -90,7 +90,7 @@ def test_images_larger_than_a_block_of_words(pixel_format, monkeypatch):
 
 
 @each_format(DEEP)
-def test_big_endian_pixels(pixel_format):
+def test_big_endian_pixels_are_swapped_to_native_order(pixel_format):
     values = random_values(pixel_format, 9, 4)
     frame = frame_of(values, pixel_format, big_endian=True)
     assert np.array_equal(frame.raw(), values)

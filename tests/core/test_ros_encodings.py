@@ -28,7 +28,7 @@ WITHOUT = ["Mono4p", "RGB565p", "Mono32", "Data64s", "YUV411_8_UYYVYY", "YCbCr70
 
 
 @pytest.mark.parametrize(("name", "encoding"), NAMES)
-def test_names(name, encoding):
+def test_a_pixel_format_has_the_encoding_that_ros_has_for_it(name, encoding):
     assert encoding_of(pfnc.by_name(name)) == encoding
 
 

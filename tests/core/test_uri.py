@@ -33,7 +33,7 @@ def test_a_malformed_uri_is_refused(text):
         SourceUri.parse(text)
 
 
-def test_options():
+def test_an_option_has_its_text_or_the_default():
     uri = SourceUri.parse("yarp:/grabber?carrier=mjpeg")
     assert (uri.option("carrier"), uri.option("rate"), uri.option("rate", "5")) == ("mjpeg", "", "5")
 

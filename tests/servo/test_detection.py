@@ -185,7 +185,7 @@ def _found(detector, grey):
 
 
 @pytest.mark.parametrize("dictionary", ["5X5_100", "DICT_6X6_250", "ARUCO_ORIGINAL"])
-def test_other_dictionaries(dictionary):
+def test_markers_of_other_dictionaries_are_found(dictionary):
     name = dictionary if dictionary.startswith("DICT_") else f"DICT_{dictionary}"
     drawn = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)), 7, 120)
     canvas = np.full((300, 300), 255, np.uint8)

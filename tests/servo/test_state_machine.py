@@ -100,7 +100,7 @@ def test_nothing_moves_before_anything_is_known():
         (State.STUCK, NOTHING, GRACE + 0.1, State.LOST),
     ],
 )
-def test_transitions(start, situation, seconds, end):
+def test_a_situation_that_lasts_leads_from_one_state_to_the_next(start, situation, seconds, end):
     assert in_state(start).feed(situation, seconds) is end
 
 

@@ -71,7 +71,7 @@ def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
 
 
 @pytest.mark.parametrize("extended", [False, True])
-def test_images_arrive(wire: Wire, extended: bool) -> None:
+def test_every_image_sent_arrives_whole_and_in_order(wire: Wire, extended: bool) -> None:
     bench = Bench(buffers=20)
     sent = [datagram for block_id in range(1, 11) for datagram in block(block_id, extended=extended)]
     wire.send(sent)

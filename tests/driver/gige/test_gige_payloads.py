@@ -104,7 +104,7 @@ def test_raw_data_and_files(stage: ExitStack, faults: Faults, kind: str) -> None
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
-def test_chunks_alone(stage: ExitStack, faults: Faults) -> None:
+def test_chunks_without_an_image_are_received(stage: ExitStack, faults: Faults) -> None:
     for frame in receive(stage, faults, 30, ChunkModeActive=True, PayloadType="ChunkOnly"):
         assert frame.payload_type is PayloadType.CHUNK
         assert frame.chunks["ChunkFrameID"] == frame.frame_id
@@ -114,7 +114,9 @@ def test_chunks_alone(stage: ExitStack, faults: Faults) -> None:
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
 @pytest.mark.parametrize("pixel_format", ["Mono8", "RGB8"])
 @pytest.mark.parametrize("kind", [PayloadType.JPEG, PayloadType.JPEG2000])
-def test_compressed_images(stage: ExitStack, faults: Faults, kind: PayloadType, pixel_format: str) -> None:
+def test_compressed_images_are_decoded_to_what_was_sent(
+    stage: ExitStack, faults: Faults, kind: PayloadType, pixel_format: str
+) -> None:
     features = {"PixelFormat": pixel_format, "ImageCompressionMode": kind.name, "ChunkModeActive": True}
     for frame in receive(stage, faults, 30, **features):
         assert frame.payload_type is kind
@@ -144,7 +146,9 @@ def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: Faults) -> None:
 @pytest.mark.parametrize("chunks", [False, True], ids=["", "chunks"])
 @pytest.mark.parametrize("ids", ["Off", "On"], ids=["16-bit", "64-bit"])
 @pytest.mark.parametrize("kind", [PayloadType.MULTI_PART, PayloadType.GENDC])
-def test_components(stage: ExitStack, faults: Faults, kind: PayloadType, ids: str, chunks: bool) -> None:
+def test_every_component_of_a_frame_is_received(
+    stage: ExitStack, faults: Faults, kind: PayloadType, ids: str, chunks: bool
+) -> None:
     features: dict[str, object] = {"GevGVSPExtendedIDMode": ids}
     features |= {"Range": True, "Confidence": True, "ChunkModeActive": chunks}
     if kind is PayloadType.GENDC:

@@ -73,7 +73,7 @@ def test_is_found_by_every_name(aravis_camera: Any, name: str) -> None:
 
 
 @ARAVIS
-def test_is_listed(aravis_camera: Any) -> None:
+def test_the_camera_of_aravis_is_listed(aravis_camera: Any) -> None:
     (info,) = [info for info in discover(0.5) if info.address == "127.0.0.1"]
     assert (info.uri, info.bus, info.interface, info.note) == ("gige:GV01", "GigE Vision", "lo", "")
 

@@ -57,7 +57,9 @@ def test_another_program_of_this_machine_is_named(holder: subprocess.Popen[str])
         device.open(Access.CONTROL)
 
 
-def test_one_that_was_killed_is_waited_for(simulated: GigeCamera, holder: subprocess.Popen[str]) -> None:
+def test_a_controller_that_was_killed_is_waited_for(
+    simulated: GigeCamera, holder: subprocess.Popen[str]
+) -> None:
     simulated.control.memory.set(gev.HEARTBEAT_TIMEOUT, 1500)
     holder.send_signal(signal.SIGKILL)
     holder.wait()
@@ -66,7 +68,9 @@ def test_one_that_was_killed_is_waited_for(simulated: GigeCamera, holder: subpro
         assert device.open(Access.CONTROL) is Access.CONTROL
 
 
-def test_it_is_not_waited_for_without_end(simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_ended_controller_is_waited_for_no_longer_than_allowed(
+    simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(privilege, "LONGEST_WAIT", 0.2)
     with closing(ControlLink(ADDRESS)) as link:
         link.execute(TAKE)
@@ -78,7 +82,7 @@ def test_it_is_not_waited_for_without_end(simulated: GigeCamera, monkeypatch: py
         device.open(Access.CONTROL)
 
 
-def test_one_on_another_machine_is_not_waited_for(
+def test_a_controller_on_another_computer_is_not_waited_for(
     simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(privilege, "_released_in_time", lambda link: pytest.fail("waited"))
@@ -89,7 +93,7 @@ def test_one_on_another_machine_is_not_waited_for(
             device.open(Access.CONTROL)
 
 
-def test_a_camera_that_does_not_say_who_it_is(simulated: GigeCamera) -> None:
+def test_a_holder_that_the_camera_does_not_report_is_another_application(simulated: GigeCamera) -> None:
     with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
         link.execute(TAKE)
         simulated.control.memory.set(gev.PRIMARY_IP, 0)
@@ -105,7 +109,7 @@ def test_a_camera_that_this_program_controls_is_refused(simulated: GigeCamera) -
 
 
 @pytest.mark.parametrize("access", [Access.CONTROL, Access.MONITOR])
-def test_one_that_lets_nobody_read_either(simulated: GigeCamera, access: Access) -> None:
+def test_exclusive_control_refuses_reading_too(simulated: GigeCamera, access: Access) -> None:
     with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
         link.execute(WriteReg(((Register.CCP, Control.EXCLUSIVE),)))
         with pytest.raises(

@@ -79,7 +79,7 @@ def test_truncated_packets_are_refused_or_smaller(name: str) -> None:
             assert length >= header.size
 
 
-def test_sizes() -> None:
+def test_payload_packets_and_images_have_these_sizes() -> None:
     assert payload_stride(1500) == 1464 and payload_stride(1500, extended=True) == 1452
     packed = Leader(1, 0, 0x010C0006, 65, 3)
     assert packed.image_bytes == (65 * 3 * 12 + 7) // 8

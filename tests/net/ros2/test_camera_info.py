@@ -90,7 +90,7 @@ def test_coefficients_left_out_are_zero(given, expected):
     assert distortion.tolist() == given + [0.0] * (expected - len(given))
 
 
-def test_eight_coefficients():
+def test_a_rational_polynomial_keeps_its_eight_coefficients():
     model = read_camera_info(message(d=[0.1] * 8, distortion_model="rational_polynomial"), "left")
 
     assert model.distortion.shape == (8,)

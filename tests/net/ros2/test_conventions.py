@@ -203,7 +203,7 @@ def test_a_file_below_ros_home_that_holds_none_is_no_reason_to_stop(serve, ros_h
         ("file://${ROS_HOME}/mine.yaml", "/ros/mine.yaml"),
     ],
 )
-def test_urls(url, path, monkeypatch):
+def test_a_calibration_url_is_resolved_as_camera_info_manager_does(url, path, monkeypatch):
     monkeypatch.setenv("ROS_HOME", "/ros")
     assert str(path_of(url, "/front/cam")) == path
 

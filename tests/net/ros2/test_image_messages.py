@@ -47,7 +47,7 @@ def test_a_frame_looks_into_the_message():
     assert (frame.frame_id, frame.padding_x) == (7, 4)
 
 
-def test_big_endian_pixels():
+def test_big_endian_pixels_are_swapped():
     frame = frame_of(image(1, 2, "mono16", 2, b"\x01\x02\x03\x04", big_endian=1), 1)
 
     assert frame.raw().tolist() == [[0x0102], [0x0304]]

@@ -64,7 +64,7 @@ def test_a_malformed_list_is_refused_with_the_reason(kind, text, words):
 
 
 @given(st.text(), st.sampled_from(sorted(ARRAYS)))
-def test_any_text(text, kind):
+def test_any_text_is_an_array_or_refused(text, kind):
     try:
         message_of_text("list", kind, text)
     except FeatureValueError as error:

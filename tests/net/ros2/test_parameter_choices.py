@@ -29,7 +29,7 @@ def descriptor(constraints="", description="", kind=STRING):
         ("one of [rggb8, 16UC1]. Default: rggb8", ("rggb8", "16UC1")),
     ],
 )
-def test_lists(text, listed):
+def test_a_list_of_values_in_a_description_gives_the_choices(text, listed):
     assert (
         choices(descriptor(text)) == choices(descriptor(description=text)) == {name: name for name in listed}
     )
@@ -47,7 +47,7 @@ def test_lists(text, listed):
         ("valid values are 50, or 60", {"50": 50, "60": 60}),
     ],
 )
-def test_menus_of_integers(text, menu):
+def test_a_menu_of_integers_in_a_description_gives_names_and_values(text, menu):
     assert choices(descriptor(text, kind=INTEGER)) == choices(descriptor("", text, INTEGER)) == menu
 
 
@@ -97,5 +97,5 @@ def test_long_blanks_cost_no_time(text):
 
 
 @given(st.text(max_size=5000), st.sampled_from([INTEGER, STRING, DOUBLE]))
-def test_any_text(text, kind):
+def test_any_description_gives_choices_with_names_or_none(text, kind):
     assert all(choices(descriptor(text, kind=kind)))

@@ -62,7 +62,7 @@ def test_a_list_by_prefix(parameters):
     assert "Gain" in parameters.names(None, 1)
 
 
-def test_values_and_types(parameters, camera):
+def test_features_are_parameters_of_their_type(parameters, camera):
     gain, width, auto, reverse, latch = parameters.values(
         "Gain", "Width", "GainAuto", "ReverseX", "use_sim_time"
     )
@@ -145,7 +145,7 @@ def test_a_feature_that_cannot_be_read_is_reported_as_not_set(parameters, camera
     assert [value.type for value in values] == [ParameterType.PARAMETER_NOT_SET] * len(hidden)
 
 
-def test_setting(parameters, camera):
+def test_setting_parameters_writes_features(parameters, camera):
     assert parameters.set(Gain=7.5, Width=64)[1].successful
     assert (camera.feature("Gain").value, camera.feature("Width").value) == (7.5, 64)
 

@@ -74,7 +74,7 @@ def test_a_feature_that_only_the_stream_locks_can_be_written(call, camera):
 
 
 @pytest.mark.parametrize("which", [{"feature": GAIN}, {"name": "Gain"}])
-def test_modes(call, camera, which):
+def test_a_mode_is_set_and_read_by_number_and_by_name(call, camera, which):
     assert call(srv.SetMode, mode=AUTO, **which).success
     assert camera.feature("GainAuto").value == "Continuous"
     assert call(srv.GetFeature, **which).mode == AUTO

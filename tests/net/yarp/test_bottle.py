@@ -236,7 +236,7 @@ def test_any_text_ends_in_a_bottle_or_an_error(text):
 
 
 @given(st.lists(st.one_of(st.integers(-(2**63), 2**63 - 1), st.floats(), st.text(), st.binary(max_size=9))))
-def test_text_round_trip(values):
+def test_the_text_of_a_bottle_reads_back_to_the_same_text(values):
     text = Bottle(values).to_text()
     assert Bottle.from_text(text).to_text() == text
 

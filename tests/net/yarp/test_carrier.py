@@ -38,7 +38,7 @@ def greeted(client):
     ],
 )
 @pytest.mark.parametrize("step", [1, 7, 1 << 30])
-def test_real_image_streams(name, carrier, step):
+def test_image_streams_of_a_real_yarp_are_read_in_pieces_of_any_size(name, carrier, step):
     carriers = [carrier] if carrier else [wire.TCP, wire.FAST_TCP]
     seen = 0
     for kind in carriers:
@@ -158,7 +158,7 @@ def test_random_bytes_never_break_the_receivers(data):
     st.lists(st.binary(), max_size=300),
 )
 @example("D 1", [b"xy"] * 255)
-def test_messages_round_trip(command, parts):
+def test_a_message_is_read_as_it_was_written(command, parts):
     data = b"".join(wire.encode_message(command, parts))
     (message,) = feed(Receiver(), data)
     assert message.command == command and message.body == b"".join(parts)

@@ -182,7 +182,7 @@ def test_ours_has_every_feature(scene: Stage) -> None:
         remote.close()
 
 
-def test_commands(scene: Stage) -> None:
+def test_a_command_is_executed_by_the_served_camera_and_refused_with_its_reason(scene: Stage) -> None:
     with scene.share():
         remote = connect(scene)
         remote.open()
@@ -209,14 +209,16 @@ def test_a_missing_port_or_name_server_is_reported(scene: Stage) -> None:
         gone.open()
 
 
-def test_uris() -> None:
+def test_a_uri_with_an_unknown_port_name_carrier_or_option_is_refused() -> None:
     assert client.create(SourceUri.parse("yarp:")).info.address == "/grabber"
     for bad in ("yarp:grabber", "yarp:/g?carrier=pigeon", "yarp:/g?carrier=text", "yarp:/g?speed=3"):
         with pytest.raises(UsageError, match=r"yarp:|begin with /"):
             client.create(SourceUri.parse(bad))
 
 
-def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_discovery_lists_the_served_cameras_of_the_name_server(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(name_client, "name_server", lambda: None)
     assert client.discover(1.0) == []
     monkeypatch.setattr(name_client, "name_server", lambda: scene.name_server.contact)

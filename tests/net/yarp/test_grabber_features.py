@@ -155,7 +155,7 @@ def test_whole_numbers_go_to_the_nearest_step(grabber: BalancedGrabber, features
     assert grabber.known["GainRaw"].value == 15
 
 
-def test_normalised_values(grabber: BalancedGrabber) -> None:
+def test_normalised_values_go_from_0_to_1_over_the_range_of_the_feature(grabber: BalancedGrabber) -> None:
     features = NumberedFeatures(grabber, normalised=True)
     assert features.value(FeatureId.EXPOSURE) == pytest.approx(990 / 20000)
     features.set_value(FeatureId.EXPOSURE, 0.5)
@@ -219,7 +219,9 @@ def test_a_balance_without_red_and_blue_is_none() -> None:
     assert not features.has(FeatureId.WHITE_BALANCE)
 
 
-def test_modes(grabber: BalancedGrabber, features: NumberedFeatures) -> None:
+def test_a_mode_is_the_automatic_feature_and_one_push_is_its_once(
+    grabber: BalancedGrabber, features: NumberedFeatures
+) -> None:
     assert features.mode(FeatureId.EXPOSURE) is FeatureMode.MANUAL
     features.set_mode(FeatureId.EXPOSURE, FeatureMode.AUTO)
     assert grabber.known["ExposureAuto"].value == "Continuous"
@@ -238,7 +240,7 @@ def test_modes(grabber: BalancedGrabber, features: NumberedFeatures) -> None:
             refused()
 
 
-def test_switches(grabber: BalancedGrabber, features: NumberedFeatures) -> None:
+def test_switching_a_feature_writes_its_enabler(grabber: BalancedGrabber, features: NumberedFeatures) -> None:
     assert features.active(FeatureId.FRAME_RATE)
     features.set_active(FeatureId.FRAME_RATE, False)
     assert grabber.known["AcquisitionFrameRateEnable"].value is False

@@ -22,7 +22,7 @@ from patience import PATIENCE, until
 
 
 @pytest.mark.parametrize("chosen", ["tcp", "udp", "mjpeg"])
-def test_other_carriers(scene: Stage, chosen: str) -> None:
+def test_images_arrive_over_the_chosen_carrier(scene: Stage, chosen: str) -> None:
     with scene.share():
         remote = connect(scene, f"yarp:/grabber?carrier={chosen}")
         remote.open()

@@ -41,7 +41,7 @@ def recorded(names: tuple[str, ...]) -> list[object]:
     ]
 
 
-def test_transcripts_are_there() -> None:
+def test_no_recorded_request_is_missing() -> None:
     assert len(recorded(LEGACY)) > 100
     assert len(recorded(THRIFT)) > 70
 

@@ -55,7 +55,7 @@ def test_images_over_each_carrier(scene: Stage, server: YarpGrabberServer, chose
         assert abs(second.time - time.time()) < 5
 
 
-def test_raw_and_colour(scene: Stage, server: YarpGrabberServer) -> None:
+def test_raw_images_are_on_a_port_of_their_own(scene: Stage, server: YarpGrabberServer) -> None:
     with InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber/raw")
         header, pixels = image.decode(reader.read(PATIENCE)[0])
@@ -194,7 +194,9 @@ def test_without_a_name_server_nothing_is_left(scene: Stage) -> None:
     assert not scene.grabber.streaming
 
 
-def test_the_terminal_by_requests(scene: Stage, server: YarpGrabberServer) -> None:
+def test_requests_to_the_terminal_port_are_lines_of_the_terminal(
+    scene: Stage, server: YarpGrabberServer
+) -> None:
     with RpcClient("/grabber/terminal", scene.names) as terminal:
         reply = terminal.call(Bottle(["set_feature", "Gain", 2]), 5)
         assert reply and str(reply[0]).startswith("Gain = 2 dB")

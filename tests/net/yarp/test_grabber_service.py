@@ -119,7 +119,7 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
     service.close()
 
 
-def test_images(wire: Wire) -> None:
+def test_images_and_their_parts_are_returned_with_padded_lines(wire: Wire) -> None:
     (whole,) = wire.ask(Operation.IMAGE).values
     header, pixels = image.decode(bytes_of(whole))
     assert (header.code, header.row_bytes, pixels.shape) == ("rgb", 504, (100, 168, 3))
@@ -138,7 +138,7 @@ def bytes_of(image: object) -> bytes:
     return Bottle([mat, code, Bottle(layout, specialised=True), pixels], specialised=False).encode()
 
 
-def test_crops(wire: Wire) -> None:
+def test_a_crop_includes_both_corners_and_must_lie_within_the_image(wire: Wire) -> None:
     whole = wire.ask(Operation.CROP, 0, ((167, 99), (0, 0)))
     assert whole.values[0][2][3:] == [168, 100]  # type: ignore[index]
     part = wire.ask(Operation.CROP, 0, ((2, 3), (2, 3)))
@@ -147,7 +147,7 @@ def test_crops(wire: Wire) -> None:
         assert not wire.ask(Operation.CROP, kind, vertices).ok
 
 
-def test_resolution_and_mirror(wire: Wire, grabber: FrameGrabber) -> None:
+def test_resolution_and_mirror_are_set_together_or_not_at_all(wire: Wire, grabber: FrameGrabber) -> None:
     assert wire.ask(Operation.SET_RESOLUTION, 320, 240).ok
     assert wire.ask(Operation.GET_RESOLUTION).values == (320, 240)
     assert wire.ask(Operation.SET_RESOLUTION, 10**6, 240).status is not Status.OK
@@ -184,7 +184,9 @@ def test_numbers_become_named_features(wire: Wire, grabber: FrameGrabber) -> Non
     assert all(remote.has(name) for name in names)
 
 
-def test_setting_by_number(wire: Wire, grabber: FrameGrabber) -> None:
+def test_writing_by_number_switches_the_automatic_mode_off_and_refuses_like_the_camera(
+    wire: Wire, grabber: FrameGrabber
+) -> None:
     remote = NumberFeatures(wire.ask)
     remote.write("ExposureAuto", "Continuous")
     assert grabber.feature("ExposureAuto").value == "Continuous"
@@ -211,7 +213,7 @@ def test_normalised_servers_are_noticed(grabber: FrameGrabber, dialect: Dialect)
     service.close()
 
 
-def test_both_balances(wire: Wire, grabber: FrameGrabber) -> None:
+def test_each_balance_ratio_is_written_for_itself(wire: Wire, grabber: FrameGrabber) -> None:
     if not NumberFeatures(wire.ask).has("BalanceRatio"):
         grabber.write_feature("PixelFormat", "BayerRG8")
     remote = NumberFeatures(wire.ask)

@@ -88,7 +88,7 @@ def test_the_name_servers_own_name_stays_its_own(command):
     assert books.answer("query /root", "").startswith("registration name /root ip 127.0.0.1 port 10000 ")
 
 
-def test_client_and_server():
+def test_a_name_is_registered_found_listed_and_given_up():
     with NameServer(port=0) as server:
         names = NameClient(server.contact)
         contact = names.register("/x", ip="127.0.0.5", port=1234)

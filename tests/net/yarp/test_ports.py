@@ -62,7 +62,7 @@ def test_bottles_over_every_carrier(names, carrier):
         assert Bottle.decode(payload) == bottle and envelope == "3 4.5"
 
 
-def test_requests_and_replies(names):
+def test_a_request_of_any_size_gets_its_reply(names):
     with RpcServer("/rpc", echo, names), RpcClient("/rpc", names) as client:
         assert client.call(Bottle([1, "a"])) == [Vocab("ok"), 1, "a"]
         big = Bottle([bytes(3_000_000)])
@@ -123,7 +123,7 @@ def test_a_carrier_or_plug_in_that_is_refused_is_named_in_the_log_once(names, ca
     assert "portmonitor must run at the other end" in warned[1]
 
 
-def test_administration(names):
+def test_administrative_commands_are_answered_as_yarp_does(names):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         ask = lambda *items: administer(output.contact.address, Bottle(items))  # noqa: E731
         assert ask(Vocab("ver")) == [Vocab("ver"), 1, 2, 3]
