@@ -7,13 +7,18 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from grabber_stage import Stage
 
+from fakes import ScriptedGrabber
 from grabbergui.core.errors import SourceUnavailableError, TransportError
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import by_name
 from grabbergui.net.yarp import image
+from grabbergui.net.yarp import server as server_module
 from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os import carrier
@@ -94,6 +99,27 @@ def test_a_period_spaces_images(scene: Stage) -> None:
         times = [Stamp.decode(reader.read(PATIENCE)[1]) for _ in range(4)]
         stamps = [stamp.time for stamp in times if stamp]
         assert 0.5 < stamps[-1] - stamps[0] < 0.9
+
+
+def test_a_period_keeps_its_rate_though_frames_come_at_other_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, sent = 100.0, []
+    port = SimpleNamespace(
+        name="/out",
+        connections=1,
+        asked_for=lambda modifier: {""},
+        write=lambda *parts, only: sent.append(round(now - 100.0, 2)),
+    )
+    monkeypatch.setattr(server_module.time, "monotonic", lambda: now)
+    publisher = server_module._Publisher(ScriptedGrabber(), port, Capability.COLOR, 0.1)
+    frame = Frame(np.zeros(1, np.uint8), 1, 1, by_name("Mono8"))
+    for number in range(11):
+        now = 100.0 + 0.06 * number
+        publisher._offer(frame)
+    assert sent == [0.0, 0.12, 0.24, 0.3, 0.42, 0.54, 0.6]
+    now = 110.0
+    for _ in range(5):  # what was missed in a pause is not made up for
+        publisher._offer(frame)
+    assert sent[7:] == [10.0]
 
 
 def test_without_readers_no_image_is_converted(
