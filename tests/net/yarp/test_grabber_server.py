@@ -17,6 +17,7 @@ from fakes import ScriptedGrabber
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
+from grabbergui.net.component_joiner import MOST_COMPONENTS
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp import server as server_module
 from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
@@ -218,6 +219,34 @@ def test_without_a_name_server_nothing_is_left(scene: Stage) -> None:
             YarpGrabberServer(scene.grabber, names=scene.names, bind="203.0.113.7").start()
     until(lambda: threading.active_count() <= threads, "the threads' end")
     assert not scene.grabber.streaming
+
+
+def test_a_camera_that_does_not_start_leaves_no_port_open(scene: Stage) -> None:
+    class Refusing(ScriptedGrabber):
+        def start(self, *, keep_trigger: bool = False) -> None:
+            raise TransportError("no bandwidth")
+
+    threads = threading.active_count()
+    server = YarpGrabberServer(Refusing(), "/refusing", names=scene.names)
+    with pytest.raises(TransportError, match="no bandwidth"):
+        server.start()
+    assert not [name for name in scene.names.list() if name.name.startswith("/refusing")]
+    until(lambda: threading.active_count() <= threads, "the threads' end")
+
+
+def test_there_are_no_more_ports_of_components_than_allowed_and_none_once_it_is_stopped() -> None:
+    opened: list[str] = []
+
+    def make_port(name: str) -> SimpleNamespace:
+        return SimpleNamespace(open=lambda: opened.append(name), close=lambda: opened.remove(name), place=str)
+
+    components = server_module.ComponentPorts(ScriptedGrabber(), "/cam", make_port)
+    ports = [components._port(f"part{number}") for number in range(MOST_COMPONENTS + 3)]
+    assert [port is not None for port in ports] == [True] * MOST_COMPONENTS + [False] * 3
+    assert len(opened) == len(components.ports) == MOST_COMPONENTS and components._port("part0") is ports[0]
+    components.stop()
+    components.stop()
+    assert (opened, components.ports) == ([], ())
 
 
 def test_requests_to_the_terminal_port_are_lines_of_the_terminal(
