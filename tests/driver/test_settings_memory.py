@@ -12,6 +12,7 @@ from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.driver.setting_writer import SettingsMemory
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
 from random_settings import any_write, capture_all, differences
@@ -38,18 +39,25 @@ class InProcess:
         self.camera.close()
 
 
+def switched_on():
+    """Return a GigE Vision camera that waits long for its host: a machine may stand still for a while."""
+    simulated = GigeCamera(ADDRESS, power_on=SMALL)
+    simulated.control.memory.set(gev.HEARTBEAT_TIMEOUT, int(PATIENCE * 1000))
+    return simulated
+
+
 class OnTheNetwork:
     """A simulated GigE Vision camera, and the switch of its power."""
 
     def __init__(self):
-        self.simulated = GigeCamera(ADDRESS, power_on=SMALL)
+        self.simulated = switched_on()
         self.camera = sources.create(f"gige:{ADDRESS}")
         self.camera.open()
 
     def lose_power(self):
         self.simulated.close()
         until(lambda: self.camera._reconnecting is not None, "the loss")
-        self.simulated = GigeCamera(ADDRESS, power_on=SMALL)
+        self.simulated = switched_on()
 
     def close(self):
         self.camera.close()
