@@ -50,7 +50,7 @@ def robot(fake, model):
 
 
 @pytest.mark.parametrize("fake", ["stock", "servo node"], indirect=True)
-def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
+def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, patient):
     assert "head streamed trajectories to /head_controller/joint_trajectory" in robot.summary
     arm = "streamed trajectories to /arm_controller" if ARM in fake.controllers else "twists to /servo_node"
     assert f"arm {arm}" in robot.summary
@@ -58,7 +58,7 @@ def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
     camera = closed_loop.mounted_camera(fake.robot, things)
     camera.open()
     try:
-        metres, degrees = reach_marker(detecting_runner(camera, robot, config), fake.robot)
+        metres, degrees = reach_marker(detecting_runner(camera, robot, patient), fake.robot)
     finally:
         camera.close()
     assert metres < 0.010
