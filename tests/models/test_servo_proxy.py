@@ -119,6 +119,9 @@ def test_of_two_stops_at_once_the_newest_stays_confirmed(pair):
             later.join(0.05)
             return greater
 
+        def __reduce__(self):
+            return int, (int(self),)  # in a report that is sent in between
+
     def stop(number):
         pair.server._stop(servo_proxy.Request(servo_proxy.RequestKind.STOP, "test", number))
 
