@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -315,8 +316,11 @@ class Config:
                 raise UsageError(f"{where}: '{stray}' precedes the first section; there are {known}")
             if name not in sections:
                 raise UsageError(f"{where} has a section [{name}]; there are {known}")
-            parts[name] = _changed(getattr(config, name), section.values, f"{where}, [{name}]")
-        return replace(config, **parts)
+            changes = _changes(getattr(config, name), section.values, f"{where}, [{name}]")
+            with _named(where):
+                parts[name] = replace(getattr(config, name), **changes)
+        with _named(where):
+            return replace(config, **parts)
 
     @classmethod
     def load(cls, path: Path) -> Config:
@@ -324,7 +328,16 @@ class Config:
         return cls.parse(path.read_text("utf-8", "replace"), str(path))
 
 
-def _changed(part: Any, values: dict[str, str], where: str) -> Any:
+@contextmanager
+def _named(where: str) -> Iterator[None]:
+    """Put the name of the file before the error of a value that is out of range."""
+    try:
+        yield
+    except UsageError as error:
+        raise UsageError(f"{where}: {error}") from error
+
+
+def _changes(part: Any, values: dict[str, str], where: str) -> dict[str, Any]:
     known = {entry.name: getattr(part, entry.name) for entry in fields(part)}
     changes: dict[str, Any] = {}
     for key, text in values.items():
@@ -333,7 +346,7 @@ def _changed(part: Any, values: dict[str, str], where: str) -> Any:
             hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
             raise UsageError(f"{where} has no {key}; {hint}")
         changes[key] = _value(text, known[key], f"{where}: {key}", may_be_negative=key in _NEGATIVE)
-    return replace(part, **changes)
+    return changes
 
 
 def _value(text: str, default: Any, where: str, *, may_be_negative: bool) -> Any:

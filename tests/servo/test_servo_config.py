@@ -54,6 +54,13 @@ def test_a_setting_that_cannot_be_is_refused(text, complaint):
         Config.parse(text)
 
 
+@pytest.mark.parametrize("text", ["[arm]\nfastest 3", "[safety]\nrobot_timeout 60", "[head]\ngain fast"])
+def test_a_refusal_names_the_file(tmp_path, text):
+    (path := tmp_path / "mine.ini").write_text(text)
+    with pytest.raises(UsageError, match=r"mine\.ini"):
+        Config.load(path)
+
+
 def test_a_setting_before_any_section_is_named():
     with pytest.raises(UsageError, match="'rate' precedes the first section; there are "):
         Config.parse("rate 10\n[arm]\ny_low -0.5")
