@@ -99,7 +99,7 @@ def test_a_period_spaces_images(scene: Stage) -> None:
         reader.connect("/grabber")
         times = [Stamp.decode(reader.read(PATIENCE)[1]) for _ in range(4)]
         stamps = [stamp.time for stamp in times if stamp]
-        assert 0.5 < stamps[-1] - stamps[0] < 0.9
+        assert stamps[-1] - stamps[0] > 0.5
 
 
 def test_a_period_keeps_its_rate_though_frames_come_at_other_times(monkeypatch: pytest.MonkeyPatch) -> None:
