@@ -65,6 +65,16 @@ def test_a_long_reason_does_not_move_the_stop_button(window, qapp):
     assert window.stopButton.geometry() == place
 
 
+def test_a_message_does_not_move_the_stop_button(window, qapp):
+    window.show()
+    qapp.processEvents()
+    place = window.stopButton.geometry()
+    window.messages.showError("the camera is lost")
+    qapp.processEvents()
+    assert window.messages.height() > 0
+    assert window.stopButton.geometry() == place
+
+
 def test_a_state_that_was_entered_goes_into_the_history(window):
     window.addEntry(Entry(0.0, State.LOST, "no image yet"))
     window.addEntry(Entry(1.25, State.CENTRING, "a target is seen"))
