@@ -41,6 +41,9 @@ ours."""
 SLOW_WATCH_PERIOD = 0.4
 """Period for a server of YARP's own, which must be asked for every value."""
 
+CLOSE_SECONDS = 0.3
+"""Seconds that `close` waits for the server and the name server."""
+
 LOOKS_PER_SEARCH = 10
 """Checks per search for the camera's component ports. A search fetches the name server's list."""
 
@@ -82,6 +85,8 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
         self._features: Features | None = None
         self._stopping = threading.Event()
         self._watcher: threading.Thread | None = None
+        self._ending: threading.Thread | None = None
+        "Ends what the last `close` left to it."
         self._looks = 0
         "Checks since the stream was started."
         self._starts_on_return = False
@@ -91,6 +96,8 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
     @override
     def open(self, access: Access = Access.CONTROL) -> None:
         """Raises SourceUnavailableError without a name server."""
+        if self._ending is not None:
+            self._ending.join()
         with self._lock:
             if self._link is not None:
                 return
@@ -104,18 +111,33 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
 
     @override
     def close(self) -> None:
+        """Release the server; one that hangs is left to a thread in the background after CLOSE_SECONDS."""
         self._stopping.set()
-        watcher, self._watcher = self._watcher, None
-        if watcher is not None and watcher is not threading.current_thread():
-            watcher.join(10)
-        self.stop()
+        link, was_open = self._link, self._features is not None
+        if link is not None:
+            link.close()  # ends a request that waits for its answer
+        ending = threading.Thread(target=self._end, args=(threading.current_thread(),), daemon=True)
+        ending.name = f"yarp end of {self._name}"
+        try:
+            ending.start()
+        except RuntimeError:  # the program ends, or has no threads left
+            self._end(threading.current_thread())
+        else:
+            self._ending = ending
+            ending.join(CLOSE_SECONDS)
         self._fanout.close()
-        with self._lock:
-            was_open = self._link is not None or self._features is not None
-            self._disconnect()
-            self._features = None
         if was_open:
             self.connection_changed.emit(ConnectionState.CLOSED, "")
+
+    def _end(self, closing: threading.Thread) -> None:
+        """Wait for the watcher, unless it is the thread that closes; then release everything."""
+        watcher, self._watcher = self._watcher, None
+        if watcher is not None and watcher is not closing:
+            watcher.join()
+        with self._lock:
+            self.stop()
+            self._disconnect()
+            self._features = None
 
     # -- features --------------------------------------------------------------------------------
     @override
@@ -206,7 +228,8 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
             except OtherCameraError as error:
                 self._lose(str(error))
             except _GONE as error:
-                self._lose_server(str(error))
+                if not self._stopping.is_set():  # otherwise `close` ended the request
+                    self._lose_server(str(error))
             except GrabberError as error:
                 if str(error) != complaint:  # ten times a second otherwise
                     complaint = str(error)
@@ -219,7 +242,7 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
     def _look(self) -> None:
         """Check the server and the stream once. Raises if either is lost."""
         with self._lock:
-            link, features, stream = self._link, self._features, self._stream
+            link, features = self._link, self._features
             if link is None or features is None:
                 return
             if link.failed:
@@ -236,19 +259,31 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
             else:
                 link.check()
             self._forget_seen(changed)
-            if stream is not None and not stream.connected:
-                stream.connect()
-            if stream is not None and self._looks % LOOKS_PER_SEARCH == 0:
-                try:
-                    stream.look()
-                except _GONE as error:  # open connections do not need the name server
-                    log.info("%s: its components are not searched for: %s", self._name, error)
-            self._looks += 1
+        self._look_at_stream()
         if changed and late:  # a server may answer before it has its camera
             self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} has its camera")
         self._report_camera(features)
         if changed:
             self.features_changed.emit(changed)
+
+    def _look_at_stream(self) -> None:
+        """Connect the stream if it is not connected. Without the lock, as others may take long to answer."""
+        stream = self._stream
+        if stream is None:
+            return
+        try:
+            if not stream.connected:
+                stream.connect()
+        except _GONE:
+            if stream is self._stream:
+                raise
+            return  # it was stopped in the meantime
+        if self._looks % LOOKS_PER_SEARCH == 0:
+            try:
+                stream.look()
+            except _GONE as error:  # open connections do not need the name server
+                log.info("%s: its components are not searched for: %s", self._name, error)
+        self._looks += 1
 
     def _return(self) -> None:
         """Try to connect again. Raises while the server is still away."""

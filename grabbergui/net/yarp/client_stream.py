@@ -270,6 +270,8 @@ class ComponentReaders:
             with self._lock:
                 self._send(self._joiner.forget(name))
         for name in wanted:
+            if self._closed:
+                return
             try:
                 self._read(name)
             except GrabberError as error:
@@ -277,15 +279,14 @@ class ComponentReaders:
 
     def disconnect(self) -> None:
         """Close all connections; the next `look` connects again."""
-        for reader in self._readers.values():
+        for reader in [*self._readers.values()]:
             reader.disconnect()
 
     def close(self) -> None:
         """Stop all. May be called twice; never raises."""
         self._closed = True
-        for reader in self._readers.values():
+        for reader in [*self._readers.values()]:
             reader.close()
-        self._readers.clear()
         if self._scan is not None:
             self._scan.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -24,7 +25,7 @@ from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
 from grabbergui.net.yarp.os.values import Vocab
-from patience import PATIENCE, until
+from patience import PATIENCE, attempts, until
 
 
 def test_the_server_goes_and_comes_back(scene: Stage) -> None:
@@ -83,6 +84,69 @@ def test_a_server_that_hangs_is_waited_for_once(scene: Stage, monkeypatch: pytes
             answering.set()
         until(lambda: not remote.lost, "the return")
         assert remote.feature("Gain").value is not None
+        remote.close()
+
+
+def test_closing_does_not_wait_for_a_server_that_hangs(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A request that waits for its answer ends, and nothing is reported as lost."""
+    hanging, going = threading.Event(), threading.Event()
+    going.set()
+    answer = grabber_ends.GrabberService.answer
+
+    def hang(self: grabber_ends.GrabberService, request: Bottle) -> Bottle:
+        if not going.is_set():
+            hanging.set()
+        going.wait(PATIENCE)
+        return answer(self, request)
+
+    monkeypatch.setattr(grabber_ends.GrabberService, "answer", hang)
+    monkeypatch.setattr(grabber_ends, "TREE_TIMEOUT", PATIENCE)
+    states: list[ConnectionState] = []
+    remote = connect(scene)
+    remote.connection_changed.connect(lambda state, reason: states.append(state))
+    with scene.share(), ThreadPoolExecutor() as pool:
+        for watch in attempts(0.5):
+            remote.open()
+            remote.start()
+            states.clear()
+            hanging.clear()
+            going.clear()
+            try:
+                reading = pool.submit(remote.feature, "Gain")
+                assert hanging.wait(PATIENCE)
+                with watch:
+                    remote.close()
+                assert isinstance(reading.exception(PATIENCE), TransportError)
+                assert states == [ConnectionState.CLOSED] and not remote.lost
+            finally:
+                going.set()
+
+
+def test_closing_does_not_wait_for_a_name_server_that_hangs(scene: Stage) -> None:
+    """Another thread waits for it, to start the stream."""
+    asked, over = threading.Event(), threading.Event()
+
+    def hang(self: name_client.NameClient, command: str) -> list[str]:
+        asked.set()
+        over.wait(PATIENCE)
+        raise SourceUnavailableError("no YARP name server")
+
+    remote = connect(scene)
+    with scene.share(), ThreadPoolExecutor() as pool:
+        for watch in attempts(0.5):
+            remote.open()
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(name_client.NameClient, "ask", hang)
+                asked.clear()
+                over.clear()
+                starting = pool.submit(remote.start)
+                assert asked.wait(PATIENCE)
+                with watch:
+                    remote.close()
+                over.set()
+                assert isinstance(starting.exception(PATIENCE), SourceUnavailableError)
+        remote.open()
+        assert remote.feature("Gain").value is not None and not remote.streaming
         remote.close()
 
 

@@ -21,7 +21,7 @@ from grabbergui.net.yarp.os.link import RpcClient, administer, greet
 from grabbergui.net.yarp.os.outputs import Outgoing
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
-from patience import PATIENCE, until
+from patience import PATIENCE, attempts, until
 from yarp_bytes import reply_to
 
 pytestmark = pytest.mark.usefixtures("no_thread_is_left")
@@ -103,6 +103,44 @@ def test_an_answer_that_never_comes():
         with pytest.raises(AckTimeoutError, match="in time"):
             client.call(Bottle([1]), timeout=0.1)
         release.set()
+
+
+def test_closing_a_client_ends_the_call_that_waits_and_the_next_one_connects_again():
+    asked, release = threading.Event(), threading.Event()
+
+    def answer(request):
+        asked.set()
+        return release.wait(PATIENCE) and echo(request)
+
+    with RpcServer("/rpc", answer) as server, ThreadPoolExecutor() as pool:
+        client = RpcClient(server.place())
+        for watch in attempts(0.3):
+            asked.clear()
+            call = pool.submit(client.call, Bottle([1]), PATIENCE)
+            assert asked.wait(PATIENCE)
+            with watch:
+                client.close()
+                error = call.exception(PATIENCE)
+            assert isinstance(error, TransportError) and "closed here" in str(error)
+        release.set()
+        with closing(client):
+            assert client.call(Bottle([2])) == [Vocab("ok"), 2]
+
+
+def test_a_source_that_hangs_does_not_hold_up_the_end_of_its_reader(names):
+    """As one that was stopped in a debugger: the system accepts for it, and nobody answers."""
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        names.register("/silent", "tcp", *silent.getsockname())
+        for watch in attempts(ports.PARTING_SECONDS + 0.1):
+            reader = InputPort("/in", names)
+            reader.open()
+            link, _ = greet(sockets.connect(reader.contact.address), Header(wire.FAST_TCP, "/silent"))
+            until(lambda reader=reader: "/silent" in reader.sources, "the connection")
+            with watch:
+                reader.close()
+            link.close()
+            with pytest.raises(SourceNotFoundError):
+                names.query("/in")
 
 
 def test_a_broken_request_hurts_its_own_connection_only():

@@ -170,6 +170,8 @@ class RpcClient:
         self._sender = sender
         self._key = names.key if names else key
         self._link: Link | None = None
+        self._closings = 0
+        "Calls of `close`, by which a call notices that it was to end."
         self._lock = threading.Lock()
 
     def call(self, request: Bottle | Buffer | Sequence[Buffer], timeout: float = 2.0) -> Bottle | None:
@@ -186,9 +188,13 @@ class RpcClient:
         return Bottle.decode_from(reply.body, 0, self.dialect)[0]
 
     def close(self) -> None:
-        """Close the connection. May be called twice; never raises."""
-        with self._lock:
-            self._drop()
+        """Close the connection; a call that waits for its answer raises TransportError.
+
+        Never waits, never raises. The next call connects again.
+        """
+        self._closings += 1
+        if (link := self._link) is not None:
+            link.close()
 
     def __enter__(self) -> RpcClient:
         return self
@@ -199,18 +205,19 @@ class RpcClient:
     def _exchange(self, request: Bottle | Buffer | Sequence[Buffer], timeout: float) -> Reply | None:
         message = Message("d", parts=_parts(request, self.dialect))
         with self._lock:
-            fresh = self._link is None
+            fresh, closings = self._link is None, self._closings
             try:
-                return self._once(message, timeout)
+                return self._once(message, timeout, closings)
             except _NotAnsweredError:
                 # A connection that lay idle while the port was restarted breaks before the first byte.
-                if fresh:
+                if fresh or self._closings != closings:
                     raise
-            return self._once(message, timeout)
+            return self._once(message, timeout, closings)
 
-    def _once(self, message: Message, timeout: float) -> Reply | None:
+    def _once(self, message: Message, timeout: float, closings: int) -> Reply | None:
         try:
             link = self._link = self._link or self._connect(timeout)
+            self._check_open(closings)
             deadline = time.monotonic() + timeout
             link.connection.expect_replies(self.dialect)
             try:
@@ -219,6 +226,7 @@ class RpcClient:
             except AckTimeoutError as error:
                 raise AckTimeoutError(f"{self.target} did not answer in time") from error
             except TransportError as error:
+                self._check_open(closings)
                 kind = TransportError if link.connection.trailing_data else _NotAnsweredError
                 raise kind(f"{self.target}: {error}") from error
             except RemoteProtocolError as error:
@@ -245,6 +253,11 @@ class RpcClient:
         except RemoteProtocolError as error:
             hint = "if it wants authentication, put its key into auth.conf"
             raise TransportError(f"{self.target} does not answer as a YARP port; {hint}") from error
+
+    def _check_open(self, closings: int) -> None:
+        """Raise TransportError if `close` was called since there were that many calls of it."""
+        if self._closings != closings:
+            raise TransportError(f"{self.target}: the connection was closed here")
 
     def _drop(self) -> None:
         if self._link is not None:

@@ -28,6 +28,8 @@ log = logging.getLogger(__name__)
 Handler = Callable[[Request], Reply]
 RPC_LIMIT = 16 << 20
 """Size of a request in bytes."""
+PARTING_SECONDS = 0.3
+"""Seconds that a port waits at its end for its sources to disconnect; one that hangs must not hold it up."""
 
 
 class OutputPort(Port):
@@ -177,14 +179,27 @@ class InputPort(Port):
 
     def close(self) -> None:
         """Disconnect all sources, unregister the name and wake waiting readers."""
+        self.give_up_name()
         for name in list(self._pulled):
             self.remove_input(name)
-        for name in [name for name, carrier in self.carriers(outgoing=False).items() if name.startswith("/")]:
-            self.disconnect(name)
+        self._part(PARTING_SECONDS)
         super().close()
         with self._putting:
             self._keep(0)
             self._arrived.put(None)
+
+    def _part(self, seconds: float) -> None:
+        """Disconnect all sources at once; leave those that take longer to threads in the background."""
+        deadline = time.monotonic() + seconds
+        partings = []
+        for source in filter(lambda name: name.startswith("/"), self.sources):
+            name = f"yarp {self.name} leaves {source}"
+            parting = threading.Thread(target=self.disconnect, args=(source,), name=name, daemon=True)
+            with suppress(RuntimeError):  # the program ends, or has no threads left: sources notice that, too
+                parting.start()
+                partings.append(parting)
+        for parting in partings:
+            parting.join(max(0.0, deadline - time.monotonic()))
 
     def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
         with self._putting:
