@@ -76,25 +76,27 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             return
         self.connection_changed.emit(ConnectionState.OPENING, "")
         try:
-            self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
-            self._ros.start()
-            self._link = self._find(DISCOVERY_TIMEOUT)
+            with self._lock:
+                self._closing.clear()
+                self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
+                self._ros.start()
+                link = self._link = self._find(DISCOVERY_TIMEOUT)
         except BaseException:
             self._leave()
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
         self._access, self._lost, self._refused = access, "", ""
-        self._closing.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
         self.connection_changed.emit(ConnectionState.OPEN, "")
-        self.noticed.emit(f"{self._link.topic} comes from {self._link.publisher}")
-        if self._link.silence:
-            node = self._link.publisher.node or "its publisher"
-            self.noticed.emit(f"{self._link.topic} is shown without controls: {node} {self._link.silence}")
+        self.noticed.emit(f"{link.topic} comes from {link.publisher}")
+        if link.silence:
+            node = link.publisher.node or "its publisher"
+            self.noticed.emit(f"{link.topic} is shown without controls: {node} {link.silence}")
 
     @override
     def close(self) -> None:
+        """Leave the network. Ends whatever waits for the other end, `open` included."""
         if self._ros is None:
             return
         self._closing.set()
@@ -147,25 +149,33 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         assert self._ros is not None
         begun = time.monotonic()
         nameless: float | None = None
-        while (link := CameraLink.find(self._ros.node, self._name)) is None or not link.publisher.node:
+        node = self._ros.node
+        while (link := CameraLink.find(node, self._name, self._closing)) is None or not link.publisher.node:
             now = time.monotonic()
             if link is None:
                 if now - begun > timeout:
-                    raise SourceNotFoundError(not_found(self._ros.node, self._name))
+                    raise SourceNotFoundError(not_found(node, self._name))
             elif now - (nameless := nameless or now) > NAME_TIMEOUT:
                 break
-            time.sleep(0.05)
+            self._pause(0.05)
         try:
             link.join(self._announce)
             self._recognise(link.described(self.info))
+            self._pause(0.0)  # `join` takes a node that is not waited for any more for one without controls
         except BaseException:
             link.leave()
             raise
         return link
 
+    def _pause(self, seconds: float) -> None:
+        """Wait. Raises DeviceLostError once `close` was called."""
+        if self._closing.wait(seconds):
+            raise DeviceLostError(f"{self._name} was closed")
+
     def _leave(self) -> None:
-        ros, self._ros = self._ros, None
-        self._link = None
+        with self._lock:  # until nobody uses the node, whose handles become invalid
+            ros, self._ros = self._ros, None
+            self._link = None
         if ros is not None:
             ros.close()
 
@@ -201,7 +211,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             except OtherCameraError as error:
                 present = False
                 self._refuse(str(error))
-            except GrabberError as error:
+            except GrabberError as error:  # as when `close` ends a request
                 log.info("%s: %s", self._name, error)
 
     def _refuse(self, reason: str) -> None:

@@ -22,8 +22,8 @@ CALL_TIMEOUT = 7.0
 POLL_TIMEOUT = 1.0
 """Seconds for one answer to a poll, and for any of a node that stopped answering."""
 _POLLED = ("hello", "changes")
-_LOOK_PERIOD = 0.2
-"""Seconds between checks whether a service that owes us an answer is still there."""
+_LOOK_PERIOD = 0.1
+"""Seconds between checks whether a service that owes us an answer is still there, and whether we close."""
 _ASK_AGAIN = 1.0
 """Seconds after which a service that never answered is asked again."""
 _ASK_TYPE = "grabber_interfaces/srv/Ask"
@@ -88,9 +88,12 @@ def not_found(node: Any, name: str) -> str:
 
 
 class CameraLink:
-    """A topic of images and the node that publishes it. One thread at a time, except `published`."""
+    """A topic of images and the node that publishes it. One thread at a time, except `published`.
 
-    def __init__(self, node: Any, topic: str, publisher: Publisher) -> None:
+    Once `closing` is set, all waiting ends with DeviceLostError.
+    """
+
+    def __init__(self, node: Any, topic: str, publisher: Publisher, closing: threading.Event) -> None:
         self.node = node
         "Our own node, by which everything is asked."
         self.topic = topic
@@ -100,6 +103,7 @@ class CameraLink:
         "The features of the camera; none before `join`."
         self.silence = ""
         "Reason for which no value can be set, as display text; empty if values can be set."
+        self._closing = closing
         self._clients: dict[str, Any] = {}
         self._answered: set[str] = set()
         "Names of services that have answered."
@@ -108,13 +112,13 @@ class CameraLink:
         self._events: Any = None
 
     @classmethod
-    def find(cls, node: Any, name: str) -> CameraLink | None:
+    def find(cls, node: Any, name: str, closing: threading.Event) -> CameraLink | None:
         """Return the best of the topics that a name may mean, if it is published yet.
 
         A publisher with a known node goes first: it is seen before the node's name is.
         """
         found = [
-            cls(node, topic, publisher)
+            cls(node, topic, publisher, closing)
             for topic in _candidates(name)
             for publisher in publishers_of(node, topic)
             if publisher.topic_type == IMAGE_TYPE
@@ -192,14 +196,14 @@ class CameraLink:
             # Services are discovered one by one; our servers offer `ask` before their parameters.
             if f"{self.publisher.node}/list_parameters" in offered or time.monotonic() > deadline:
                 return False
-            time.sleep(0.02)
+            self._pause(0.02)
 
     def _ask(self, verb: str, *arguments: str) -> Any:
         from grabber_interfaces.srv import Ask
 
         if "ask" not in self._clients:
             self._clients["ask"] = self.node.create_client(Ask, f"{self.publisher.node}/ask")
-            self._clients["ask"].wait_for_service(SERVICE_TIMEOUT)
+            self._await_service(self._clients["ask"])
         client = self._clients["ask"]
         polled = verb in _POLLED and client.srv_name in self._answered
         request = Ask.Request(verb=verb, arguments=list(arguments))
@@ -224,14 +228,14 @@ class CameraLink:
 
             kind = getattr(srv, "".join(part.title() for part in service.split("_")))
             client = self.node.create_client(kind, f"{self.publisher.node}/{service}")
-            if not client.wait_for_service(SERVICE_TIMEOUT):
+            if not self._await_service(client):
                 self.node.destroy_client(client)
                 client = None
             self._clients[service] = client
         return self._clients[service]
 
     def _wait(self, client: Any, request: Any, timeout: float = CALL_TIMEOUT) -> Any:
-        """Return the answer to a request. Raises DeviceLostError as soon as the service disappears.
+        """Return the answer to a request. Raises DeviceLostError once the service disappears or we close.
 
         A service may receive a request before it has discovered the reader of its answers, which are then
         lost. So a service that never answered is asked again: a first request may safely be repeated.
@@ -239,6 +243,7 @@ class CameraLink:
         Services of a killed program stay visible for 20 s. Only the first request in that time waits for all
         of `timeout`.
         """
+        self._pause(0.0)
         done = threading.Event()
         futures = [self._send(client, request, done)]
         begun = time.monotonic()
@@ -247,6 +252,7 @@ class CameraLink:
         try:
             while not done.wait(_LOOK_PERIOD):
                 passed = time.monotonic() - begun
+                self._pause(0.0)
                 if not client.service_is_ready():
                     raise DeviceLostError(f"{client.srv_name} is not available at the moment")
                 if passed > timeout:
@@ -261,6 +267,18 @@ class CameraLink:
         self._answered.add(client.srv_name)
         self._unanswered_since = None
         return next(future for future in futures if future.done()).result()
+
+    def _await_service(self, client: Any) -> bool:
+        """Wait for a service; return whether it is there within SERVICE_TIMEOUT. Raises DeviceLostError."""
+        deadline = time.monotonic() + SERVICE_TIMEOUT
+        while not (ready := client.service_is_ready()) and time.monotonic() < deadline:
+            self._pause(0.02)
+        return bool(ready)
+
+    def _pause(self, seconds: float) -> None:
+        """Wait. Raises DeviceLostError if the link is being closed."""
+        if self._closing.wait(seconds):
+            raise DeviceLostError(f"{self.topic} was closed")
 
     @staticmethod
     def _send(client: Any, request: Any, done: threading.Event) -> Any:

@@ -4,7 +4,9 @@ import os
 import queue
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -27,7 +29,7 @@ from grabbergui.core.errors import (  # noqa: E402
 from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
 from grabbergui.net.ros2 import client  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
-from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from grabbergui.net.ros2.server import GrabberServices, Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
 
@@ -184,6 +186,52 @@ def test_a_server_that_does_not_answer_on_its_return_leaves_nothing_behind(serve
     serve("/mute")
     until(lambda: not remote.lost)
     assert len(tries) == 4 and len(list(remote._link.node.clients)) == clients
+
+
+def test_closing_does_not_wait_for_a_server_that_hangs(serve, monkeypatch):
+    """Nor do requests of other threads, whose waits end."""
+    hanging, going = threading.Event(), threading.Event()
+    going.set()
+    answer = GrabberServices._ask
+
+    def hang(services, request, reply):
+        if not going.is_set():
+            hanging.set()
+        going.wait(PATIENCE)
+        return answer(services, request, reply)
+
+    monkeypatch.setattr(GrabberServices, "_ask", hang)
+    serve("/hangs")
+    states = []
+    with ThreadPoolExecutor() as pool:
+        for watch in attempts(0.7):
+            remote = sources.create("ros2:/hangs")
+            remote.connection_changed.connect(lambda state, why: states.append(state))
+            remote.open()
+            remote.start()
+            states.clear()
+            hanging.clear()
+            going.clear()
+            try:
+                reading = pool.submit(remote.feature, "Gain")
+                assert hanging.wait(PATIENCE)
+                with watch:
+                    remote.close()
+                assert isinstance(reading.exception(PATIENCE), DeviceLostError)
+                assert states == [ConnectionState.CLOSED]
+            finally:
+                going.set()
+
+
+def test_closing_ends_a_search(domain):
+    with ThreadPoolExecutor() as pool:
+        for watch in attempts(0.7):
+            remote = sources.create("ros2:/nobody")
+            opening = pool.submit(remote.open)
+            until(lambda remote=remote: remote._ros)
+            with watch:
+                remote.close()
+                assert isinstance(opening.exception(PATIENCE), DeviceLostError)
 
 
 def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back(serve, opened, drive):

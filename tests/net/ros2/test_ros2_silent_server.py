@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.net.ros2 import client_link
 from grabbergui.net.ros2.client import Ros2Grabber
@@ -44,7 +45,7 @@ def link(monkeypatch: pytest.MonkeyPatch) -> CameraLink:
     monkeypatch.setattr(client_link, "POLL_TIMEOUT", 0.02)
     monkeypatch.setattr(client_link, "_LOOK_PERIOD", 0.005)
     publisher = Publisher("/cam", client_link.IMAGE_TYPE, reliable=True, durable=False)
-    return CameraLink(None, "/cam/image_raw", publisher)
+    return CameraLink(None, "/cam/image_raw", publisher, threading.Event())
 
 
 def seconds_of(link: CameraLink, service: Service) -> float:
@@ -64,6 +65,26 @@ def test_a_service_that_fell_silent_is_waited_for_at_length_only_once(link: Came
     assert link._wait(service, "request") == "request"
     service.answering = False
     assert seconds_of(link, service) >= 0.5, "it had answered again"
+
+
+def test_closing_ends_the_wait_for_an_answer(link: CameraLink, monkeypatch: pytest.MonkeyPatch) -> None:
+    service, asked = Service(), threading.Event()
+
+    def ready(self: Service) -> bool:
+        asked.set()
+        return True
+
+    monkeypatch.setattr(Service, "answering", False)
+    monkeypatch.setattr(Service, "service_is_ready", ready)
+    with ThreadPoolExecutor() as pool:
+        for watch in attempts(0.2):
+            link._closing.clear()
+            asked.clear()
+            waiting = pool.submit(link._wait, service, "request", PATIENCE)
+            assert asked.wait(PATIENCE)
+            with watch:
+                link._closing.set()
+                assert isinstance(waiting.exception(PATIENCE), DeviceLostError)
 
 
 def test_a_stream_is_stopped_while_a_feature_is_waited_for() -> None:
