@@ -21,10 +21,6 @@ from grabbergui.core.frame import Frame
 log = logging.getLogger(__name__)
 
 
-_LONGEST_WAIT = 1e9
-"""Seconds, 30 years: Python refuses to wait for longer, as for infinity."""
-
-
 class FrameQueue:
     """A bounded queue for one consumer of the stream; when it is full, it drops the oldest frame.
 
@@ -59,7 +55,7 @@ class FrameQueue:
     def get(self, timeout: float) -> Frame:
         """Remove and return the oldest frame. Raises FrameTimeoutError after `timeout` s or if closed."""
         with self._changed:
-            wait = min(timeout, _LONGEST_WAIT)
+            wait = min(timeout, threading.TIMEOUT_MAX)  # for more, as infinity, Python raises OverflowError
             if not self._changed.wait_for(lambda: self._frames or self._closed, wait):
                 raise FrameTimeoutError(f"no frame arrived within {timeout:.3g} s")
             if not self._frames:

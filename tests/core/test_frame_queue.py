@@ -87,6 +87,13 @@ def test_waiting_without_end_is_allowed(timeout):
     sender.join()
 
 
+def test_no_wait_is_longer_than_this_system_allows(monkeypatch):
+    """Windows: 49 days."""
+    monkeypatch.setattr(threading, "TIMEOUT_MAX", 0.01)
+    with pytest.raises(FrameTimeoutError, match=r"within 1e\+09 s"):
+        FrameQueue().get(1e9)
+
+
 def test_a_waiting_consumer_gets_the_frame_another_thread_puts():
     queue = FrameQueue()
     thread = threading.Thread(target=lambda: queue.put(frame(9)))
