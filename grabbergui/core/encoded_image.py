@@ -130,11 +130,20 @@ def _header(name: str, width: int, height: int, depth: int, components: int) -> 
         pixel_format = pfnc.by_name(names[components, depth])
     else:
         raise PixelFormatError(f"a {name} image of {components} components with {depth} bits is unknown")
-    if not (0 < width <= LARGEST_SIDE and 0 < height <= LARGEST_SIDE and width * height <= MOST_PIXELS):
-        raise PixelFormatError(
-            f"a {name} image announces {width}×{height} pixels; at most {MOST_PIXELS} are decoded"
-        )
+    if problem := _size_problem(width, height):
+        raise PixelFormatError(f"a {name} image announces {width}×{height} pixels{problem}")
     return ImageHeader(width, height, pixel_format)
+
+
+def _size_problem(width: int, height: int) -> str:
+    """Return why an image of this size is not decoded, to follow the size; empty if it is."""
+    if width <= 0 or height <= 0:
+        return ", so it is empty"
+    if max(width, height) > LARGEST_SIDE:
+        return f"; a side has at most {LARGEST_SIDE}"
+    if width * height > MOST_PIXELS:
+        return f"; at most {MOST_PIXELS} in all are decoded"
+    return ""
 
 
 def decode(file: NDArray[np.uint8]) -> NDArray[Any]:

@@ -73,9 +73,23 @@ def test_a_file_that_announces_too_large_an_image_is_refused_before_memory_is_al
         tracemalloc.stop()
 
 
-def test_a_camera_image_that_announces_too_many_pixels_is_refused():
-    with pytest.raises(PixelFormatError, match="announces 30000×30000 pixels"):
-        encoded_image.jpeg_header(jpeg_of(30000, 30000))
+@pytest.mark.parametrize(
+    ("width", "height", "reason"),
+    [
+        (30000, 30000, "announces 30000×30000 pixels; at most 268435456 in all"),
+        (0, 480, "announces 0×480 pixels, so it is empty"),
+    ],
+)
+def test_a_camera_image_whose_size_cannot_be_decoded_is_refused_with_the_reason(width, height, reason):
+    with pytest.raises(PixelFormatError, match=reason):
+        encoded_image.jpeg_header(jpeg_of(width, height))
+
+
+def test_a_camera_image_with_too_long_a_side_is_refused_with_the_reason():
+    size = struct.pack(">IIII", 70000, 10, 0, 0)
+    header = b"\xff\x4f\xff\x51" + bytes(4) + size + bytes(16) + struct.pack(">HB", 1, 7) + bytes(4)
+    with pytest.raises(PixelFormatError, match="announces 70000×10 pixels; a side has at most 65536"):
+        encoded_image.jpeg2000_header(header)
 
 
 @pytest.mark.parametrize("chunk", [b"IDAT", b"tEXt"])
