@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import time
 from collections.abc import Iterator
@@ -28,6 +29,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.settings import SettingKey
+from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import RecordingKind, kind_of, snapshot
 from grabbergui.recording.recorder import RecordingLimits, create_recorder
@@ -58,7 +60,10 @@ def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
         help="write a feature before; repeatable",
     )
     parser.add_argument(
-        "--timeout", type=wait_time, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
+        "--timeout",
+        type=wait_time,
+        metavar="S",
+        help=f"longest wait for {awaited} ({FRAME_WAIT:g}, and two frame periods)",
     )
     add_lost_timeout(parser)
     parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
@@ -68,25 +73,34 @@ def _add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
 class _AwaitedSource:
     """An open grabber that may be lost, and waits for its return."""
 
-    def __init__(self, grabber: FrameGrabber, lost_timeout: float | None = None) -> None:
+    def __init__(
+        self, grabber: FrameGrabber, timeout: float | None = None, lost_timeout: float | None = None
+    ) -> None:
+        """Without a `timeout` in seconds, a frame is waited for as long as the camera's settings suggest."""
         self.grabber = grabber
         self.outage = Outage(grabber, lost_timeout)
+        self._timeout = timeout
 
-    def next_frame(self, queue: FrameQueue, timeout: float, so_far: int) -> Frame:
-        """Wait for a frame for at most `timeout` seconds, not counting those in which the source is lost.
+    def next_frame(self, queue: FrameQueue, so_far: int) -> Frame:
+        """Wait for a frame until the timeout, not counting seconds in which the source is lost.
 
         Raises FrameTimeoutError, or TransportError if the source was lost for too long.
         """
-        begun = time.monotonic()
+        begun, timeout = time.monotonic(), self.timeout
         while True:
             try:
                 return queue.get(min(timeout, _LOOK))
             except FrameTimeoutError:
                 self.outage.check()
                 if queue.closed or self.outage.waited(begun) >= timeout:
-                    raise self.no_frame(timeout, so_far) from None
+                    raise self.no_frame(so_far) from None
 
-    def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
+    @functools.cached_property
+    def timeout(self) -> float:
+        """Seconds to wait for a frame, by the settings at the first use."""
+        return frame_wait(self.grabber) if self._timeout is None else self._timeout
+
+    def no_frame(self, so_far: int = 0) -> FrameTimeoutError:
         """Return the error for a missing frame, with its cause or what to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
         scheme = SourceUri.parse(self.grabber.info.uri).scheme
@@ -103,7 +117,7 @@ class _AwaitedSource:
         else:
             look = "whether it waits for a trigger, and whether a firewall drops its packets"
         return FrameTimeoutError(
-            f"{title}: no frame within {timeout:g} s after {came} "
+            f"{title}: no frame within {self.timeout:g} s after {came} "
             f"({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"
         )
 
@@ -113,7 +127,7 @@ def _awaited_source(options: argparse.Namespace) -> Iterator[_AwaitedSource]:
     """Yield the source of `_add_options`, set and not started; close it after the block."""
     assignments = [assignment(text) for text in options.assignments]
     with opened(options.source, monitor=options.monitor) as grabber:
-        source = _AwaitedSource(grabber, options.lost_timeout)
+        source = _AwaitedSource(grabber, options.timeout, options.lost_timeout)
         for key, text in assignments:
             write(grabber, key, text)
         try:
@@ -171,7 +185,7 @@ def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namesp
     first: Frame | None = None
     payload_bytes = 0
     for so_far in range(options.frames):
-        frame = source.next_frame(queue, options.timeout, so_far)
+        frame = source.next_frame(queue, so_far)
         first = first or frame
         payload_bytes += frame.nbytes
         if options.out is not None:
@@ -240,8 +254,8 @@ def _record(options: argparse.Namespace) -> int:
             begun = time.monotonic()
             while not recorder.wait(_POLL) and not stop.is_set():
                 source.outage.check()
-                if not recorder.progress.frames and source.outage.waited(begun) > options.timeout:
-                    raise source.no_frame(options.timeout)
+                if not recorder.progress.frames and source.outage.waited(begun) > source.timeout:
+                    raise source.no_frame()
         finally:
             recorder.stop()
             recorder.wait()

@@ -15,6 +15,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
+from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 
 PTP_WAIT = 15.0
@@ -78,7 +79,10 @@ def add_commands(commands: Any) -> None:
         "--no-ptp", action="store_true", help="execute each action on arrival, without synchronised clocks"
     )
     parser.add_argument(
-        "--timeout", type=wait_time, default=5.0, metavar="S", help="longest wait for a frame (5)"
+        "--timeout",
+        type=wait_time,
+        metavar="S",
+        help=f"longest wait for a frame ({FRAME_WAIT:g}, and two frame periods)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_trigger_group)
@@ -237,8 +241,8 @@ def _clock_of(camera: FrameGrabber) -> int:
     return now
 
 
-def _frame_of(camera: FrameGrabber, queue: FrameQueue, timeout: float) -> Frame:
+def _frame_of(camera: FrameGrabber, queue: FrameQueue, timeout: float | None) -> Frame:
     try:
-        return queue.get(timeout)
+        return queue.get(frame_wait(camera) if timeout is None else timeout)
     except FrameTimeoutError as error:
         raise FrameTimeoutError(f"{camera.info.title} ({camera.info.uri}): {error} of the action") from error

@@ -7,14 +7,19 @@ A companion is the automatic mode that regulates a feature, or its enabler: `Exp
 `ExposureAuto`, `AcquisitionFrameRate` the enabler `AcquisitionFrameRateEnable` (SFNC; older cameras use other
 names). Only this module decides which companions a feature has, what must be written to them before it, and
 whether one of them makes it read-only.
+
+The frame period follows from these roles, too: it says how long a working stream may be silent.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Protocol
 
+from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue
 
 
@@ -186,3 +191,57 @@ def _quantity(name: str) -> str:
         if name.endswith(ending) and name != ending:
             return name.removesuffix(ending)
     return name
+
+
+# -- the frame period ----------------------------------------------------------------------------
+MICROSECONDS = ("us", "µs", "usec", "")
+"Units of exposure times in microseconds; older cameras report none."
+_RATES = ("AcquisitionResultingFrameRate", "ResultingFrameRateAbs", "ResultingFrameRate")
+"Frame rates that the other settings allow; vendors have them beside SFNC's."
+FRAME_WAIT = 5.0
+"Seconds without a frame, besides two frame periods, after which a stream counts as silent."
+
+
+class _Camera(Protocol):
+    """A grabber, as far as its features are concerned."""
+
+    def has_feature(self, name: str) -> bool:
+        """Return whether it has this feature."""
+        ...
+
+    def feature(self, name: str) -> Feature:
+        """Read a feature."""
+        ...
+
+
+def frame_period(camera: _Camera) -> float:
+    """Return the seconds from one frame to the next by the camera's settings; 0 if they do not tell.
+
+    It is the longer of the frame rate's period and the exposure time. Reads up to two features.
+    """
+    rate = next(filter(camera.has_feature, (*_RATES, *Role.FRAME_RATE.names)), None)
+    period = 0.0
+    if rate is not None and not rate.endswith("Raw"):
+        hertz, _ = _number(camera, rate)
+        period = 1 / hertz if hertz > 0 else 0.0
+    if (name := Role.EXPOSURE.find(camera.has_feature)) is not None:
+        exposure, unit = _number(camera, name)
+        period = max(period, exposure / 1e6 if unit in MICROSECONDS else 0.0)
+    return period
+
+
+def frame_wait(camera: _Camera, least: float = FRAME_WAIT) -> float:
+    """Return the seconds to wait for a frame: `least`, and two frame periods.
+
+    A frame that is being exposed already may have to end first.
+    """
+    return least + 2 * frame_period(camera)
+
+
+def _number(camera: _Camera, name: str) -> tuple[float, str]:
+    """Return a feature's value and unit; 0 if it cannot be read."""
+    with suppress(GrabberError):
+        feature = camera.feature(name)
+        if isinstance(feature.value, int | float):
+            return float(feature.value), feature.unit
+    return 0.0, ""

@@ -24,7 +24,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
 from grabbergui.core.settings import SettingKey, instances
-from grabbergui.core.sfnc import Role
+from grabbergui.core.sfnc import frame_period, frame_wait
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
 from grabbergui.library.lifetime import Closing, StreamUse
@@ -34,8 +34,6 @@ from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
 from grabbergui.recording.recorder import RecordingLimits
 
-TIMEOUT = 5.0
-"Seconds to wait for a frame besides its exposure time."
 RETRIGGER = 0.5
 "Seconds without a frame, besides a frame period, until the software trigger is fired again."
 
@@ -148,7 +146,7 @@ class Camera(FeatureAccess):
         call), else by counting frames after the acknowledge. How many to skip is measured at the first such
         call, which takes about a second, and kept. The stream stays on; `stop` ends it.
 
-        `timeout` is in seconds, by default 5 plus the exposure time. Raises FrameTimeoutError, what `write`
+        `timeout` is in seconds, by default 5 and two frame periods. Raises FrameTimeoutError, what `write`
         raises, and DeviceLostError.
         """
         frames = self._grabber.open_queue(depth=4)
@@ -156,7 +154,7 @@ class Camera(FeatureAccess):
             names: list[str] = []
             if settings:
                 names = [self._name_of(name) for name in settings]
-                self._effects.prepare(names, self._start, self._patience())
+                self._effects.prepare(names, self._start, frame_wait(self._grabber))
             self._start()
             written = time.monotonic()
             values = {
@@ -165,7 +163,7 @@ class Camera(FeatureAccess):
             }
             acknowledged = time.monotonic()
             effect = SettingEffect(values, written, acknowledged, self._effects.latency)
-            deadline = acknowledged + (self._patience() if timeout is None else timeout)
+            deadline = acknowledged + (frame_wait(self._grabber) if timeout is None else timeout)
             while True:
                 frame = self._get(frames, max(0.0, deadline - time.monotonic()))
                 if effect.accepts(frame):
@@ -201,7 +199,7 @@ class Camera(FeatureAccess):
             self._use_stream,
             self._get,
             count,
-            self._patience() if timeout is None else timeout,
+            frame_wait(self._grabber) if timeout is None else timeout,
             depth,
         )
 
@@ -217,8 +215,8 @@ class Camera(FeatureAccess):
         with contextlib.closing(frames), self._stream.grab():
             self._start()
             fired = time.monotonic()
-            deadline = fired + (self._patience() if timeout is None else timeout)
-            period = self._frame_period()
+            deadline = fired + (frame_wait(self._grabber) if timeout is None else timeout)
+            period = frame_period(self._grabber)
             while True:
                 time.sleep(max(0.0, self._busy_until - time.monotonic()))
                 self.execute("TriggerSoftware")
@@ -231,15 +229,6 @@ class Camera(FeatureAccess):
                             return frame
                 if time.monotonic() >= deadline:
                     raise FrameTimeoutError(f"{self.info.title}: the software trigger made no frame")
-
-    def _frame_period(self) -> float:
-        """Seconds from one frame to the next that the camera can expose."""
-        names = ("AcquisitionResultingFrameRate", "ResultingFrameRateAbs", "ResultingFrameRate")
-        for name in (*names, *Role.FRAME_RATE.names):
-            if self._grabber.has_feature(name):
-                rate = self._grabber.feature(name).value
-                return 1 / float(rate) if isinstance(rate, int | float) and rate > 0 else 0.0
-        return 0.0
 
     def _get(self, frames: FrameQueue, timeout: float) -> Frame:
         try:
@@ -259,22 +248,13 @@ class Camera(FeatureAccess):
                     return f"; it waits for a trigger: use camera.trigger(), or set {key} to Off"
         return ""
 
-    def _patience(self) -> float:
-        """Return the seconds to wait for a frame, including the exposure."""
-        with contextlib.suppress(GrabberError):
-            name = Role.EXPOSURE.find(self._grabber.has_feature)
-            feature = self._grabber.feature(name) if name is not None else None
-            if feature is not None and feature.unit in ("us", "µs") and feature.value is not None:
-                return TIMEOUT + 3 * float(feature.value) / 1e6
-        return TIMEOUT
-
     def _set_software_trigger(self) -> None:
         names = {"TriggerSelector": "FrameStart", "TriggerSource": "Software", "TriggerMode": "On"}
         for name, value in names.items():
             if self._grabber.has_feature(name) and self._grabber.feature(name).value != value:
                 self.write(name, value)
                 # A frame that ran free may still be exposed.
-                self._busy_until = time.monotonic() + self._frame_period()
+                self._busy_until = time.monotonic() + frame_period(self._grabber)
 
     # -- asyncio ---------------------------------------------------------------------------------
     async def agrab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:

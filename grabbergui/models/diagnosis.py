@@ -13,7 +13,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role
+from grabbergui.core.sfnc import Role, frame_period
 from grabbergui.models.features.numbers import quantity_text
 from grabbergui.models.language import counted, localized, translate
 
@@ -166,10 +166,8 @@ class CameraFacts:
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
         """Read the facts, omitting features that cannot be read. On the thread of the camera's calls."""
         trigger = _value(grabber, "TriggerMode") == "On"
-        rate = _of_role(grabber, Role.FRAME_RATE)
         exposure = _of_role(grabber, Role.EXPOSURE)
         playing = _value(grabber, "PlaybackActive")
-        hertz = rate.value if rate is not None and isinstance(rate.value, (int, float)) else 0
         return cls(
             trigger_source=str(_value(grabber, "TriggerSource") or translate("Diagnosis", "an input"))
             if trigger
@@ -179,7 +177,7 @@ class CameraFacts:
             exposure=quantity_text(exposure.value, exposure.unit)
             if exposure is not None and isinstance(exposure.value, (int, float))
             else "",
-            period=1 / hertz if hertz > 0 else None,
+            period=frame_period(grabber) or None,
             software_trigger=trigger
             and _value(grabber, "TriggerSource") in (None, "Software")
             and grabber.has_feature("TriggerSoftware"),

@@ -19,7 +19,7 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberEr
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
+from grabbergui.core.sfnc import AUTO_ONCE, MICROSECONDS, Role, regulating
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
@@ -121,7 +121,9 @@ class OnePush:
 
 
 PATIENCE = 10.0
-"Seconds that a camera's own mode may take; it needs a few frames."
+"Seconds that a camera's own mode may take, besides the time for its frames."
+ONCE_FRAMES = 20
+"Frames that such a mode may need."
 LOOK = 0.1
 "Seconds between two reads of the automatic mode."
 
@@ -134,20 +136,23 @@ def has_once(grabber: FrameGrabber, role: Role) -> bool:
 def let_camera(run: TuningRun, role: Role) -> str:
     """Let the camera regulate once, wait for the end, and return the result as display text.
 
-    Raises TuningError if it does not end in time, FeatureError, TransportError.
+    Raises TuningError if it does not end in time, FrameTimeoutError if no frame comes from which the camera
+    could regulate, FeatureError, TransportError.
     """
     auto = run.call(lambda grabber: automatic_once(grabber, role))
     if auto is None:
         raise FeatureNotFoundError(f"{run.title} does not regulate this once by itself", role.names[0])
     run.call(lambda grabber: grabber.write_feature(auto, AUTO_ONCE))
-    begun = time.monotonic()
+    begun, longest = time.monotonic(), PATIENCE
     while regulating(run.call(lambda grabber: grabber.feature(auto))):
-        seconds = time.monotonic() - begun
-        if seconds > PATIENCE:
+        seconds, patience = time.monotonic() - begun, run.patience()
+        longest = max(longest, PATIENCE + ONCE_FRAMES * run.period)
+        if seconds > longest:
             text = translate("Tuning", "{0} was not done within {1:g} s; does the camera send frames?")
-            raise TuningError(text.format(auto, PATIENCE))
-        run.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
+            raise TuningError(text.format(auto, round(longest)))
+        run.say(seconds / longest, translate("Tuning", "{0} at work").format(auto))
         run.wait(LOOK)
+        run.frame(patience)
     if role is not Role.EXPOSURE:
         return translate("Tuning", "White balance set by the camera")
     name = run.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
@@ -160,8 +165,6 @@ EXPOSURE_TARGET = 0.5
 EXPOSURE_TOLERANCE = 0.02
 "Largest difference from the target that is good enough."
 EXPOSURE_STEPS = 16
-
-_MICROSECONDS = ("us", "µs", "usec", "")
 
 
 def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGET) -> str:
@@ -213,7 +216,7 @@ def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
     hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
     if not isinstance(hertz, int | float) or hertz <= 0:
         return None
-    return 1e6 / hertz if grabber.feature(exposure).unit in _MICROSECONDS else None
+    return 1e6 / hertz if grabber.feature(exposure).unit in MICROSECONDS else None
 
 
 def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: float) -> bool:

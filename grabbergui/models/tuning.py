@@ -25,7 +25,15 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_ONCE, Role, automatic_mode_of, switched_off
+from grabbergui.core.sfnc import (
+    AUTO_ONCE,
+    FRAME_WAIT,
+    Role,
+    automatic_mode_of,
+    frame_period,
+    is_on,
+    switched_off,
+)
 from grabbergui.models.change_journal import Direction, Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, write_values
 from grabbergui.models.features.numbers import nearest_allowed
@@ -267,8 +275,8 @@ MOST_COMPARED = 6
 "Most frames compared until two are alike; under flickering light none are."
 STEADY = 0.01
 "Difference of the means of two frames, as a fraction of white, that counts as none."
-FRAME_PATIENCE = 5.0
-"Seconds to wait for a frame."
+SILENT = 2.0
+"Seconds without a frame, besides two frame periods, after which a stream is dead that runs free."
 CALL_PATIENCE = 20.0
 "Seconds to wait for the camera's thread: longer than any call of a camera takes."
 CANCEL_PERIOD = 0.05
@@ -304,6 +312,8 @@ class TuningRun:
         self._features = features
         self._step = step
         self._frames = grabber.plain.open_queue(depth=2)
+        self.period = 0.0
+        "Frame period in seconds at the last call of `patience`."
 
     def close(self) -> None:
         """Stop taking frames."""
@@ -325,11 +335,12 @@ class TuningRun:
     def light(self, region: Region | None) -> Light:
         """Measure a frame exposed after the last call. Raises FrameTimeoutError, PixelFormatError."""
         self._frames.clear()
+        patience = self.patience()
         for _ in range(STALE_FRAMES):
-            self._frame()
-        light = measure_light(self._frame(), region)
+            self.frame(patience)
+        light = measure_light(self.frame(patience), region)
         for _ in range(MOST_COMPARED):
-            before, light = light, measure_light(self._frame(), region)
+            before, light = light, measure_light(self.frame(patience), region)
             if abs(light.mean - before.mean) < STEADY:
                 break
         return light
@@ -339,8 +350,14 @@ class TuningRun:
         values = dict(self._step.values(Direction.UNDO))
         return list(self._call(lambda grabber: write_values(grabber, values)).values())
 
-    def _frame(self) -> Frame:
-        deadline = time.monotonic() + FRAME_PATIENCE
+    def patience(self) -> float:
+        """Return the seconds that the next frame may take, by the camera's settings now and before."""
+        before, (self.period, least) = self.period, self.call(_frame_period)
+        return least + 2 * max(before, self.period)  # the frame that is being exposed began before a change
+
+    def frame(self, patience: float) -> Frame:
+        """Return the next frame. Raises FrameTimeoutError after `patience` seconds."""
+        deadline = time.monotonic() + patience
         while time.monotonic() < deadline:
             self._check()
             try:
@@ -377,3 +394,13 @@ class TuningRun:
     def _check(self) -> None:
         if self.cancelled.is_set():
             raise TuningCancelledError("cancelled")
+
+
+def _frame_period(grabber: ChangeTrackingGrabber) -> tuple[float, float]:
+    """Return the frame period, and the seconds beside two of them after which no frame is to be expected.
+
+    Triggers, and servers that send fewer images than their camera takes, may need more time.
+    """
+    period = frame_period(grabber)
+    triggered = grabber.has_feature("TriggerMode") and is_on(grabber.feature("TriggerMode").value)
+    return period, SILENT if period and not triggered and not grabber.plain.shared else FRAME_WAIT

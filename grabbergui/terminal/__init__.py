@@ -20,13 +20,12 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, frame_wait
 from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
 from grabbergui.recording import snapshot
 
-_FRAME_TIMEOUT = 5.0
 _CANCEL_PERIOD = 0.2
 """Seconds between checks whether a command was cancelled while it waits for a frame."""
 _WATCH_PERIOD = 0.05
@@ -193,13 +192,14 @@ class Interpreter:
 
     def _next_frame(self, queue: FrameQueue) -> Frame:
         """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError."""
-        deadline = time.monotonic() + _FRAME_TIMEOUT
+        timeout = frame_wait(self._grabber)
+        deadline = time.monotonic() + timeout
         while True:
             try:
                 return queue.get(_CANCEL_PERIOD)
             except FrameTimeoutError:
                 if self._cancelled() or time.monotonic() > deadline:
-                    raise FrameTimeoutError(f"no frame arrived within {_FRAME_TIMEOUT:g} s") from None
+                    raise FrameTimeoutError(f"no frame arrived within {timeout:g} s") from None
 
     def _watch(self, name: str, seconds: str = "2") -> str:
         try:

@@ -4,6 +4,7 @@ import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui.core import sfnc
+from grabbergui.core.errors import FeatureAccessError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Companions, Role
@@ -187,3 +188,32 @@ def test_a_write_returns_what_it_changed_with_its_companions():
     again = grabber.write_setting(SettingKey("Gain"), 3.0)
     assert grabber.reads.count("GainAuto") == 1  # off already: not read again after the write
     assert again.written == (ValueChange(SettingKey("Gain"), 2.0, 3.0),)
+
+
+def number(name, value, unit=""):
+    return Feature(name=name, kind=FeatureKind.FLOAT, value=value, unit=unit, access=AccessMode.READ_WRITE)
+
+
+@pytest.mark.parametrize(
+    ("features", "seconds"),
+    [
+        ([], 0.0),
+        ([number("AcquisitionFrameRate", 25.0, "Hz")], 0.04),
+        ([number("AcquisitionFrameRate", 25.0, "Hz"), number("ExposureTime", 8e6, "us")], 8.0),
+        ([number("AcquisitionFrameRate", 0.1, "Hz"), number("ExposureTime", 100.0, "us")], 10.0),
+        ([number("AcquisitionFrameRate", 0.1), number("AcquisitionResultingFrameRate", 20.0)], 0.05),
+        ([number("AcquisitionFrameRate", 0.0), number("ExposureTimeRaw", 2000)], 0.002),
+        ([number("AcquisitionFrameRateRaw", 7.0), number("Shutter", 2.0, "ticks")], 0.0),
+        ([number("AcquisitionFrameRate", None), number("ExposureTime", None, "us")], 0.0),
+    ],
+)
+def test_the_frame_period_is_the_longer_of_rate_and_exposure(features, seconds):
+    camera = ScriptedGrabber(features)
+    assert sfnc.frame_period(camera) == pytest.approx(seconds)
+    assert sfnc.frame_wait(camera, 1.0) == pytest.approx(1.0 + 2 * seconds)
+
+
+def test_the_frame_period_of_a_camera_that_does_not_answer_is_unknown():
+    camera = ScriptedGrabber([number("AcquisitionFrameRate", 25.0)])
+    camera.failures["AcquisitionFrameRate"] = FeatureAccessError("busy", "AcquisitionFrameRate")
+    assert sfnc.frame_period(camera) == 0

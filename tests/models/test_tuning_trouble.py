@@ -6,17 +6,51 @@ import pytest
 from tuning_stage import REGION, on
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.sfnc import FRAME_WAIT, Role
 from grabbergui.models import tuning
-from grabbergui.models.change_journal import Direction
-from grabbergui.models.one_push import EXPOSURE_STEPS, expose
+from grabbergui.models.change_journal import Direction, Step
+from grabbergui.models.one_push import EXPOSURE_STEPS, expose, let_camera
 from patience import PATIENCE
 
 
 def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
-    monkeypatch.setattr(tuning, "FRAME_PATIENCE", 0.2)
+    monkeypatch.setattr(tuning, "SILENT", 0.2)
     s = stage()
     s.grabber.sending.clear()
     s.run(on(REGION, expose))
+    assert "start the camera" in s.failures[0]
+
+
+@pytest.fixture
+def run(stage):
+    s = stage()
+    run = tuning.TuningRun(s.tracked_grabber, s.features, Step("Exposure"), lambda *_: None)
+    run.grabber = s.grabber
+    yield run
+    run.close()
+
+
+def test_a_frame_may_take_as_long_as_the_camera_exposes_now_or_did_before(run):
+    run.grabber.set("ExposureTimeRaw", 8_000_000)
+    assert run.patience() == tuning.SILENT + 2 * 8
+    run.grabber.set("ExposureTimeRaw", 1000)
+    assert run.patience() == tuning.SILENT + 2 * 8
+    assert run.patience() == pytest.approx(tuning.SILENT + 2 / 30)
+
+
+def test_a_trigger_may_take_longer_than_the_frames_of_a_camera_that_runs_free(run):
+    run.grabber.known["TriggerMode"] = Feature(
+        name="TriggerMode", kind=FeatureKind.ENUMERATION, value="On", access=AccessMode.READ_WRITE
+    )
+    assert run.patience() == pytest.approx(FRAME_WAIT + 2 / 30)
+
+
+def test_the_cameras_own_mode_ends_early_without_frames(stage_on_sim, monkeypatch):
+    monkeypatch.setattr(tuning, "SILENT", 0.2)
+    s = stage_on_sim("pixel_format=RGB8&exposure=100")
+    s.grabber.stop()
+    s.run(lambda bench: let_camera(bench, Role.EXPOSURE))
     assert "start the camera" in s.failures[0]
 
 

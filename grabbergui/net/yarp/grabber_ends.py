@@ -30,7 +30,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.sfnc import Role
+from grabbergui.core.sfnc import Role, frame_wait
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
@@ -59,7 +59,7 @@ log = logging.getLogger(__name__)
 
 # -- the service ---------------------------------------------------------------------------------
 FRAME_TIMEOUT = 1.0
-"""Seconds that an image request waits for the next frame."""
+"""Seconds, besides two frame periods, that an image request waits for the next frame."""
 
 _STATUS: tuple[tuple[type[GrabberError], Status], ...] = (
     (FeatureNotFoundError, Status.NOT_IMPLEMENTED),
@@ -201,7 +201,7 @@ class GrabberService:
         with self._image_lock:
             if self._queue is None or self._queue.closed:
                 self._queue = self._grabber.open_queue(1)
-            return self._queue.get(FRAME_TIMEOUT)
+            return self._queue.get(frame_wait(self._grabber, FRAME_TIMEOUT))
 
     def _image(self, capability: Capability) -> tuple[Value, ...]:
         return (capability.item(self._frame()),)
