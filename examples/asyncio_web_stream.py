@@ -1,6 +1,7 @@
 """Stream a camera to browsers as motion JPEG: python asyncio_web_stream.py sim:scene 8080."""
 
 import asyncio
+import contextlib
 import sys
 
 import cv2
@@ -8,23 +9,24 @@ import cv2
 import grabbergui
 
 source, port = (*sys.argv[1:], *("sim:scene", "8080")[len(sys.argv) - 1 :])
-HEAD = b"HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=next\r\n\r\n"
+
+
+async def show(_: asyncio.StreamReader, browser: asyncio.StreamWriter) -> None:
+    """Send frames until the browser leaves, or Ctrl+C."""
+    with contextlib.closing(browser), contextlib.suppress(ConnectionError, asyncio.CancelledError):
+        browser.write(b"HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=next\r\n\r\n")
+        async for frame in camera.aframes():
+            jpeg = cv2.imencode(".jpg", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))[1].tobytes()
+            browser.write(b"--next\r\nContent-Type: image/jpeg\r\n\r\n" + jpeg + b"\r\n")
+            await browser.drain()
 
 
 async def main() -> None:
     """Serve until Ctrl+C."""
-    async with grabbergui.open(source) as camera:
-
-        async def show(_: asyncio.StreamReader, browser: asyncio.StreamWriter) -> None:
-            browser.write(HEAD)
-            async for frame in camera.aframes():
-                jpeg = cv2.imencode(".jpg", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))[1].tobytes()
-                browser.write(b"--next\r\nContent-Type: image/jpeg\r\n\r\n" + jpeg + b"\r\n")
-                await browser.drain()
-
-        server = await asyncio.start_server(show, "127.0.0.1", int(port))
-        print(f"open http://127.0.0.1:{port} in a browser")
-        await server.serve_forever()
+    server = await asyncio.start_server(show, "127.0.0.1", int(port))
+    print(f"open http://127.0.0.1:{port} in a browser; Ctrl+C ends")
+    await server.serve_forever()
 
 
-asyncio.run(main())
+with grabbergui.open(source) as camera, contextlib.suppress(KeyboardInterrupt):
+    asyncio.run(main())
