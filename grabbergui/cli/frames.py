@@ -112,12 +112,14 @@ class _AwaitedSource:
                 "whether smaller packets arrive (?packet_size=1400 behind the source), or longer pauses help"
             )
             look += " (?packet_delay=20us)"
+        elif scheme in ("yarp", "ros2"):
+            look = "whether its server hangs, and whether the camera waits for a trigger there"
         elif self.grabber.access is Access.MONITOR:
             look = "whether the application that controls it streams"
         else:
             look = "whether it waits for a trigger, and whether a firewall drops its packets"
         return FrameTimeoutError(
-            f"{title}: no frame within {self.timeout:g} s after {came} "
+            f"{title}: no frame within {round(self.timeout, 2):g} s after {came} "
             f"({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"
         )
 

@@ -199,7 +199,7 @@ class Interpreter:
                 return queue.get(_CANCEL_PERIOD)
             except FrameTimeoutError:
                 if self._cancelled() or time.monotonic() > deadline:
-                    raise FrameTimeoutError(f"no frame arrived within {timeout:g} s") from None
+                    raise FrameTimeoutError(f"no frame arrived within {round(timeout, 2):g} s") from None
 
     def _watch(self, name: str, seconds: str = "2") -> str:
         try:

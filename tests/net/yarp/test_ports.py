@@ -143,6 +143,29 @@ def test_a_source_that_hangs_does_not_hold_up_the_end_of_its_reader(names):
                 names.query("/in")
 
 
+def test_a_port_that_hangs_or_is_gone_is_named(names):
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = silent.getsockname()
+        names.register("/rpc", "tcp", *address)
+        with pytest.raises(
+            AckTimeoutError, match=f"/rpc at 127.0.0.1:{address[1]} does not answer; its program"
+        ):
+            RpcClient("/rpc", names).call(Bottle([1]), timeout=0.1)
+    with pytest.raises(TransportError, match=f"/rpc: nothing answers at 127.0.0.1:{address[1]}"):
+        RpcClient("/rpc", names).call(Bottle([1]))
+
+
+def test_a_port_that_only_answers_requests_is_no_source(names):
+    refused = pytest.raises(TransportError, match="/rpc is no port of images: it only answers requests")
+    with RpcServer("/rpc", echo, names), InputPort("/in", names) as reader, refused:
+        reader.connect("/rpc")
+
+
+def test_a_second_name_server_refers_to_the_first(names):
+    with pytest.raises(TransportError, match=r"runs at 127\.0\.0\.1:\d+ already: use that one"):
+        NameServer(port=names.server.port).open()
+
+
 def test_a_broken_request_hurts_its_own_connection_only():
     with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
         (refusal,) = client.call(bytes.fromhex("000100000100000005000000"))[:1]

@@ -11,7 +11,12 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeVar
 
-from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, TransportError
+from grabbergui.core.errors import (
+    AckTimeoutError,
+    RemoteProtocolError,
+    ResourceExhaustedError,
+    TransportError,
+)
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
@@ -247,12 +252,20 @@ class RpcClient:
             raise TransportError(
                 f"{self.target} cannot be looked up without a name server; write tcp://HOST:PORT/"
             )
-        sock = sockets.connect(address, timeout, self._key)
         try:
-            return greet(sock, Header(wire.TCP, self._sender))[0]
+            return greet(sockets.connect(address, timeout, self._key), Header(wire.TCP, self._sender))[0]
         except RemoteProtocolError as error:
             hint = "if it wants authentication, put its key into auth.conf"
             raise TransportError(f"{self.target} does not answer as a YARP port; {hint}") from error
+        except AckTimeoutError as error:
+            place = f"{address[0]}:{address[1]}"
+            raise AckTimeoutError(
+                f"{self.target} at {place} does not answer; its program may hang or be stopped"
+            ) from error
+        except ResourceExhaustedError:
+            raise
+        except TransportError as error:
+            raise TransportError(f"{self.target}: {error}") from error
 
     def _check_open(self, closings: int) -> None:
         """Raise TransportError if `close` was called since there were that many calls of it."""

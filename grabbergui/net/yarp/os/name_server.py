@@ -11,7 +11,7 @@ import threading
 from typing import Final
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
-from grabbergui.core.errors import TransportError
+from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands, encode_page
 from grabbergui.net.yarp.os.carrier import PORT_NAME_LIMIT
@@ -23,6 +23,7 @@ from grabbergui.net.yarp.os.name_client import (
     END,
     PREFIX,
     Contact,
+    NameClient,
     authentication_key,
     contacts,
 )
@@ -223,8 +224,24 @@ class NameServer(Port):
 
     def open(self) -> None:
         """Start. Raises TransportError where the port is taken."""
-        super().open()
+        try:
+            super().open()
+        except TransportError as error:
+            if self._runs_already():
+                host, port = self._address
+                raise TransportError(
+                    f"a YARP name server runs at {host}:{port} already: use that one, or choose another port"
+                ) from error
+            raise
         log.info("name server %s at %s:%d", self.name, self.contact.host, self.contact.port)
+
+    def _runs_already(self) -> bool:
+        """Return whether a name server answers at our address."""
+        server = Contact(self.name, *self._address)
+        try:
+            return NameClient(server, self.key).query(self.name).name == self.name
+        except GrabberError:
+            return False
 
     def _prepare(self) -> None:
         host = self.contact.host

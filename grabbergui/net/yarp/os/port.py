@@ -36,6 +36,9 @@ from grabbergui.net.yarp.os.values import Item
 if TYPE_CHECKING:
     from grabbergui.core.frame import BufferPool
 
+NO_OUTPUT: Final = "Outputs not allowed"
+"""YARP's answer of a port that sends nothing."""
+
 _POOLED: Final = 1 << 16
 """Size in bytes from which the memory of bodies is reused."""
 
@@ -212,7 +215,7 @@ class Port:
         elif self.sends:
             self._readers.connect(target, self.contact.host)
         else:
-            raise TransportError("Outputs not allowed")
+            raise TransportError(NO_OUTPUT)
 
     def _pull(self, target: Target) -> None:
         raise TransportError(

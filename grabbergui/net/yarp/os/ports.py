@@ -20,7 +20,7 @@ from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.port import Port
+from grabbergui.net.yarp.os.port import NO_OUTPUT, Port
 from grabbergui.net.yarp.os.values import Vocab
 
 log = logging.getLogger(__name__)
@@ -149,6 +149,8 @@ class InputPort(Port):
         reply = administer(self.locate(Target.parse(source).name), request, self.key)
         if not reply or reply[0] != 0:
             text = str(reply[1]).strip() if len(reply) > 1 else "no reason given"
+            if text.endswith(NO_OUTPUT):
+                raise TransportError(f"{source} is no port of images: it only answers requests")
             raise TransportError(f"{source} does not connect to {self.name} over {carrier}: {text}")
 
     def disconnect(self, source: str) -> None:
