@@ -336,7 +336,7 @@ class FrameGrabber(ABC):
         by_lower = {known.lower(): known for known in names}
         near = difflib.get_close_matches(name.lower(), list(by_lower), n=3, cutoff=0.6)
         hint = f"; did you mean {' or '.join(by_lower[match] for match in near)}?" if near else ""
-        return FeatureNotFoundError(f"{self.info.title} has no feature {name}{hint}", name)
+        return FeatureNotFoundError(f"{self.info.title} has no feature {name[:60]}{hint}", name)
 
     # -- acquisition -----------------------------------------------------------------------------
     @abstractmethod

@@ -260,7 +260,7 @@ class TreeService:
 
     def _changes_since(self, revision: str) -> dict[str, object]:
         if not revision.isdecimal() or len(revision) > _REVISION_DIGITS:
-            raise UsageError(f"revision '{revision[:40]}' is no number")
+            raise UsageError(f"revision '{revision[:40]}' is no whole number from 0 on")
         number, names = self._changes.since(int(revision))
         return {"revision": number, "names": names, **self._loss()}
 

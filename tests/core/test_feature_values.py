@@ -92,6 +92,12 @@ def test_fractions_keep_every_bit(number):
     assert feature(FeatureKind.FLOAT).validated(format_value(number)) == number
 
 
+def test_a_refused_text_is_quoted_only_in_part():
+    """As one of a remote peer, who may send megabytes."""
+    with pytest.raises(FeatureValueError, match=r"^Knob=x{60}: not a whole number; allowed"):
+        WIDTH.validated("x" * 1_000_000)
+
+
 @given(st.one_of(st.text(), st.integers(), st.floats(), st.booleans()), st.sampled_from(FeatureKind))
 def test_any_value_is_accepted_or_refused(value, kind):
     knob = feature(kind, minimum=0, maximum=100, increment=3, entries=(EnumEntry("Off"),))

@@ -221,7 +221,7 @@ def test_too_old_a_revision_may_have_missed_anything(grabber: ScriptedGrabber) -
 
 @pytest.mark.parametrize("revision", ["", "-1", "one", "9" * 5000])
 def test_a_malformed_revision_is_refused(grabber: ScriptedGrabber, revision: str) -> None:
-    with pytest.raises(UsageError, match="is no number"):
+    with pytest.raises(UsageError, match="is no whole number"):
         TreeService(grabber).perform("changes", revision)
 
 
