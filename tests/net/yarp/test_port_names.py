@@ -181,3 +181,8 @@ def test_ports_that_belong_together_are_all_open_or_none(names, monkeypatch):
     open_all([first, second])
     with closing(first), closing(second):
         assert names.query("/both/first").address == first.contact.address
+
+
+def test_a_second_name_server_refers_to_the_first(names):
+    with pytest.raises(TransportError, match=r"runs at 127\.0\.0\.1:\d+ already: use that one"):
+        NameServer(port=names.server.port).open()

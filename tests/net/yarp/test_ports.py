@@ -10,10 +10,16 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, LocalProtocolError, TransportError
+from grabbergui.core.errors import (
+    AckTimeoutError,
+    FrameTimeoutError,
+    LocalProtocolError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os import ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
@@ -159,11 +165,6 @@ def test_a_port_that_only_answers_requests_is_no_source(names):
     refused = pytest.raises(TransportError, match="/rpc is no port of images: it only answers requests")
     with RpcServer("/rpc", echo, names), InputPort("/in", names) as reader, refused:
         reader.connect("/rpc")
-
-
-def test_a_second_name_server_refers_to_the_first(names):
-    with pytest.raises(TransportError, match=r"runs at 127\.0\.0\.1:\d+ already: use that one"):
-        NameServer(port=names.server.port).open()
 
 
 def test_a_broken_request_hurts_its_own_connection_only():
