@@ -224,6 +224,16 @@ def test_a_motion_costs_a_look_at_the_body_for_each_of_its_speeds_and_one_at_whe
     assert len(looks) == len(SLOWER) + 1
 
 
+def test_other_obstacles_hold_from_the_next_command_and_are_named_in_the_log_once(simulated, caplog):
+    gate, down = CommandGate(simulated, Config()), Command(hand=np.array([0, 0, -0.1, 0, 0, 0]))
+    assert gate.send(down, 0.0) and gate.hindrance == ""
+    gate.tune(replace(Config(), safety=replace(Config().safety, obstacles=TABLE, clearance=0.5)))
+    for number in range(1, 4):
+        gate.send(down, 0.02 * number)
+        assert "of table" in gate.hindrance
+    assert caplog.text.count("the hand is held back") == 1
+
+
 def test_what_is_too_near_may_go_away(simulated, clock):
     config = replace(Config(), safety=replace(Config().safety, obstacles=TABLE, clearance=0.5))
     gate = CommandGate(simulated, config)
