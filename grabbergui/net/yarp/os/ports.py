@@ -184,13 +184,13 @@ class InputPort(Port):
         self.give_up_name()
         for name in list(self._pulled):
             self.remove_input(name)
-        self._part(PARTING_SECONDS)
+        self._leave_sources(PARTING_SECONDS)
         super().close()
         with self._putting:
             self._keep(0)
             self._arrived.put(None)
 
-    def _part(self, seconds: float) -> None:
+    def _leave_sources(self, seconds: float) -> None:
         """Disconnect all sources at once; leave those that take longer to threads in the background."""
         deadline = time.monotonic() + seconds
         partings = []
