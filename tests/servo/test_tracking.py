@@ -239,7 +239,7 @@ def test_the_gate_lets_a_hand_follow_as_fast_as_the_configuration_says():
     for follow, passes in ((0.0, False), (0.3, True)):
         gate = CommandGate(RecordingRobot(), replace(Config(), arm=ArmConfig(follow=follow)))
         assert gate.send(command, 0.0) is passes
-    with pytest.raises(UsageError, match=r"\[arm\] follow of 0\.6 m/s; allowed: 0 \(off\) to 0\.5"):
+    with pytest.raises(UsageError, match=r"\[arm\] follow of 0\.6 m/s; allowed: 0 to 0\.5"):
         Config.parse("[arm]\nfollow 0.6")
 
 
