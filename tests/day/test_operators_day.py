@@ -277,7 +277,7 @@ def trigger(day, first):
     operator.until("QApplication.activePopupWidget() is not None")
     operator.keys("Down", "Return")
     until(lambda: first.triggered, "the trigger")
-    waiting = ("frames come when triggered by",)
+    waiting = ("frames arrive when triggered by",)
     day.agrees("waiting for a trigger", waiting)
     count = operator.ask("frames()")
     operator.click("button('Send trigger')")

@@ -207,15 +207,17 @@ def test_a_stop_is_heard_while_another_one_is_being_ended(runner, listener, monk
     began, stopped = threading.Event(), threading.Event()
 
     def release():
+        before = runner.gate.stops
         began.set()
-        until(lambda: runner.gate.halted == "stopped over ROS 2")
+        until(lambda: runner.gate.stops > before)
         stopped.set()
 
-    monkeypatch.setattr(runner.gate, "release", release)
     try:
+        runner.start()
         at_once = listener.node.create_publisher(Empty, "/servo/stop_now", 1)
         until(at_once.get_subscription_count)
         runner.emergency_stop("by a test")
+        monkeypatch.setattr(runner.gate, "release", release)
         with ThreadPoolExecutor(1) as pool:
             resumed = pool.submit(listener.call, "/servo/resume")
             assert began.wait(PATIENCE)
@@ -223,6 +225,7 @@ def test_a_stop_is_heard_while_another_one_is_being_ended(runner, listener, monk
             assert stopped.wait(PATIENCE)
             assert resumed.result(PATIENCE).success
     finally:
+        runner.stop()
         publisher.close()
 
 
