@@ -23,6 +23,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.library import effect
 from grabbergui.library.effect import SettingEffect
+from patience import until
 
 ADDRESS = "127.20.1.2"
 FAST = "width=64&height=48&fps=200"
@@ -152,7 +153,13 @@ def test_the_latency_is_measured_once_and_kept(
     before = camera.exposure_time
     frames = camera["SettingLatency"]
     measured = effect.latency_of(camera.grabber, timeout=30)
-    assert frames <= measured <= frames + effect.MARGIN + 1
+    assert measured >= frames  # more if the machine was too busy for some of them
+
+    def as_the_camera_says() -> bool:
+        found = effect.measure_latency(camera.grabber, timeout=30)
+        return found is not None and frames <= found <= frames + effect.MARGIN + 1
+
+    until(as_the_camera_says)
     assert camera.exposure_time == before
     monkeypatch.setattr(effect, "measure_latency", lambda *_, **__: pytest.fail("measured again"))
     assert effect.latency_of(camera.grabber, timeout=30) == measured

@@ -231,7 +231,9 @@ def test_the_image_stays_where_it_is_under_work_in_progress(app):
     window, image = app.window, app.window.image
     app.connect()
     app.watch()
-    places = image.canvas.geometry(), image.note.geometry()
+    # The bar above the image is as high as its controls, which arrive one by one.
+    app.until(lambda: len(window.favourites._shown) == 3)
+    places = app.settled(lambda: (image.canvas.geometry(), image.note.geometry()))
     rows = [image.tasks.begin(title) for title in ("Connecting", "Loading settings")]
     rows[0].setText("a long name " * 30)
     for size in ((1280, 800), (800, 600)):
