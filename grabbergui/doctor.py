@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 
 from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.priority import REALTIME, prompt_threads_permitted
+from grabbergui.core.priority import REALTIME, realtime_threads_permitted
 from grabbergui.setup.parts import UDEV_RULES, installed_udev_rule
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def check_network() -> Iterator[Finding]:
 
     yield from receive_buffer(SYSCTL)
     if sys.platform == "linux" and os.cpu_count() != 1:
-        yield from priority(permitted=prompt_threads_permitted())
+        yield from priority(permitted=realtime_threads_permitted())
     found = [interface for interface in interfaces() if not interface.loopback]
     yield from packet_sizes(found)
     yield from shared_networks(found)

@@ -24,12 +24,12 @@ NICE = -10
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4
 "Flags of `mlockall(2)`: currently mapped pages stay in memory from their first use on."
 REVIEW = 0.1
-"Seconds between two reviews of a `PromptThread`."
+"Seconds between two reviews of a `RealtimeThread`."
 MOST_WORK = 0.25
 "Share of a core that a thread with real-time priority may need."
 
 
-class PromptThread:
+class RealtimeThread:
     """Gives the calling thread real-time priority while it mostly waits, so that it wakes without delay.
 
     While it computes, it has ordinary priority, as it would block everything else on its core. Threads and
@@ -37,24 +37,24 @@ class PromptThread:
     """
 
     def __init__(self) -> None:
-        self.prompt = False
+        self.realtime = False
         "Whether the thread has real-time priority."
         self._permitted = sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
         self._reviewed, self._worked = time.monotonic(), time.thread_time()
 
     def review(self, now: float) -> bool:
-        """Choose the priority by the thread's recent share of a core; return `prompt`.
+        """Choose the priority by the thread's recent share of a core; return `realtime`.
 
         `now` is monotonic time. Cheap enough for every iteration of a loop. Never raises.
         """
         if not self._permitted or now - self._reviewed < REVIEW:
-            return self.prompt
+            return self.realtime
         worked = time.thread_time()
         waits = worked - self._worked <= MOST_WORK * (now - self._reviewed)
         self._reviewed, self._worked = now, worked
-        if waits != self.prompt:
+        if waits != self.realtime:
             self._schedule(realtime=waits)
-        return self.prompt
+        return self.realtime
 
     def _schedule(self, *, realtime: bool) -> None:
         if sys.platform != "linux":
@@ -65,15 +65,15 @@ class PromptThread:
         except OSError:
             self._permitted = False
         else:
-            self.prompt = realtime
+            self.realtime = realtime
 
 
-def prompt_threads_permitted() -> bool:
+def realtime_threads_permitted() -> bool:
     """Return whether threads of this process may have real-time priority, as tried by a short-lived one."""
     tried: list[bool] = []
 
     def attempt() -> None:
-        thread = PromptThread()
+        thread = RealtimeThread()
         tried.append(thread.review(time.monotonic() + REVIEW))
 
     attempting = threading.Thread(target=attempt, name="priority check")

@@ -90,7 +90,7 @@ class GuardianLink(Guard):
         """Start the process, without waiting for it. Raises SourceUnavailableError."""
         if sys.platform == "win32":  # pipes can be neither polled nor read without waiting there
             raise SourceUnavailableError("the guardian, without which no robot moves, needs Linux or macOS")
-        # A session of its own: signals to this program's group and a closing terminal do not reach it.
+        # Detached: signals to this program's group and a closing terminal do not reach it.
         environment = os.environ | {"PYTHONSAFEPATH": "1"}
         with self._lock:  # the channels must be the first line, before any heartbeat
             try:

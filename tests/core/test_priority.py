@@ -12,12 +12,14 @@ from collections.abc import Callable
 import pytest
 
 from grabbergui.core import priority
-from grabbergui.core.priority import FRAMES, REALTIME, REVIEW, PromptThread, prompt_threads_permitted
+from grabbergui.core.priority import FRAMES, REALTIME, REVIEW, RealtimeThread, realtime_threads_permitted
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
 TURN = 2 * REVIEW
 "Seconds between reviews here: sums of tenths may lack a rounding error to the next one."
-permitted = pytest.mark.skipif(not prompt_threads_permitted(), reason="needs the right to real-time priority")
+permitted = pytest.mark.skipif(
+    not realtime_threads_permitted(), reason="needs the right to real-time priority"
+)
 
 
 def on_own_thread(body: Callable[[], None]) -> None:
@@ -51,7 +53,7 @@ def test_a_waiting_thread_has_realtime_priority_and_a_computing_one_has_not(
 
     def body() -> None:
         nonlocal worked
-        thread, now = PromptThread(), time.monotonic()
+        thread, now = RealtimeThread(), time.monotonic()
         assert not thread.review(now + REVIEW / 2), "too early to judge"
         now += TURN
         assert thread.review(now)
@@ -74,7 +76,7 @@ def test_a_waiting_thread_has_realtime_priority_and_a_computing_one_has_not(
 @permitted
 def test_neither_threads_nor_programs_inherit_it() -> None:
     def body() -> None:
-        assert PromptThread().review(time.monotonic() + REVIEW)
+        assert RealtimeThread().review(time.monotonic() + REVIEW)
         on_own_thread(lambda: inherited.append(policy()))
         program = subprocess.run(
             [sys.executable, "-c", "import os; print(os.sched_getscheduler(0))"],
@@ -98,14 +100,14 @@ def test_a_refused_priority_is_requested_only_once(monkeypatch: pytest.MonkeyPat
         raise PermissionError
 
     monkeypatch.setattr(priority.os, "sched_setscheduler", refuse)
-    thread, now = PromptThread(), time.monotonic()
+    thread, now = RealtimeThread(), time.monotonic()
     assert not thread.review(now + REVIEW)
     assert not thread.review(now + 2 * REVIEW)
     assert len(asked) == 1
-    assert not prompt_threads_permitted()
+    assert not realtime_threads_permitted()
 
 
 @linux
 def test_a_computer_with_one_core_gets_no_realtime_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(priority.os, "sched_getaffinity", lambda process: {0})
-    assert not PromptThread().review(time.monotonic() + REVIEW)
+    assert not RealtimeThread().review(time.monotonic() + REVIEW)

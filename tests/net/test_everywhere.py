@@ -22,7 +22,7 @@ from lost_camera import away
 from patience import PATIENCE, attempts, until
 from ros2_domain import own_domain
 
-PROMPTLY = 0.2
+AT_ONCE = 0.2
 """Seconds."""
 
 VALUES = itertools.cycle(tenth / 10 for tenth in range(1, 240))
@@ -244,7 +244,7 @@ def pairs(*needed):
 
 def check_pair(origin, witness):
     """From the moment that the writer has its answer to the witness knowing."""
-    for watch in attempts(PROMPTLY):
+    for watch in attempts(AT_ONCE):
         value = next(VALUES)
         origin.write(value)
         with watch:

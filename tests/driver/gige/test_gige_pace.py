@@ -97,14 +97,14 @@ def with_blocks_every(period: float, rate: float) -> Pace:
 @pytest.mark.parametrize(
     ("period", "left"), [(1.0, 0.0), (0.01, LAST_PAUSE - ONE_BY_ONE_SHARE * 0.01)], ids=["slow", "fast"]
 )
-def test_a_prompt_thread_reads_the_last_packets_as_they_arrive(period: float, left: float) -> None:
+def test_a_real_time_thread_reads_the_last_packets_as_they_arrive(period: float, left: float) -> None:
     """A pause until the expected end may last too long; many short blocks would cost many wake-ups."""
     rate = GIGABIT / PACKET
     pace, now = with_blocks_every(period, rate), NOW + period
     last = round(rate * LAST_PAUSE)
     usual = pace.pause(1000, PACKET, now)
     assert pace.pause(last, PACKET, now) == pytest.approx(LAST_PAUSE, rel=0.02)
-    pace.prompt = True
+    pace.realtime = True
     assert pace.pause(1000, PACKET, now) == usual, "it pauses as others do before"
     assert pace.pause(last, PACKET, now) == pytest.approx(left, rel=0.02)
 

@@ -10,7 +10,7 @@ from contextlib import closing
 import pytest
 
 from grabbergui import sources
-from grabbergui.core.priority import prompt_threads_permitted
+from grabbergui.core.priority import realtime_threads_permitted
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import until
@@ -25,7 +25,7 @@ def policies() -> list[int]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
-@pytest.mark.skipif(not prompt_threads_permitted(), reason="needs the right to real-time priority")
+@pytest.mark.skipif(not realtime_threads_permitted(), reason="needs the right to real-time priority")
 @pytest.mark.parametrize("ring", ["0", "auto"])
 def test_a_stream_that_is_easy_to_follow_is_received_with_real_time_priority(ring: str) -> None:
     address = f"127.88.{os.getpid() % 250 + 1}.{1 + (ring == 'auto')}"

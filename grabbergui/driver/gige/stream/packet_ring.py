@@ -172,7 +172,7 @@ class PacketRing(PacedSource):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Take packets from the ring, or once it has failed, from the reserve."""
         if self._reserve is not None:
-            self._reserve.prompt = self.prompt
+            self._reserve.realtime = self.realtime
             self._reserve.receive(assembler, timeout)
             return
         super().receive(assembler, timeout)

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
-from grabbergui.core.priority import PromptThread
+from grabbergui.core.priority import RealtimeThread
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
@@ -34,7 +34,7 @@ BURST = 64
 class DatagramSource(ABC):
     """Feeds an assembler from a socket. One thread."""
 
-    prompt = False
+    realtime = False
     "Whether the thread wakes without delay when packets arrive."
 
     @abstractmethod
@@ -85,8 +85,8 @@ MOST_POLLING = 0.0003
 POLLING_SHARE = 0.01
 "Share of the time between two blocks' ends that may be spent so."
 ONE_BY_ONE_SHARE = 0.03
-"""Share of the time between two blocks' ends in which a prompt thread reads packets as they arrive, since a
-pause may end late. `LAST_PAUSE` at most."""
+"""Share of the time between two blocks' ends in which a real-time thread reads packets as they arrive, since
+a pause may end late. `LAST_PAUSE` at most."""
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
@@ -114,7 +114,7 @@ class Pace:
 
     def __init__(self, buffer_bytes: int, most_packets: int) -> None:
         """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
-        self.prompt = False
+        self.realtime = False
         "Whether the thread wakes without delay. Then it waits for a block's last packets one by one."
         self._buffer_bytes = buffer_bytes
         self._most_packets = most_packets
@@ -170,7 +170,7 @@ class Pace:
         """Return the seconds to wait while `expected` packets of `packet_bytes` remain until a block's end.
 
         The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
-        That of a `prompt` thread ends earlier.
+        That of a `realtime` thread ends earlier.
         """
         if not expected or not self._rate or not self._peak:
             return 0.0
@@ -190,7 +190,7 @@ class Pace:
         if before_last > SHORTEST_PAUSE:
             # Equal pauses rather than long ones and a tiny one.
             pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
-        elif self.prompt:
+        elif self.realtime:
             pause -= min(LAST_PAUSE, ONE_BY_ONE_SHARE * self._period)
         pause = min(pause, longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
@@ -251,7 +251,7 @@ class PacedSource(DatagramSource):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
         before = assembler.statistics.packets
-        self._pace.prompt = self.prompt
+        self._pace.realtime = self.realtime
         if self._overrun(assembler.statistics):
             assembler.note_overrun()
             self._skip()
@@ -354,10 +354,10 @@ class StreamReceiver:
         return self._assembler.statistics.snapshot(self._rate)
 
     def _run(self) -> None:
-        assembler, thread = self._assembler, PromptThread()
+        assembler, thread = self._assembler, RealtimeThread()
         while not self._stopping:
             now = time.monotonic()
-            self._source.prompt = thread.review(now)
+            self._source.realtime = thread.review(now)
             wait = min(assembler.timer() - now, IDLE_WAIT)
             try:
                 self._source.receive(assembler, max(wait, 0.0))
