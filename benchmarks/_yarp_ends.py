@@ -63,7 +63,7 @@ def gradient(width: int, height: int) -> np.ndarray[Any, Any]:
 
 # -- ours --------------------------------------------------------------------------------------------
 def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None:
-    """Send for a while; report count and CPU seconds; then repeat the last image until told to end."""
+    """Send for a while; report count and CPU seconds; then repeat the last image until a message arrives."""
     cpu, began, count = _cpu(), time.monotonic(), 0
     while (now := time.monotonic()) < began + order.seconds:
         if order.rate and now < began + count / order.rate:

@@ -188,18 +188,18 @@ class CommandGate:
 
     def halt(self, reason: str) -> None:
         """Emergency stop: stop the robot even if it rests, and pass no command until `release`."""
-        self._halt(reason, anew=False)
+        self._halt(reason, planned=False)
 
     def hold(self, reason: str) -> None:
         """Stop as `halt` does, because a person is to let the robot move; replace the last stop's reason."""
-        self._halt(reason, anew=True)
+        self._halt(reason, planned=True)
 
-    def _halt(self, reason: str, *, anew: bool) -> None:
+    def _halt(self, reason: str, *, planned: bool) -> None:
         # Before the commands' lock is taken: a command that hangs in the network must not delay a stop.
         with self._halt_lock:
-            if anew or self._acknowledged or not self._halted:
+            if planned or self._acknowledged or not self._halted:
                 self._halted = reason or "emergency stop"
-                self._acknowledged = anew
+                self._acknowledged = planned
             self._stops += 1
         self._guard.stop()
         self._robot.stop()

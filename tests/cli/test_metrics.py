@@ -114,8 +114,10 @@ def test_many_callers_are_connected_before_the_first_is_accepted(camera):
     port = int(server.url.split(":")[2].split("/")[0])
     with ExitStack() as stack:
         stack.callback(server._server.server_close)
-        for _ in range(40):
-            stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=10))
+        callers = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=10)) for _ in range(40)
+        ]
+        assert all(caller.getpeername() == ("127.0.0.1", port) for caller in callers)
 
 
 def test_callers_that_say_nothing_do_not_become_many(camera):
