@@ -23,8 +23,9 @@ from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import RpcClient, administer
+from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Stamp, Vocab
 

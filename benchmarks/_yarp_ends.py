@@ -20,8 +20,8 @@ from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Target
-from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Stamp
 

@@ -14,8 +14,9 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header
-from grabbergui.net.yarp.os.link import RpcClient, greet
+from grabbergui.net.yarp.os.link import greet
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.guardian import Channel
 

@@ -22,7 +22,7 @@ from grabbergui.core.errors import (
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
-from grabbergui.net.yarp.os.link import RpcClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import closed_loop

@@ -51,8 +51,8 @@ from grabbergui.net.yarp.grabber_rpc import (
 from grabbergui.net.yarp.grabber_values import Configuration, Value, Vertices, intrinsics
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.values import Dialect
 
 log = logging.getLogger(__name__)

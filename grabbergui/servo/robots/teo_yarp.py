@@ -19,8 +19,8 @@ from grabbergui.core.errors import GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
-from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import teo, teo_messages

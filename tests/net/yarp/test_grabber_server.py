@@ -24,8 +24,8 @@ from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os import carrier
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import RpcClient
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.values import Stamp, Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer

@@ -23,8 +23,8 @@ from grabbergui.net.yarp.os import ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
-from grabbergui.net.yarp.os.link import RpcClient, administer, greet
-from grabbergui.net.yarp.os.outputs import Outgoing
+from grabbergui.net.yarp.os.link import administer, greet
+from grabbergui.net.yarp.os.outputs import Outgoing, RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
 from patience import PATIENCE, attempts, until

@@ -17,9 +17,10 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import inputs, registry
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Target
-from grabbergui.net.yarp.os.link import RpcClient, administer
+from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, until
