@@ -34,7 +34,7 @@ def learned(buffer_bytes: int, rate: float, most_packets: int = 4096) -> Pace:
     """A pace that saw packets at `rate` a second, until now."""
     pace = Pace(buffer_bytes, most_packets)
     for step in range(-20, 1):
-        pace.took(round(rate * 0.003), NOW + 0.003 * step, more=True)
+        pace.took(round(rate * 0.003), NOW + 0.003 * step, more=True, ended=False)
     return pace
 
 
@@ -63,7 +63,7 @@ def test_a_rate_is_measured_over_several_batches() -> None:
     rate = 90_000
     pace = Pace(ROOMY, 4096)
     for step in range(-20, 1):
-        pace.took(round(rate * 0.001), NOW + 0.001 * step, more=True)
+        pace.took(round(rate * 0.001), NOW + 0.001 * step, more=True, ended=False)
     assert pace.pause(90, PACKET, NOW) == pytest.approx(0.001, rel=0.02)
 
 
@@ -73,9 +73,9 @@ def test_the_mean_rate_counts_each_batch_of_a_block(share: float, waits: bool) -
     packets = round(share * FASTEST / kernel_bytes(PACKET) * period / 2)
     pace = Pace(64 * ROOMY, 1 << 20)
     for block in range(-9, 1):
-        pace.took(packets, NOW + block * period - 0.006, more=True)
-        pace.took(packets, NOW + block * period, more=False)
-    pace.took(packets, NOW + 0.004, more=True)
+        pace.took(packets, NOW + block * period - 0.006, more=True, ended=False)
+        pace.took(packets, NOW + block * period, more=False, ended=True)
+    pace.took(packets, NOW + 0.004, more=True, ended=False)
     assert bool(pace.pause(4 * packets, PACKET, NOW + 0.004)) is waits
 
 
@@ -89,8 +89,8 @@ def test_the_last_pause_ends_with_the_block() -> None:
 def with_blocks_every(period: float, rate: float) -> Pace:
     """A pace that saw blocks end so many seconds apart, the last of them now."""
     pace = learned(ROOMY, rate)
-    pace.took(1, NOW, more=False)
-    pace.took(1, NOW + period, more=False)
+    pace.took(1, NOW, more=False, ended=True)
+    pace.took(1, NOW + period, more=False, ended=True)
     return pace
 
 
@@ -107,6 +107,29 @@ def test_a_real_time_thread_reads_the_last_packets_as_they_arrive(period: float,
     pace.realtime = True
     assert pace.pause(1000, PACKET, now) == usual, "it pauses as others do before"
     assert pace.pause(last, PACKET, now) == pytest.approx(left, rel=0.02)
+
+
+def test_a_trailer_that_comes_later_does_not_end_a_block_again() -> None:
+    rate, period = GIGABIT / PACKET, 0.01
+    pace = with_blocks_every(period, rate)
+    now = NOW + period + 0.0002
+    pace.took(1, now, more=False, ended=False)
+    pace.realtime = True
+    left = LAST_PAUSE - ONE_BY_ONE_SHARE * period
+    assert pace.pause(round(rate * LAST_PAUSE), PACKET, now) == pytest.approx(left, rel=0.02)
+
+
+def test_the_time_for_reading_ends_pauses_before_the_last_one_sooner() -> None:
+    rate = GIGABIT / PACKET
+    pace = learned(4 * ROOMY, rate, 1 << 16)
+    for _ in range(50):
+        pace.read(0.01, 0.002)
+        pace.read(LAST_PAUSE, LAST_PAUSE)
+    for expected, pauses in ((5000, 2), (1000, 1)):
+        taken = pauses * pace.pause(expected, PACKET, NOW) * (1 + 0.002 / 0.01)
+        assert taken == pytest.approx(expected / rate - LAST_PAUSE, rel=0.02)
+    last = round(rate * LAST_PAUSE)
+    assert pace.pause(last, PACKET, NOW) == pytest.approx(LAST_PAUSE, rel=0.02)
 
 
 def test_the_end_of_a_block_is_watched_for_without_sleeping() -> None:
@@ -171,10 +194,10 @@ def test_a_burst_is_waited_for_if_the_camera_rests_after_it() -> None:
     for block in range(5):
         begun = NOW + 0.04 * block
         for step in range(1, 9):
-            pace.took(400, begun + 0.001 * step, more=step < 8)
+            pace.took(400, begun + 0.001 * step, more=step < 8, ended=step == 8)
     rate = 400 / 0.001
     assert rate * kernel_bytes(PACKET) > FASTEST
-    pace.took(400, NOW + 0.201, more=True)
+    pace.took(400, NOW + 0.201, more=True, ended=False)
     pause = pace.pause(2800, PACKET, NOW + 0.201)
     assert pause > 0.002
     assert pause * rate * kernel_bytes(PACKET) < 0.3 * ROOMY
@@ -188,11 +211,11 @@ def test_a_faster_rate_counts_at_once_a_slower_one_by_and_by() -> None:
     pace = learned(STOCK, 10_000)
     before = pace.pause(100_000, PACKET, NOW)
     later = NOW + 0.003
-    pace.took(300, later, more=True)
+    pace.took(300, later, more=True, ended=False)
     faster = pace.pause(100_000, PACKET, later)
     assert faster == pytest.approx(before / 2, rel=0.01), "twice as fast, and no more in one step"
     later += 0.003
-    pace.took(10, later, more=True)
+    pace.took(10, later, more=True, ended=False)
     assert faster < pace.pause(100_000, PACKET, later) < 1.2 * faster
 
 
@@ -200,16 +223,27 @@ def test_a_burst_fills_the_buffer_but_ends_no_block_sooner() -> None:
     pace = learned(STOCK, 10_000)
     last = round(10_000 * LAST_PAUSE)
     pause, long_pause = (pace.pause(expected, PACKET, NOW) for expected in (last, 100_000))
-    pace.took(14, NOW + STEADY_SPAN / 3, more=True)
+    pace.took(14, NOW + STEADY_SPAN / 3, more=True, ended=False)
     assert pace.pause(last, PACKET, NOW + STEADY_SPAN / 3) == pytest.approx(pause, rel=0.02)
     assert pace.pause(100_000, PACKET, NOW + STEADY_SPAN / 3) == pytest.approx(long_pause / 2, rel=0.02)
 
 
 def test_short_blocks_are_measured_too() -> None:
     pace = Pace(ROOMY, 4096)
-    pace.took(1, NOW, more=True)
-    pace.took(90, NOW + 0.001, more=False)
+    pace.took(1, NOW, more=True, ended=False)
+    pace.took(90, NOW + 0.001, more=False, ended=True)
     assert pace.pause(180, PACKET, NOW + 0.001) == pytest.approx(0.001, rel=0.02)
+
+
+def test_a_block_whose_end_was_read_late_does_not_tell_the_first_rate() -> None:
+    """The first frame's memory is new and takes long to fill; meanwhile the camera has finished sending."""
+    pace = Pace(ROOMY, 4096)
+    pace.took(430, NOW, more=True, ended=False)
+    pace.took(87, NOW + 0.02, more=False, ended=True)
+    pace.took(300, NOW + 0.03, more=True, ended=False)
+    assert pace.pause(200, PACKET, NOW + 0.03) == 0, "still unknown"
+    pace.took(180, NOW + 0.032, more=True, ended=False)
+    assert pace.pause(90, PACKET, NOW + 0.032) == pytest.approx(0.001, rel=0.02)
 
 
 def test_where_pauses_end_late_the_buffer_must_hold_that_too() -> None:
@@ -221,15 +255,15 @@ def test_where_pauses_end_late_the_buffer_must_hold_that_too() -> None:
     least = PAUSE_SHARE * ROOMY / (40_000 * kernel_bytes(8164))
     assert fast.pause(100_000, 8164, NOW) == pytest.approx(least, rel=0.1) and least < usual
     assert slow.pause(100_000, 8164, NOW) > 0.8 * LONGEST_PAUSE
-    fast.took(10, NOW + 0.001, more=False)
-    fast.took(10, NOW + 10.0, more=False)
+    fast.took(10, NOW + 0.001, more=False, ended=True)
+    fast.took(10, NOW + 10.0, more=False, ended=True)
     assert fast.pause(100_000, 8164, NOW + 10.0) == pytest.approx(usual, rel=0.1), "forgotten by and by"
 
 
 def test_the_time_between_blocks_is_no_rate() -> None:
     pace = learned(ROOMY, 90_000)
     before = pace.pause(100_000, PACKET, NOW)
-    pace.took(90, NOW + 0.001, more=False)
-    pace.took(5, NOW + 10.0, more=True)
-    pace.took(270, NOW + 10.003, more=True)
+    pace.took(90, NOW + 0.001, more=False, ended=True)
+    pace.took(5, NOW + 10.0, more=True, ended=False)
+    pace.took(270, NOW + 10.003, more=True, ended=False)
     assert pace.pause(100_000, PACKET, NOW + 10.003) == pytest.approx(before, rel=0.02)

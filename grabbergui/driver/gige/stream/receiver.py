@@ -78,13 +78,15 @@ SHORTEST_PAUSE = 0.0002
 "Seconds; a shorter pause is not worth the wake-up."
 LAST_PAUSE = 0.001
 "Seconds before a block's end at which queued packets are read, so that little work is left at the end."
+MOST_READING = 0.5
+"Largest known time for reading what accumulated in a pause, as a share of the pause."
 MOST_USUALLY_LATE = 0.0003
 "Largest reduction of the last pause in seconds: packets that arrive in this time are read one by one."
 MOST_POLLING = 0.0003
 "Seconds before a block's end in which the thread watches for packets without sleeping."
 POLLING_SHARE = 0.01
 "Share of the time between two blocks' ends that may be spent so."
-ONE_BY_ONE_SHARE = 0.03
+ONE_BY_ONE_SHARE = 0.015
 """Share of the time between two blocks' ends in which a real-time thread reads packets as they arrive, since
 a pause may end late. `LAST_PAUSE` at most."""
 FASTEST = 600e6
@@ -138,6 +140,8 @@ class Pace:
         self._late = 0.0
         "Seconds by which pauses ended late: on a busy machine a thread waits for a processor."
         self._usually_late = 0.0
+        self._reading = 0.0
+        "Seconds that it takes to read what accumulates in a second."
 
     def slept(self, intended: float, took: float) -> None:
         """Note that a pause meant to last `intended` seconds lasted `took`."""
@@ -145,19 +149,29 @@ class Pace:
         self._late = max(self._late, late)
         self._usually_late += (min(late, MOST_USUALLY_LATE) - self._usually_late) / 8
 
-    def took(self, packets: int, now: float, *, more: bool) -> None:
-        """Note a batch read at `now`; `more`: its block has not ended."""
+    def read(self, paused: float, seconds: float) -> None:
+        """Note that reading took `seconds` after a pause of `paused` seconds."""
+        if paused > LAST_PAUSE:  # a few packets cost more each
+            self._reading += (min(seconds / paused, MOST_READING) - self._reading) / 8
+
+    def took(self, packets: int, now: float, *, more: bool, ended: bool) -> None:
+        """Note a batch read at `now`.
+
+        `more`: more of the newest block is to arrive. `ended`: a block ended; its trailer may come later.
+        """
         if self._since is not None:
             span = now - self._looked_at
             if packets and span >= BURST_SPAN:
                 self._peak = _followed(self._peak, packets / span, FALL)
             self._packets += packets
             span = now - self._since
-            if self._packets and span >= (STEADY_SPAN if more else LEAST_SPAN):
+            # The first block fills new memory, which takes long: it may have ended well before this read.
+            timely = more or self._ended or now - self._looked_at <= STEADY_SPAN
+            if self._packets and timely and span >= (STEADY_SPAN if more else LEAST_SPAN):
                 self._rate = _followed(self._rate, self._packets / span, STEADY_FALL)
                 self._since = None
         self._since_end += packets
-        if packets and not more:
+        if ended:
             self._period = now - self._ended if self._ended else 0.0
             self._mean = self._since_end / self._period if self._period else 0.0
             self._ended, self._since_end = now, 0
@@ -169,7 +183,8 @@ class Pace:
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
         """Return the seconds to wait while `expected` packets of `packet_bytes` remain until a block's end.
 
-        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
+        The last pause begins shortly before the end, when all earlier packets have been read, and ends with
+        it, so that the frame is complete soon.
         That of a `realtime` thread ends earlier.
         """
         if not expected or not self._rate or not self._peak:
@@ -188,7 +203,8 @@ class Pace:
         pause = expected / self._rate - since - self._usually_late
         before_last = pause - LAST_PAUSE
         if before_last > SHORTEST_PAUSE:
-            # Equal pauses rather than long ones and a tiny one.
+            # Equal pauses rather than long ones and a tiny one; reading takes time after each.
+            before_last /= 1 + self._reading
             pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
         elif self.realtime:
             pause -= min(LAST_PAUSE, ONE_BY_ONE_SHARE * self._period)
@@ -255,15 +271,18 @@ class PacedSource(DatagramSource):
         if self._overrun(assembler.statistics):
             assembler.note_overrun()
             self._skip()
-        paused = self._drained and self._flowing and self._gather(assembler, timeout)
+        paused = self._gather(assembler, timeout) if self._drained and self._flowing else 0.0
         wait = timeout if self._drained and not paused else 0.0
         if wait and self._flowing:
             self._poll(assembler)
         self._drained = True
+        begun = time.monotonic()
         now = self._take_all(assembler, wait)
+        if paused:
+            self._pace.read(paused, time.monotonic() - begun)
         packets = assembler.statistics.packets - before
         self._flowing = packets > 0
-        self._pace.took(packets, now, more=assembler.block_in_progress)
+        self._pace.took(packets, now, more=assembler.block_in_progress, ended=assembler.has_finished)
 
     def _overrun(self, statistics: StreamStatistics) -> bool:
         """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
@@ -286,17 +305,19 @@ class PacedSource(DatagramSource):
                 " larger packets or a lower frame rate help"
             )
 
-    def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
-        """Let packets gather if that delays no frame; return whether there was time."""
+    def _gather(self, assembler: BlockAssembler, timeout: float) -> float:
+        """Let packets gather if that delays no frame; return the seconds waited."""
         begun = time.monotonic()
         pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
         if assembler.block_waits:
             pause = min(pause, ANSWER_PAUSE)
         if not pause:
-            return False
-        if self._rest(pause):
-            self._pace.slept(pause, time.monotonic() - begun)
-        return True
+            return 0.0
+        whole = self._rest(pause)
+        waited = time.monotonic() - begun
+        if whole:
+            self._pace.slept(pause, waited)
+        return waited
 
     def _poll(self, assembler: BlockAssembler) -> None:
         """Watch for the last packets of a block, if they are due, without sleeping."""
@@ -314,6 +335,9 @@ class PacedSource(DatagramSource):
 # -- the thread ----------------------------------------------------------------------------------
 IDLE_WAIT = 0.03
 "Seconds that the thread waits for a datagram before it checks whether to stop, as long as `Pace` pauses."
+HAND_OVER = 0.00003
+"""Seconds that a real-time thread sleeps after it has delivered a frame: otherwise the consumer waits for the
+processor and the interpreter until the next block's first packets are read."""
 
 
 class StreamReceiver:
@@ -368,7 +392,8 @@ class StreamReceiver:
                 time.sleep(0.01)
             assembler.handle_timer(time.monotonic())
             self._request_missing()
-            self._deliver_finished()
+            if assembler.has_finished:
+                self._deliver_finished()
 
     def _request_missing(self) -> None:
         for request in self._assembler.resend_requests():
@@ -387,3 +412,5 @@ class StreamReceiver:
                 self._deliver(frame)
             except Exception:
                 log.exception("a consumer of frames failed")
+        if self._source.realtime:
+            time.sleep(HAND_OVER)
