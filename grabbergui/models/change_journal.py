@@ -141,18 +141,22 @@ class _UndoHistory:
         return steps[-1] if steps else None
 
     def note(
-        self, changes: Iterable[Change], step: Step | None, now: float, since: float | None = None
+        self,
+        changes: Iterable[Change],
+        intended: SettingKey,
+        step: Step | None,
+        now: float,
+        since: float | None = None,
     ) -> Step:
         """Add changes to `step`, or else to the previous step if they continue it. Return their step.
 
         A step of a single control continues while the user holds the control (`since` this moment), or writes
         it again within `STEP_PAUSE`, unless something else changes in between.
         """
-        changes = list(changes)
-        step = step or self._continued(changes[-1].key, now, since) or Step()
+        step = step or self._continued(intended, now, since) or Step()
         for change in changes:
             step.add(change, now)
-        step.intended = changes[-1].key
+        step.intended = intended
         done = self._steps[Direction.UNDO]
         if step not in done:
             done.append(step)
@@ -197,11 +201,13 @@ MOST_CHANGES = 2000
 class ChangeJournal:
     """Records the changes of one source's features. Any thread; signals come from the recording thread.
 
-    Repeated changes by one control, or of a value that the camera regulates, extend a single entry.
+    Repeated changes by one control, or of a value that the camera regulates, extend a single entry; the entry is
+    removed if they lead back to the first value.
     """
 
     noted = Signal(Change)
-    """A change; a change that continues is emitted again under its number."""
+    """A change. One that continues is emitted again under its number; one that is back at its first value is not
+    `effective` any more and has left the log."""
     steps_changed = Signal()
     """The next step to undo or redo has changed."""
 
@@ -260,6 +266,8 @@ class ChangeJournal:
         """
         with self._lock:
             now, since = self._clock(), self._held.get(written[-1].key.name)
+            intended = written[-1].key
+            written = [change for change in written if change.before != change.after]
             changes = [self._enter(*change, Origin.OPERATOR, now, since) for change in written]
             consequent = [self._enter(*change, Origin.CAMERA, now, None) for change in consequences]
             if self._reverting is None:
@@ -267,7 +275,7 @@ class ChangeJournal:
                 # An entry of the log may span several steps; a step needs the value before this write.
                 pairs = zip((*consequent, *changes), (*consequences, *written), strict=True)
                 own = [replace(change, before=before) for change, (_, before, _) in pairs]
-                step = self._history.note(own, self._step, now, since)
+                step = self._history.note(own, intended, self._step, now, since)
                 for key, value in (regulated or {}).items():
                     step.regulated.setdefault(key, value)
         for change in (*changes, *consequent):
@@ -358,6 +366,9 @@ class ChangeJournal:
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
         if last is not None and same and _continues(moment, now, since):
             change = replace(last, after=after)
+            if not change.effective:
+                del self._log[number], self._latest[author]
+                return change
             self._log[number] = change
         else:
             change = self._append(key, before, after, origin)

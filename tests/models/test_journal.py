@@ -76,9 +76,22 @@ def test_another_change_in_between_ends_a_step(operator):
 
 
 def test_a_value_that_is_dragged_back_leaves_no_step(operator):
+    noted = []
+    operator.journal.noted.connect(noted.append)
     operator.write("Gain", 2, wait=0.01)
     operator.write("Gain", 1, wait=0.01)
     assert operator.journal.next_text(UNDO) == ""
+    assert operator.log == []
+    assert [(change.number, change.effective) for change in noted] == [(1, True), (1, False)]
+    operator.write("Gain", 3, wait=0.01)
+    assert operator.log == [("Gain 1 → 3", OPERATOR)]
+
+
+def test_a_regulated_value_that_swings_back_leaves_no_entry(operator):
+    for value in (1.0, 4.0, 1.0):
+        operator.grabber.set("Gain", value)
+        operator.tracked_grabber.watch(operator.grabber.feature("Gain"))
+    assert operator.log == []
 
 
 def test_log_and_steps_are_bounded(operator):

@@ -1,5 +1,7 @@
 """The list of changes: it follows what is new, and shows whose changes are wanted."""
 
+from dataclasses import replace
+
 import pytest
 
 from grabbergui.core.settings import SettingKey
@@ -60,3 +62,22 @@ def test_the_cameras_own_changes_can_be_hidden(panel):
     for index, numbers in ((1, [1, 3]), (2, [1]), (0, [1, 2, 3])):
         panel.whoseBox.setCurrentIndex(index)
         assert [shown.number for shown in panel.chosen] == numbers
+
+
+def cells(panel, row):
+    table = panel.table.model()
+    return [table.index(row, column).data() for column in (1, 2, 3)]
+
+
+def test_a_change_that_is_back_at_its_first_value_leaves_the_list(panel):
+    note(panel, 1, 4)
+    panel.noteChange(replace(change(2), after=1))
+    panel.noteChange(replace(change(3), after=7))
+    panel.noteChange(replace(change(9), after=8))
+    assert [cells(panel, row) for row in range(2)] == [["Gain", "0", "1"], ["Gain", "2", "7"]]
+    assert panel.table.model().rowCount() == 2
+
+
+def test_values_that_differ_in_late_digits_are_shown_with_all_of_them(panel):
+    panel.noteChange(replace(change(1), before=16666.6666, after=16666.6667))
+    assert cells(panel, 0) == ["Gain", "16666.6666", "16666.6667"]

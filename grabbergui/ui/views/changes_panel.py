@@ -71,19 +71,16 @@ class ChangeTable(QAbstractTableModel):
         self.endResetModel()
 
     def note(self, change: Change) -> None:
-        """Add a change, or update one that continues; the oldest are removed."""
+        """Add a change, update one that continues, or remove one without effect; the oldest are removed."""
         row = self._rows.get(change.number)
-        if row is not None:
+        if not change.effective:
+            if row is not None:
+                self._forget(row, 1)
+        elif row is not None:
             self._changes[row] = change
             self.dataChanged.emit(self.index(row, 0), self.index(row, self.CAUSE))
-            return
-        row = len(self._changes)
-        self.beginInsertRows(QModelIndex(), row, row)
-        self._changes.append(change)
-        self._rows[change.number] = row
-        self.endInsertRows()
-        if len(self._changes) > MOST_CHANGES:
-            self._forget(SOME)
+        else:
+            self._append(change)
 
     def texts(self, change: Change) -> tuple[str, ...]:
         """Return the texts of a change's columns."""
@@ -117,15 +114,24 @@ class ChangeTable(QAbstractTableModel):
             return self.texts(change)[index.column()]
         return self._shortened(change, index.column()) if role == Qt.ItemDataRole.DisplayRole else None
 
-    def _forget(self, count: int) -> None:
-        self.beginRemoveRows(QModelIndex(), 0, count - 1)
-        del self._changes[:count]
+    def _append(self, change: Change) -> None:
+        row = len(self._changes)
+        self.beginInsertRows(QModelIndex(), row, row)
+        self._changes.append(change)
+        self._rows[change.number] = row
+        self.endInsertRows()
+        if len(self._changes) > MOST_CHANGES:
+            self._forget(0, SOME)
+
+    def _forget(self, first: int, count: int) -> None:
+        self.beginRemoveRows(QModelIndex(), first, first + count - 1)
+        del self._changes[first : first + count]
         self._rows = {change.number: row for row, change in enumerate(self._changes)}
         self.endRemoveRows()
 
     def _shortened(self, change: Change, column: int) -> str:
         value = {self.BEFORE: change.before, self.AFTER: change.after}.get(column)
-        if isinstance(value, float):
+        if isinstance(value, float) and not _alike(change):
             return number_text(value)
         text = self.texts(change)[column]
         if column == self.TIME:
@@ -133,6 +139,12 @@ class ChangeTable(QAbstractTableModel):
         if column == self.FEATURE and change.key.selected:
             return f"{change.key.name}[{', '.join(entry for _, entry in change.key.selected)}]"
         return text
+
+
+def _alike(change: Change) -> bool:
+    """Return whether the two values differ only in digits that `number_text` omits."""
+    before, after = change.before, change.after
+    return isinstance(before, float) and isinstance(after, float) and number_text(before) == number_text(after)
 
 
 class CopyAs(Enum):
