@@ -32,6 +32,24 @@ class PayloadType(Enum):
     MULTI_PART = "multi-part"
     GENDC = "GenDC"
 
+    @property
+    def as_object(self) -> str:
+        """The kind as the object of a sentence about a frame without an image: `the camera sends …`."""
+        return _AS_OBJECT[self]
+
+
+_AS_OBJECT = {
+    PayloadType.IMAGE: "an image without size or pixel format",
+    PayloadType.CHUNK: "chunk data alone",
+    PayloadType.RAW_DATA: "raw data",
+    PayloadType.FILE: "a file",
+    PayloadType.JPEG: "a damaged JPEG image",
+    PayloadType.JPEG2000: "a damaged JPEG 2000 image",
+    PayloadType.H264: "H.264 video",
+    PayloadType.MULTI_PART: "multi-part data of other kinds",
+    PayloadType.GENDC: "a GenDC container of other data",
+}
+
 
 class ComponentKind(IntEnum):
     """The quantity that a component measures: SFNC's ComponentIDValue, which GenDC calls TypeId."""

@@ -57,12 +57,25 @@ def test_a_detached_frame_with_chunk_data_keeps_no_buffer_of_the_stream(encoding
     assert pool.in_use == 0 and kept.chunks == {"ChunkGain": 1.0}
 
 
-@pytest.mark.parametrize("kind", [PayloadType.RAW_DATA, PayloadType.FILE, PayloadType.CHUNK])
-def test_a_frame_without_an_image_says_what_it_is(kind):
+@pytest.mark.parametrize(
+    ("kind", "content"),
+    [
+        (PayloadType.RAW_DATA, "raw data"),
+        (PayloadType.FILE, "a file"),
+        (PayloadType.CHUNK, "chunk data alone"),
+        (PayloadType.JPEG2000, "a damaged JPEG 2000 image"),
+        (PayloadType.H264, "H.264 video"),
+    ],
+)
+def test_a_frame_without_an_image_says_what_it_is(kind, content):
     frame = Frame(np.zeros(100, np.uint8), 0, 0, pfnc.by_code(0), payload_type=kind)
     assert frame.components == ()
-    with pytest.raises(PixelFormatError, match=f"{kind.value} \\(100 bytes\\) without an image.*PayloadType"):
+    with pytest.raises(PixelFormatError, match=f"no image: the camera sends {content} \\(100 bytes\\);.*PayloadType"):
         frame.rgb()
+
+
+def test_every_kind_of_payload_can_be_the_object_of_a_sentence():
+    assert all(kind.as_object for kind in PayloadType)
 
 
 def test_frames_are_described_in_a_line():

@@ -99,7 +99,7 @@ def test_raw_data_and_files(stage: ExitStack, faults: Faults, kind: str) -> None
         assert frame.payload.tobytes() == RAMP.tobytes()
         assert frame.file_name == (FILE_NAME if kind == "File" else "")
         assert not frame.components
-        with pytest.raises(PixelFormatError, match=f"{frame.payload_type.value}.*without an image"):
+        with pytest.raises(PixelFormatError, match=f"no image: .*{frame.payload_type.value}"):
             frame.rgb()
 
 
