@@ -7,7 +7,7 @@ import contextlib
 import os
 import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, cast
@@ -228,7 +228,8 @@ class Camera(FeatureAccess):
                         if frame.complete and frame.captured >= fired:
                             return frame
                 if time.monotonic() >= deadline:
-                    raise FrameTimeoutError(f"{self.info.title}: the software trigger made no frame")
+                    problem = f"{self.info.title}: the software trigger made no frame{self._other_trigger()}"
+                    raise FrameTimeoutError(problem)
 
     def _get(self, frames: FrameQueue, timeout: float) -> Frame:
         try:
@@ -240,13 +241,27 @@ class Camera(FeatureAccess):
 
     def _why_no_frame(self) -> str:
         with contextlib.suppress(GrabberError):
-            if not self._grabber.has_feature("TriggerMode"):
-                return ""
-            found, _ = instances(self._grabber, self._grabber.selectors.of("TriggerMode"))
-            for key in (SettingKey("TriggerMode", selected) for selected in found):
-                if self._grabber.read_setting(key).value == "On":
-                    return f"; it waits for a trigger: use camera.trigger(), or set {key} to Off"
+            for key in self._triggers_on():
+                return f"; it waits for a trigger: use camera.trigger(), or set {key} to Off"
         return ""
+
+    def _other_trigger(self) -> str:
+        """Name a trigger that the camera waits for besides the one that `trigger` fires."""
+        with contextlib.suppress(GrabberError):
+            fired = self._grabber.setting("TriggerMode")
+            for key in self._triggers_on():
+                if key != fired:
+                    return f"; the camera waits for another trigger, too: set {key} to Off"
+        return ""
+
+    def _triggers_on(self) -> Iterator[SettingKey]:
+        """Yield TriggerMode of each trigger that is on."""
+        if not self._grabber.has_feature("TriggerMode"):
+            return
+        found, _ = instances(self._grabber, self._grabber.selectors.of("TriggerMode"))
+        for key in (SettingKey("TriggerMode", selected) for selected in found):
+            if self._grabber.read_setting(key).value == "On":
+                yield key
 
     def _set_software_trigger(self) -> None:
         names = {"TriggerSelector": "FrameStart", "TriggerSource": "Software", "TriggerMode": "On"}

@@ -191,6 +191,14 @@ def test_no_frames_is_an_error_that_names_the_trigger(camera: grabbergui.Camera)
     assert camera["TriggerMode[TriggerSelector=FrameBurstStart]"] == "On"
 
 
+def test_a_software_trigger_that_another_one_holds_back_names_that_one(camera: grabbergui.Camera) -> None:
+    camera["TriggerMode[TriggerSelector=FrameBurstStart]"] = "On"
+    with pytest.raises(
+        grabbergui.FrameTimeoutError, match=r"another trigger, too: set TriggerMode\[TriggerSelector=FrameBurstStart\] to Off"
+    ):
+        camera.trigger(timeout=0.5)
+
+
 def test_each_software_trigger_makes_a_frame(camera: grabbergui.Camera) -> None:
     ids = [camera.trigger().frame_id for _ in range(20)]
     assert ids == sorted(set(ids))
