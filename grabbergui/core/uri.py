@@ -12,6 +12,7 @@ import ipaddress
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
+from pathlib import PurePath
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import parse_qsl, quote, unquote, urlencode
 
@@ -21,6 +22,7 @@ SIMULATED = "sim:"
 """The built-in simulated camera."""
 
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
+_MAC = re.compile(r"[0-9a-f]{2}([:-][0-9a-f]{2}){5}", re.ASCII | re.IGNORECASE)
 _PLAIN = "/:@,;+=~!$&'()*[]#"
 "Characters that are not escaped in a name. A question mark, space or percent sign would be misread."
 
@@ -41,7 +43,7 @@ class SourceUri:
         scheme, colon, rest = text.strip().partition(":")
         scheme = scheme.lower()
         if not colon or not _SCHEME.fullmatch(scheme):
-            raise UsageError(f"'{text}' is no source; write its kind first, as in sim: or gige:192.168.0.10")
+            raise UsageError(f"'{text}' is no source; {_with_kind(text.strip())}")
         # People type two slashes out of habit; one begins a YARP port or a ROS topic.
         name, _, query = rest.removeprefix("//").partition("?")
         if query and "=" not in query:
@@ -60,6 +62,22 @@ class SourceUri:
     def option(self, name: str, default: str = "") -> str:
         """Return the text of an option."""
         return self.options.get(name, default)
+
+
+def _with_kind(text: str) -> str:
+    """Propose URIs for a name without its kind."""
+    if is_ip_address(text) or _MAC.fullmatch(text):
+        kinds = ["gige"]
+    elif text.startswith("/dev/video"):
+        kinds = ["v4l2"]
+    elif text.startswith(("~", "./", "../")) or PurePath(text).suffix[1:2].isalpha():
+        kinds = ["file"]
+    elif text.startswith("/"):
+        kinds = ["yarp", "ros2", "file"]
+    else:
+        return "write its kind first, as in sim: or gige:192.168.0.10"
+    *others, last = (f"{kind}:{text}" for kind in kinds)
+    return f"did you mean {', '.join(others)} or {last}?" if others else f"did you mean {last}?"
 
 
 def is_ip_address(name: str) -> bool:

@@ -33,6 +33,25 @@ def test_a_malformed_uri_is_refused(text):
         SourceUri.parse(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("192.168.0.10", "did you mean gige:192.168.0.10?"),
+        ("00:30:53:12:34:56", "did you mean gige:00:30:53:12:34:56?"),
+        ("/tmp/movie.mp4", "did you mean file:/tmp/movie.mp4?"),
+        ("~/scenes", "did you mean file:~/scenes?"),
+        ("/dev/video2", "did you mean v4l2:/dev/video2?"),
+        ("/grabber", "did you mean yarp:/grabber, ros2:/grabber or file:/grabber?"),
+        ("GV01", "write its kind first, as in sim: or gige:192.168.0.10"),
+        ("22.3", "write its kind first, as in sim: or gige:192.168.0.10"),
+    ],
+)
+def test_a_name_without_its_kind_is_answered_with_the_likely_one(text, hint):
+    with pytest.raises(UsageError) as refused:
+        SourceUri.parse(text)
+    assert str(refused.value) == f"'{text}' is no source; {hint}"
+
+
 def test_an_option_has_its_text_or_the_default():
     uri = SourceUri.parse("yarp:/grabber?carrier=mjpeg")
     assert (uri.option("carrier"), uri.option("rate"), uri.option("rate", "5")) == ("mjpeg", "", "5")
