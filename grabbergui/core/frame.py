@@ -291,6 +291,6 @@ class EncodedFrame(Frame):
 def no_image(payload_type: PayloadType, size: int) -> str:
     """Return the error text for a payload that has no image to show."""
     return (
-        f"there is no image: the camera sends {payload_type.as_object} ({size} bytes); the bytes can be saved,"
-        " or set PayloadType, ImageCompressionMode or ComponentEnable so that it sends images"
+        f"there is no image: the camera sends {payload_type.as_object} ({size} bytes); the bytes can be"
+        " saved, or set PayloadType, ImageCompressionMode or ComponentEnable so that it sends images"
     )

@@ -201,13 +201,14 @@ MOST_CHANGES = 2000
 class ChangeJournal:
     """Records the changes of one source's features. Any thread; signals come from the recording thread.
 
-    Repeated changes by one control, or of a value that the camera regulates, extend a single entry; the entry is
+    Repeated changes by one control, or of a value that the camera regulates, extend a single entry, which is
     removed if they lead back to the first value.
     """
 
     noted = Signal(Change)
-    """A change. One that continues is emitted again under its number; one that is back at its first value is not
-    `effective` any more and has left the log."""
+    """A change; one that continues is emitted again under its number. One that is back at its first value
+    is no longer `effective` and has left the log.
+    """
     steps_changed = Signal()
     """The next step to undo or redo has changed."""
 

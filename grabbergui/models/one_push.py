@@ -128,6 +128,16 @@ LOOK = 0.1
 "Seconds between two reads of the automatic mode."
 
 
+def can_expose(grabber: FrameGrabber) -> bool:
+    """Return whether a source has an exposure time or a gain; a recording has neither."""
+    return any(role.find(grabber.has_feature) is not None for role in (Role.EXPOSURE, Role.GAIN))
+
+
+def can_balance(grabber: FrameGrabber) -> bool:
+    """Return whether a source has balance ratios."""
+    return Role.BALANCE_RATIO.find(grabber.has_feature) is not None
+
+
 def has_once(grabber: FrameGrabber, role: Role) -> bool:
     """Return whether the camera has an automatic mode for this role that runs once."""
     return automatic_once(grabber, role) is not None

@@ -70,7 +70,9 @@ def test_a_detached_frame_with_chunk_data_keeps_no_buffer_of_the_stream(encoding
 def test_a_frame_without_an_image_says_what_it_is(kind, content):
     frame = Frame(np.zeros(100, np.uint8), 0, 0, pfnc.by_code(0), payload_type=kind)
     assert frame.components == ()
-    with pytest.raises(PixelFormatError, match=f"no image: the camera sends {content} \\(100 bytes\\);.*PayloadType"):
+    with pytest.raises(
+        PixelFormatError, match=f"no image: the camera sends {content} \\(100 bytes\\);.*PayloadType"
+    ):
         frame.rgb()
 
 

@@ -194,7 +194,8 @@ def test_no_frames_is_an_error_that_names_the_trigger(camera: grabbergui.Camera)
 def test_a_software_trigger_that_another_one_holds_back_names_that_one(camera: grabbergui.Camera) -> None:
     camera["TriggerMode[TriggerSelector=FrameBurstStart]"] = "On"
     with pytest.raises(
-        grabbergui.FrameTimeoutError, match=r"another trigger, too: set TriggerMode\[TriggerSelector=FrameBurstStart\] to Off"
+        grabbergui.FrameTimeoutError,
+        match=r"another trigger, too: set TriggerMode\[TriggerSelector=FrameBurstStart\] to Off",
     ):
         camera.trigger(timeout=0.5)
 

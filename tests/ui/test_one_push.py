@@ -1,5 +1,7 @@
 """One-push exposure and white balance as a person asks for them."""
 
+import cv2
+import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
@@ -105,3 +107,17 @@ def test_closing_the_camera_ends_it(app):
     app.until(lambda: app.window.image.tasks.rows)
     app.program.connection.disconnect()
     app.until(lambda: not app.window.image.tasks.rows)
+
+
+def test_not_for_a_recording(app, tmp_path):
+    folder = tmp_path / "recording"
+    folder.mkdir()
+    for index in range(3):
+        cv2.imwrite(str(folder / f"{index}.png"), np.full((48, 64), 40 * index, np.uint8))
+    app.until(app.window.actionExpose.isEnabled)
+    app.connect(f"file:{folder}")
+    app.until(lambda: not app.window.actionExpose.isEnabled())
+    app.until(lambda: app.window.actionStop.isEnabled())
+    app.qtbot.wait(200)
+    for name in ("actionExpose", "actionBalance", "actionExposeRegion", "actionBalanceRegion"):
+        assert not getattr(app.window, name).isEnabled()

@@ -134,6 +134,8 @@ class CameraWork(QObject):
 class CameraAbility(QObject):
     """Enables actions while the current camera supports them and may be changed."""
 
+    changed = pyqtSignal()
+    """`present` may have changed."""
     ended = pyqtSignal()
     """The camera is gone, or another is being opened."""
 
@@ -150,6 +152,11 @@ class CameraAbility(QObject):
         bridge.bind(connection.opened, self._on_connection_opened)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         self._enable()
+
+    @property
+    def present(self) -> bool:
+        """Whether the current camera supports the actions and may be changed."""
+        return self._present and self._connection.state.connected
 
     def _on_connection_opened(self, source: OpenSource) -> None:
         grabber = source.grabber
@@ -173,7 +180,8 @@ class CameraAbility(QObject):
 
     def _enable(self) -> None:
         for action in self._actions:
-            action.setEnabled(self._present and self._connection.state.connected)
+            action.setEnabled(self.present)
+        self.changed.emit()
 
 
 # -- changes -------------------------------------------------------------------------------------

@@ -17,7 +17,16 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.one_push import OnePush, Tuning, balance, expose, has_once, let_camera
+from grabbergui.models.one_push import (
+    OnePush,
+    Tuning,
+    balance,
+    can_balance,
+    can_expose,
+    expose,
+    has_once,
+    let_camera,
+)
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.tuning import TuningRun
 from grabbergui.ui.controllers.changes import CameraAbility
@@ -55,6 +64,19 @@ class TuningController(QObject):
         bridge.bind(self._push.failed, self._messages.error)
         bridge.bind(self._push.ended, self._on_ended)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        self._abilities = {
+            CameraAbility(self, connection, can_expose): (
+                actions.actionExpose,
+                actions.actionExposeRegion,
+            ),
+            CameraAbility(self, connection, can_balance): (
+                actions.actionBalance,
+                actions.actionBalanceRegion,
+            ),
+        }
+        "The actions that need each ability."
+        for ability in self._abilities:
+            ability.changed.connect(self._enable)
         # Not over the bridge: work in progress has to stop before the camera is closed.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
         view.drawing.regionDrawn.connect(self._on_region_drawn)
@@ -126,14 +148,9 @@ class TuningController(QObject):
             and not source.read_only
             and self._row is None
         )
-        actions = self._actions
-        for action in (
-            actions.actionExpose,
-            actions.actionBalance,
-            actions.actionExposeRegion,
-            actions.actionBalanceRegion,
-        ):
-            action.setEnabled(possible)
+        for ability, actions in self._abilities.items():
+            for action in actions:
+                action.setEnabled(possible and ability.present)
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:

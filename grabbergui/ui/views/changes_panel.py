@@ -144,7 +144,9 @@ class ChangeTable(QAbstractTableModel):
 def _alike(change: Change) -> bool:
     """Return whether the two values differ only in digits that `number_text` omits."""
     before, after = change.before, change.after
-    return isinstance(before, float) and isinstance(after, float) and number_text(before) == number_text(after)
+    return (
+        isinstance(before, float) and isinstance(after, float) and number_text(before) == number_text(after)
+    )
 
 
 class CopyAs(Enum):
