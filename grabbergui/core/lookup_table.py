@@ -25,6 +25,8 @@ _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTVal
 _RESTORED = (_SELECTOR, _INDEX)
 MOST_ENTRIES = 1 << 17
 "Entries of the largest table that is accepted."
+LEAST_GAMMA, MOST_GAMMA = 0.05, 20.0
+"Exponents that `gamma_table` computes."
 _PROBES = 5
 "Entries that are compared to recognise the byte order of LUTValueAll."
 
@@ -136,10 +138,31 @@ def write_table(
 
 def gamma_table(shape: LutShape, gamma: float) -> Table:
     """Return the curve output = input ** gamma over the whole range; 1 is linear. Raises UsageError."""
-    if not 0.05 <= gamma <= 20:
-        raise UsageError(f"a gamma of {gamma:g} is not possible; allowed: 0.05 to 20")
+    if not LEAST_GAMMA <= gamma <= MOST_GAMMA:
+        raise UsageError(f"a gamma of {gamma:g} is not possible; allowed: {LEAST_GAMMA:g} to {MOST_GAMMA:g}")
     inputs = np.arange(shape.entries) / (shape.entries - 1)
     return np.rint(inputs**gamma * shape.maximum).astype(np.int64)
+
+
+def gamma_of(shape: LutShape, table: Table) -> float | None:
+    """Return the gamma, to hundredths, whose curve the table is; None if it is another curve.
+
+    Values may differ by one step of the input: cameras truncate, or multiply by a power of two.
+    """
+    step = max(shape.maximum / (shape.entries - 1), 1)
+    inputs = np.arange(shape.entries) / (shape.entries - 1)
+    outputs = table / shape.maximum
+    inner = (inputs > 0) & (inputs < 1) & (outputs > 0) & (outputs < 1)
+    if not inner.any():
+        return None
+    # The slope of log(output) over log(input); dark entries, which rounding changes most, count least.
+    x, y, weight = np.log(inputs[inner]), np.log(outputs[inner]), outputs[inner] ** 2
+    slope = float((weight * x * y).sum() / (weight * x * x).sum())
+    for gamma in (round(slope, 2), slope):
+        fits = LEAST_GAMMA <= gamma <= MOST_GAMMA
+        if fits and np.abs(gamma_table(shape, gamma) - table).max() <= step:
+            return round(gamma, 2)
+    return None
 
 
 def load_table(path: Path, shape: LutShape) -> Table:

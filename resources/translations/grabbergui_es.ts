@@ -533,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="88"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -586,7 +586,7 @@ It {1}.</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="89"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -594,27 +594,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="245"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="259"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="245"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="259"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="278"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="292"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="277"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="291"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="285"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="299"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -677,17 +677,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -873,122 +873,122 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="226"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="226"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="235"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="235"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
         <source>The image is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="242"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="266"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="299"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="297"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="306"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="255"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="270"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="283"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="173"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="171"/>
         <source>an input</source>
         <translation>una entrada</translation>
     </message>
@@ -1734,27 +1734,27 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="212"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="210"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="370"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="345"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="343"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="357"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="355"/>
         <source>no images arrive from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="374"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="372"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
@@ -1960,12 +1960,12 @@ It {1}.</source>
         <translation>Calibrar mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="19"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="20"/>
         <source>Stops the robot at once (Escape; Space while it moves)</source>
         <translation>Para el robot de inmediato (Escape; Espacio mientras se mueve)</translation>
     </message>
@@ -2588,47 +2588,47 @@ It {1}.</source>
 <context>
     <name>LutController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="92"/>
         <source>Reading the look-up table</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="135"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="149"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="150"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="145"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="160"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="146"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="148"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="163"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="165"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="181"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="174"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="196"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="208"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -2636,114 +2636,129 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="320"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="326"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="322"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="328"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="325"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="331"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="327"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="333"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="334"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="342"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="337"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="343"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="344"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="341"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="342"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="345"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="354"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="373"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="380"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="374"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="381"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="374"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="381"/>
         <source>as in the camera</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
         <source>edited</source>
         <translation>editada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="456"/>
+        <source>Discard the edited table?</source>
+        <translation>¿Descartar la tabla editada?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="457"/>
+        <source>It is neither in the camera nor saved in a file.</source>
+        <translation>No está en la cámara ni guardada en un archivo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="458"/>
+        <source>&amp;Discard</source>
+        <translation>&amp;Descartar</translation>
     </message>
 </context>
 <context>
@@ -4180,17 +4195,17 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="199"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="216"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="192"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="209"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="173"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
         <source>there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
@@ -4257,22 +4272,22 @@ It {1}.</source>
         <translation>Control visual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="24"/>
         <source>The states of the loop; the current one is lit</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="40"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="47"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="48"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
@@ -4367,7 +4382,7 @@ It {1}.</source>
         <translation>El robot en el espacio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="41"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
@@ -4407,12 +4422,12 @@ It {1}.</source>
         <translation> %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="34"/>
         <source>Hand–&amp;eye…</source>
         <translation>Mano-&amp;ojo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="35"/>
         <source>Calibrate where the camera is mounted: the loop ends, and the robot looks at a board from several poses</source>
         <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
     </message>
@@ -4521,7 +4536,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4531,27 +4546,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="173"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="193"/>
         <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4687,32 +4702,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -4727,37 +4742,37 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="69"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="70"/>
         <source>Settings already written are restored when the camera is back, the others are not</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
         <source>not written</source>
         <translation>no escrito</translation>
     </message>
@@ -5230,27 +5245,27 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="351"/>
+        <location filename="../../grabbergui/models/tuning.py" line="368"/>
         <source>no frame arrived to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="147"/>
+        <location filename="../../grabbergui/models/one_push.py" line="161"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="149"/>
+        <location filename="../../grabbergui/models/one_push.py" line="163"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="179"/>
+        <location filename="../../grabbergui/models/one_push.py" line="192"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="182"/>
+        <location filename="../../grabbergui/models/one_push.py" line="195"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
@@ -5265,82 +5280,82 @@ It {1}.</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="273"/>
+        <location filename="../../grabbergui/models/one_push.py" line="286"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="277"/>
+        <location filename="../../grabbergui/models/one_push.py" line="290"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="279"/>
+        <location filename="../../grabbergui/models/one_push.py" line="292"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="282"/>
+        <location filename="../../grabbergui/models/one_push.py" line="295"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="309"/>
+        <location filename="../../grabbergui/models/one_push.py" line="322"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="315"/>
+        <location filename="../../grabbergui/models/one_push.py" line="328"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="320"/>
+        <location filename="../../grabbergui/models/one_push.py" line="333"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="353"/>
+        <location filename="../../grabbergui/models/one_push.py" line="366"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="367"/>
+        <location filename="../../grabbergui/models/tuning.py" line="384"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="371"/>
+        <location filename="../../grabbergui/models/tuning.py" line="388"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="152"/>
+        <location filename="../../grabbergui/models/one_push.py" line="167"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="155"/>
+        <location filename="../../grabbergui/models/one_push.py" line="170"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="187"/>
+        <location filename="../../grabbergui/models/one_push.py" line="200"/>
         <source>the light did not settle within {0} steps (it is at {1:.0%} of white); is the scene moving, or the lamp flickering?</source>
         <translation>la luz no se estabilizó en {0} pasos (está al {1:.0%} del blanco); ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="234"/>
+        <location filename="../../grabbergui/models/one_push.py" line="247"/>
         <source>As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; more light, or a lower frame rate, would help</source>
         <translation>Todo lo claro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría más luz, o una frecuencia más baja</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="240"/>
+        <location filename="../../grabbergui/models/one_push.py" line="253"/>
         <source>As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help</source>
         <translation>Todo lo oscuro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría menos luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="323"/>
+        <location filename="../../grabbergui/models/one_push.py" line="336"/>
         <source>the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted; choose a grey one, in another light</source>
         <translation>la región apenas tiene verde ({0:.1%} del blanco), al que se ajustan el rojo y el azul; elija una gris, con otra luz</translation>
     </message>
@@ -5348,22 +5363,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="69"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="74"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="96"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="112"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="114"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -5469,22 +5484,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="263"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="276"/>
         <source>Save the current settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
         <source>This overwrites the set and cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="278"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>

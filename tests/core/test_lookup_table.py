@@ -19,6 +19,7 @@ from grabbergui.core.file_access import read_file
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.lookup_table import (
     LutShape,
+    gamma_of,
     gamma_table,
     has_lut,
     load_table,
@@ -38,6 +39,20 @@ def camera() -> Iterator[FrameGrabber]:
     grabber.open()
     yield grabber
     grabber.close()
+
+
+@pytest.mark.parametrize("entries, maximum", [(256, 255), (4096, 65535), (1024, 1023)])
+@pytest.mark.parametrize("gamma", [0.05, 0.1, 0.45, 0.4545, 1.0, 2.2, 10.0, 20.0])
+def test_the_gamma_of_a_curve_is_found(gamma: float, entries: int, maximum: int) -> None:
+    shape = LutShape(entries, maximum, whole=True)
+    assert gamma_of(shape, gamma_table(shape, gamma)) == pytest.approx(gamma, rel=0.02)
+
+
+def test_another_curve_has_no_gamma() -> None:
+    linear = gamma_table(SHAPE, 1.0)
+    assert gamma_of(SHAPE, linear) == 1.0
+    for table in (linear[::-1], np.zeros_like(linear), linear // 2, np.minimum(2 * linear, 255)):
+        assert gamma_of(SHAPE, table) is None
 
 
 def test_a_gamma_spans_the_whole_range() -> None:

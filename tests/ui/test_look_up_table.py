@@ -4,8 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PyQt5.QtCore import Qt
 
-from grabbergui.core.lookup_table import load_table, read_table, shape_of
+from grabbergui.core.errors import CameraFileError
+from grabbergui.core.lookup_table import (
+    gamma_table,
+    load_table,
+    read_table,
+    save_table,
+    shape_of,
+    write_table,
+)
 
 
 @pytest.fixture
@@ -36,6 +45,85 @@ def test_a_gamma_is_written_to_the_camera_and_taken_back(app):
     app.until(lambda: np.array_equal(lut.edited, linear))
     dialog.close()
     app.until(lambda: lut.dialog is None)
+
+
+def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
+    lut, box = app.program.lut, app.program.lut.dialog.gammaBox
+    assert box.value() == 1.0
+    write_table(app.grabber, gamma_table(shape_of(app.grabber), 0.45))
+    lut.dialog.close()
+    app.window.actionLookUpTable.trigger()
+    app.until(lambda: lut.dialog is not None)
+    assert lut.dialog.gammaBox.value() == 0.45
+    path = tmp_path / "lut.csv"
+    save_table(path, lut.edited // 2)
+    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    lut.dialog.loadButton.click()
+    assert lut.dialog.gammaBox.text() == "–", "no gamma has this curve"
+
+
+def test_a_gamma_below_the_least_is_the_least(app):
+    box, lut = app.program.lut.dialog.gammaBox, app.program.lut
+    box.selectAll()
+    app.qtbot.keyClicks(box, "0.02")
+    app.qtbot.keyClick(box, Qt.Key_Return)
+    assert box.value() == 0.05
+    assert np.array_equal(lut.edited, gamma_table(shape_of(app.grabber), 0.05))
+
+
+def choose(app, word):
+    box = app.program.lut.dialog.question
+    app.qtbot.mouseClick(next(each for each in box.buttons() if word in each.text()), Qt.LeftButton)
+    app.until(lambda: app.program.lut.dialog is None or app.program.lut.dialog.question is None)
+
+
+def test_edits_are_not_lost_without_a_question(app):
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    app.qtbot.keyClick(dialog, Qt.Key_Escape)
+    choose(app, "Cancel")
+    dialog.close()
+    assert lut.dialog is dialog and dialog.isVisible()
+    choose(app, "Discard")
+    assert lut.dialog is None
+
+
+def test_edits_in_a_file_can_be_left(app, tmp_path, monkeypatch):
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    monkeypatch.setattr(lut._files, "to_save", lambda *_: tmp_path / "lut.csv")
+    dialog.gammaBox.setValue(0.5)
+    dialog.saveButton.click()
+    dialog.closeButton.click()
+    assert lut.dialog is None
+
+
+def test_another_table_is_not_read_over_edits_without_a_question(app, finish):
+    dialog = app.program.lut.dialog
+    asked = []
+    dialog.selectorChosen.connect(asked.append)
+    dialog.setSelectors(("Luminance", "Green"))
+    dialog.gammaBox.setValue(0.5)
+    dialog.selectorBox.setCurrentText("Green")
+    choose(app, "Cancel")
+    assert dialog.selectorBox.currentText() == "Luminance" and not asked
+    dialog.selectorBox.setCurrentText("Green")
+    choose(app, "Discard")
+    assert dialog.selectorBox.currentText() == "Green" and asked == ["Green"]
+
+
+def test_edits_whose_write_failed_are_not_lost(app, monkeypatch):
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    dialog.gammaBox.setValue(0.5)
+    monkeypatch.setattr("grabbergui.ui.controllers.lut.write_table", refuse)
+    dialog.writeButton.click()
+    app.until(lambda: any("reads back" in text for text in app.errors))
+    dialog.close()
+    assert lut.dialog is dialog
+    choose(app, "Discard")
+
+
+def refuse(*_, **__):
+    raise CameraFileError("it reads back differently", "LUTValueAll", "Read")
 
 
 def test_axes_and_curves_are_named(app):

@@ -71,6 +71,7 @@ class CameraWork(QObject):
         work: Work[T],
         done: Callable[[T], None],
         *,
+        failed: Callable[[], None] = lambda: None,
         undoable: str = "",
         text: str = "",
         source: OpenSource | None = None,
@@ -79,7 +80,8 @@ class CameraWork(QObject):
 
         `source` is the camera's, by default the current one; another may be current when `done` is called.
         Earlier changes, for instance of a slider that was just released, are written first. With `undoable`,
-        all that is written is one step of that name to undo. A failure is posted as a message.
+        all that is written is one step of that name to undo. A failure is posted as a message; then `failed`
+        is called.
         """
         source = source or self.source
         if source is None or source.tracked_grabber is None or source.features is None:
@@ -107,7 +109,11 @@ class CameraWork(QObject):
             self._bridge.call(lambda: end(lambda: done(result)))
 
         def gone_wrong(error: GrabberError) -> None:
-            self._bridge.call(lambda: end(lambda: self._connection.messages.error(error_text(error), source)))
+            def report() -> None:
+                self._connection.messages.error(error_text(error), source)
+                failed()
+
+            self._bridge.call(lambda: end(report))
 
         if not source.features.run(job, done=succeeded, failed=gone_wrong):
             end(lambda: None)

@@ -15,6 +15,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.lookup_table import (
     LutShape,
     Table,
+    gamma_of,
     gamma_table,
     has_lut,
     load_table,
@@ -67,6 +68,8 @@ class LutController(QObject):
         self._present: _Present | None = None
         self._edited: Table = np.zeros(0, np.int64)
         self._before: Table | None = None
+        self._kept: Table | None = None
+        "The edited table that was last saved in a file, or is being written."
         action.triggered.connect(self.show)
         CameraAbility(self, connection, has_lut, action).ended.connect(self._on_camera_ended)
 
@@ -92,6 +95,7 @@ class LutController(QObject):
         if self.dialog is not None:
             return  # requested twice before the first answer: what is edited since stays
         self.dialog = dialog = LutDialog(self._window)
+        dialog.unsaved = self._unsaved
         dialog.selectorChosen.connect(lambda selector: self._read(selector, self._show_other))
         dialog.enableToggled.connect(self._on_enable_toggled)
         dialog.gammaChosen.connect(self._on_gamma_chosen)
@@ -116,6 +120,17 @@ class LutController(QObject):
         self.dialog.setEnabledInCamera(present.used)
         self.dialog.setUndoable(self._before is not None)
         self.dialog.setTables(present.table, self._edited)
+        self._show_gamma()
+
+    def _show_gamma(self) -> None:
+        if self.dialog is not None and self._present is not None:
+            self.dialog.setGamma(gamma_of(self._present.shape, self._edited))
+
+    def _unsaved(self) -> bool:
+        """Return whether edits would be lost."""
+        if self._present is None or self._edited is self._kept:
+            return False
+        return not np.array_equal(self._edited, self._present.table)
 
     def _edit(self, table: Table) -> None:
         self._edited = table
@@ -127,9 +142,8 @@ class LutController(QObject):
             self._edit(gamma_table(self._present.shape, gamma))
 
     def _on_linear_requested(self) -> None:
-        if self.dialog is not None:
-            self.dialog.setGamma(1.0)
         self._on_gamma_chosen(1.0)
+        self._show_gamma()
 
     def _on_load_requested(self) -> None:
         kinds = self.tr("Tables (*.csv *.txt *.bin *.raw);;All files (*)")
@@ -138,6 +152,7 @@ class LutController(QObject):
             return
         try:
             self._edit(load_table(path, self._present.shape))
+            self._show_gamma()
         except UsageError as error:
             self._messages.error(error_text(error))
 
@@ -147,6 +162,7 @@ class LutController(QObject):
         if path is not None:
             with self._messages.saving(path, self.tr("Saved {0}")):
                 save_table(path, self._edited)
+                self._kept = self._edited
 
     def _on_undo_requested(self) -> None:
         if self._before is not None:
@@ -170,8 +186,14 @@ class LutController(QObject):
             self._show(after)
             if edited_since is not None:
                 self._edit(edited_since)
+                self._show_gamma()
 
-        self._work.run(self.tr("Writing the look-up table"), work, self._work.if_current(done))
+        def failed() -> None:
+            self._kept = None
+
+        self._kept = table
+        done_if_current = self._work.if_current(done)
+        self._work.run(self.tr("Writing the look-up table"), work, done_if_current, failed=failed)
 
     def _on_enable_toggled(self, used: bool) -> None:
         present = self._present
@@ -187,11 +209,11 @@ class LutController(QObject):
         self._work.run(title, work, lambda _: None, undoable="LUTEnable")
 
     def _on_dialog_finished(self, _: int) -> None:
-        self.dialog = self._present = self._before = None
+        self.dialog = self._present = self._before = self._kept = None
 
     def _on_camera_ended(self) -> None:
         if self.dialog is not None:
-            self.dialog.reject()
+            self.dialog.done(0)  # its edits are of no use to another camera
 
 
 def _read_table(

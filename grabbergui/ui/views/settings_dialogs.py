@@ -25,6 +25,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.lookup_table import LEAST_GAMMA, MOST_GAMMA
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference, UserSet
@@ -316,6 +317,11 @@ class LutDialog(QDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.unsaved: Callable[[], bool] = lambda: False
+        """Returns whether edits would be lost; the user is asked before that."""
+        self.question: QMessageBox | None = None
+        """The question whether to discard edits, while it is open."""
+        self._selector = ""
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Look-up table"))
         self.resize(560, 480)
@@ -330,9 +336,9 @@ class LutDialog(QDialog):
         present, edited = self.tr("in the camera"), self.tr("edited")
         self.legendLabel = QLabel(f'━ {present} &nbsp; <span style="color: {_EDITED}">━</span> {edited}')
         self.gammaBox = QDoubleSpinBox()
-        self.gammaBox.setRange(0.05, 20)
+        self.gammaBox.setRange(0, MOST_GAMMA)
+        self.gammaBox.setSpecialValueText("–")
         self.gammaBox.setSingleStep(0.05)
-        self.gammaBox.setValue(1.0)
         self.gammaBox.setAccessibleName(self.tr("Gamma"))
         self.gammaBox.setToolTip(self.tr("Below 1, dark parts become brighter; above 1, darker"))
         gamma_label = QLabel(self.tr("&Gamma"))
@@ -354,6 +360,7 @@ class LutDialog(QDialog):
         with QSignalBlocker(self.selectorBox):
             self.selectorBox.clear()
             self.selectorBox.addItems(names)
+        self._selector = self.selectorBox.currentText()
         self.selectorBox.setVisible(len(names) > 1)
         self.selectorLabel.setVisible(len(names) > 1)
 
@@ -378,10 +385,14 @@ class LutDialog(QDialog):
         """Enable the undo of the last write."""
         self.undoButton.setEnabled(undoable)
 
-    def setGamma(self, gamma: float) -> None:
-        """Show the exponent of a gamma curve."""
+    def setGamma(self, gamma: float | None) -> None:
+        """Show the exponent of a gamma curve; None for any other curve."""
         with QSignalBlocker(self.gammaBox):
-            self.gammaBox.setValue(gamma)
+            self.gammaBox.setValue(gamma or 0.0)
+
+    def reject(self) -> None:
+        """Close the window; called by Qt for Esc and the window's own button, too."""
+        self._ask_to_discard(super().reject)
 
     def _lay_out(self, gamma_label: QLabel) -> None:
         def line(*widgets: QWidget | None) -> QHBoxLayout:
@@ -402,12 +413,54 @@ class LutDialog(QDialog):
     def _join(self) -> None:
         for button in self.findChildren(QPushButton):
             button.setAutoDefault(False)  # Enter in the field must not press one
-        self.selectorBox.currentTextChanged.connect(self.selectorChosen)
+        self.selectorBox.currentTextChanged.connect(self._on_selector_chosen)
         self.enableBox.toggled.connect(self.enableToggled)
-        self.gammaBox.valueChanged.connect(self.gammaChosen)
+        self.gammaBox.valueChanged.connect(self._on_gamma_changed)
+        self.gammaBox.editingFinished.connect(self._on_gamma_entered)
         self.linearButton.clicked.connect(lambda: self.linearRequested.emit())
         self.loadButton.clicked.connect(lambda: self.loadRequested.emit())
         self.saveButton.clicked.connect(lambda: self.saveRequested.emit())
         self.writeButton.clicked.connect(lambda: self.writeRequested.emit())
         self.undoButton.clicked.connect(lambda: self.undoRequested.emit())
         self.closeButton.clicked.connect(self.reject)
+
+    def _on_gamma_changed(self, gamma: float) -> None:
+        if gamma >= LEAST_GAMMA:
+            self.gammaChosen.emit(gamma)
+
+    def _on_gamma_entered(self) -> None:
+        if 0 < self.gammaBox.value() < LEAST_GAMMA:
+            self.gammaBox.setValue(LEAST_GAMMA)
+
+    def _on_selector_chosen(self, name: str) -> None:
+        def discarded() -> None:
+            self._selector = name
+            self.selectorChosen.emit(name)
+
+        def kept() -> None:
+            with QSignalBlocker(self.selectorBox):
+                self.selectorBox.setCurrentText(self._selector)
+
+        self._ask_to_discard(discarded, kept)
+
+    def _ask_to_discard(self, discarded: Callable[[], None], kept: Callable[[], None] = lambda: None) -> None:
+        """Call `discarded` if no edits would be lost or the user agrees to that, otherwise `kept`."""
+        if not self.unsaved():
+            discarded()
+            return
+        if self.question is not None:
+            return
+        self.question = box = QMessageBox(self)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setText(self.tr("Discard the edited table?"))
+        box.setInformativeText(self.tr("It is neither in the camera nor saved in a file."))
+        discard = box.addButton(self.tr("&Discard"), QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+
+        def finished(_: int) -> None:
+            self.question = None
+            (discarded if box.clickedButton() is discard else kept)()
+
+        box.finished.connect(finished)
+        box.open()
