@@ -116,7 +116,7 @@ class SimulatedDevice(Device):
             raise LocalProtocolError("the simulated camera's stream is open already")
         self._statistics = StreamStatistics()
         self._rate.clear()
-        self.model.sensor.scene.prepare()
+        self.model.prepare()
         self._running.set()
         pool = BufferPool(max(request.payload_size, 1))
         self._thread = threading.Thread(

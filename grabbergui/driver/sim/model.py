@@ -57,7 +57,8 @@ _LUT = reg.File.LUT_LUMINANCE
 class CameraModel:
     """Registers that act, and frames that obey them.
 
-    `read` and `write` may be called from any thread; `next_frame` and `render` from one, the stream's.
+    `read` and `write` may be called from any thread; `prepare`, `next_frame` and `render` from one at a time,
+    the stream's.
     """
 
     on_event: Callable[[Event, int, int], None] | None = None
@@ -145,6 +146,10 @@ class CameraModel:
         return any(heard)
 
     # -- the stream's side -----------------------------------------------------------------------
+    def prepare(self) -> None:
+        """Prepare frames with the present settings, before the acquisition starts."""
+        self.sensor.prepare(settings_of(self.memory))
+
     def next_frame(self, timeout: float) -> FramePlan | None:
         """Wait until an exposure ends, or its image is to be drawn; None after `timeout` seconds without."""
         deadline = self._clock() + int(timeout * 1e9)

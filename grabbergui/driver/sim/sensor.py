@@ -43,6 +43,13 @@ class Sensor:
         self._still_key: tuple[Any, ...] | None = None
         self._still = np.empty(0, np.uint8)
 
+    def prepare(self, settings: FrameSettings) -> None:
+        """Do what takes long at the first frame with these settings, which would be late, and so the next."""
+        self.scene.prepare()
+        if settings.test_pattern in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
+            self._window(settings, 0)
+            self._noise.at(settings.amplification, settings.pixel_format.depth > 8, 0)
+
     def render(
         self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[np.uint8]
     ) -> NDArray[Any]:

@@ -250,3 +250,13 @@ def test_mono_formats_are_grey_whatever_the_balance(lit):
     bench = lit()
     before = bench.image().mean()
     assert bench.image_with(reg.BALANCE_RATIO[0], 4.0).mean() == pytest.approx(before, abs=0.005)
+
+
+def test_what_takes_long_is_done_before_the_first_frame(make_bench, grey, monkeypatch):
+    """Otherwise the first frames come late, one right after the other, and the rate reads too high."""
+    bench = make_bench({}, grey)
+    bench.model.prepare()
+    bench.start()
+    monkeypatch.setattr(sensor, "_prepare", None)
+    monkeypatch.setattr(sensor, "_noise", None)
+    assert bench.image().mean() > 0.1
