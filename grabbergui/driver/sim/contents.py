@@ -11,7 +11,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,9 +22,7 @@ from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver import gendc
 from grabbergui.driver.sim.packing import sensor_depth
 from grabbergui.driver.sim.registers import CHUNK_ID_BASE, Chunk
-
-if TYPE_CHECKING:
-    from grabbergui.driver.sim.settings import FrameSettings
+from grabbergui.driver.sim.settings import FrameSettings
 
 FILE_NAME = "frame.raw"
 COMPRESSED_RESERVE = 64 << 10

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece
+from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece, payload_bytes
 from grabbergui.driver.sim.files import FileControl, FileStore, LookUpTable, UserSets, firmware_version
 from grabbergui.driver.sim.memory import (
     Refusal,
@@ -101,7 +101,7 @@ class CameraModel:
         self._look_up_table = LookUpTable(self.memory, self.files)
         self._file_control.on_open = lambda file: self._look_up_table.save() if file is _LUT else None
         self._file_control.on_stored = lambda file: self._look_up_table.load() if file is _LUT else None
-        update_geometry(self.memory)
+        self._update_geometry()
         self._user_sets = UserSets(self.memory, self.files)
         self._show_firmware()
         self._install_hooks()
@@ -247,7 +247,7 @@ class CameraModel:
         memory = self.memory
         for register in DECIDING:
             memory.on_check(register, self._check_unlocked(register))
-            memory.on_written(register, partial(update_geometry, memory))
+            memory.on_written(register, self._update_geometry)
         memory.on_check(reg.OFFSET_X, self._check_offset(reg.OFFSET_X, reg.WIDTH, reg.WIDTH_MAX))
         memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
         for which, register in enumerate(reg.DEVICE_TEMPERATURE):
@@ -308,6 +308,11 @@ class CameraModel:
                 )
 
         return check
+
+    def _update_geometry(self) -> None:
+        update_geometry(self.memory)
+        largest = payload_bytes(settings_of(self.memory), active_chunks(self.memory))
+        self.memory.set(reg.PAYLOAD_SIZE, largest)
 
     def _check_offset(
         self, offset: Register, size: Register, limit: Register
@@ -390,7 +395,7 @@ class CameraModel:
         if self.streaming:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")
         self._user_sets.apply(reg.USER_SET_SELECTOR)
-        update_geometry(self.memory)
+        self._update_geometry()
 
     def _follow_ptp(self) -> None:
         on = bool(self.memory.integer(reg.PTP_ENABLE))
@@ -410,7 +415,7 @@ class CameraModel:
         self._file_control.close_all()
         self._show_firmware()
         self._user_sets.apply_or_factory(reg.USER_SET_DEFAULT)
-        update_geometry(self.memory)
+        self._update_geometry()
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
         self.memory.set(reg.PTP_ENABLE, 0)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.pfnc import Family, PixelFormat, by_code
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import payload_bytes
 from grabbergui.driver.sim.memory import Register, RegisterMemory
 from grabbergui.driver.sim.packing import COLOURED, sensor_depth
 from grabbergui.driver.sim.registers import Auto, BinningMode, Chunk, TestPattern
@@ -160,7 +159,7 @@ _AXES = (
 
 
 def update_geometry(memory: RegisterMemory) -> None:
-    """Recompute everything that depends on the `DECIDING` registers."""
+    """Recompute the sizes and colours that depend on the `DECIDING` registers."""
     for sensor, binning, limit, size, offset in _AXES:
         most = sensor // memory.integer(binning)
         most -= (most - int(size.minimum or 0)) % size.step
@@ -175,7 +174,6 @@ def update_geometry(memory: RegisterMemory) -> None:
     if pixel_format.family is Family.BAYER:
         colour_filter = reg.ColorFilter[f"BAYER_{pixel_format.order}"]
     memory.set(reg.PIXEL_COLOR_FILTER, colour_filter)
-    memory.set(reg.PAYLOAD_SIZE, payload_bytes(settings_of(memory), active_chunks(memory)))
 
 
 def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
