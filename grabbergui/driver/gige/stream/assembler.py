@@ -303,7 +303,7 @@ class BlockAssembler:
 
     def _finish(self, block: Block) -> None:
         self._open.remove(block)
-        self.statistics.lost += self._history.add(block)
+        self.statistics.lost += self._history.add(block.block_id, block.extended, block.received)
         self.statistics.packets_clipped += block.clipped
         if block.buffer is None:
             return

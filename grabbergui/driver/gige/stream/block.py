@@ -23,8 +23,8 @@ from grabbergui.driver.gige.gvsp import (
     PayloadKind,
     Trailer,
 )
-from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun, id_runs
-from grabbergui.driver.gige.stream.resend import RequestLog, grown
+from grabbergui.driver.gige.stream.packet_sorting import PacketRun, id_runs
+from grabbergui.driver.gige.stream.resend import PacketAccount
 
 log = logging.getLogger(__name__)
 
@@ -86,10 +86,10 @@ _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
 "Bytes of leader and trailer in an all-in packet, without chunks."
 
 
-class Block:
+class Block(PacketAccount):
     """The packets of one block. Packet ids: 0 is the leader, then payload packets, the trailer is last.
 
-    `store` and `store_rows` copy packets into the buffer, `note_received` counts them. When no more packets
+    `store` and `store_rows` copy packets into the buffer, the account counts them. When no more packets
     are expected, `close` and `extract_payload` set the result: `leader`, `payload`, `height`, `complete`,
     `missing_bytes`.
     """
@@ -98,12 +98,9 @@ class Block:
         self, header: PacketHeader, layout: Layout, buffer: NDArray[np.uint8] | None, now: float
     ) -> None:
         """Begin the block of a packet. `buffer` is None if none was free: the block is then only counted."""
-        self.block_id = header.block_id
-        self.extended = header.extended
+        super().__init__(header.block_id, header.extended, layout.max_payload_packets + 2, now)
         self.layout = layout
         self.buffer = buffer
-        self.first_packet_at = now
-        self.last_packet_at = now
         self.leader: Leader | None = None
         "For an incomplete block this may be the leader of the previous block."
         self.trailer: Trailer | None = None
@@ -111,18 +108,12 @@ class Block:
         "Packet id of the trailer, once received."
         self.refused = False
         "True if the block is no image or exceeds the buffer: nothing is stored, no resend is requested."
-        self.received = np.zeros(layout.max_payload_packets + 2, np.uint8)
-        "1 for each packet received, by packet id."
-        self.received_count = 0
-        self.highest = -1
-        "Highest packet id received."
         self.extent = 0
         "End of the data received, in bytes from the start of the payload."
         self.ended_short = False
         "Whether the packet at `extent` was shorter than a full one, so nothing follows it."
         self.clipped = 0
         "Packets with padding beyond the end of the payload."
-        self.requests = RequestLog()
         self.complete = False
         "Whether every byte arrived; set by `close`."
         self.payload: NDArray[np.uint8] = np.zeros(0, np.uint8)
@@ -305,29 +296,7 @@ class Block:
         self._place(offset, data)
         self._pieces.append((packet_id, offset, offset + len(data)))
 
-    # -- account ---------------------------------------------------------------------------------
-    def has(self, packet_id: int) -> bool:
-        """Return whether a packet was received."""
-        return packet_id < len(self.received) and bool(self.received[packet_id])
-
-    def make_room(self, packets: int) -> None:
-        """Grow `received` to at least `packets` entries."""
-        if packets > len(self.received):
-            self.received = grown(self.received, packets)
-
-    def note_received(self, ids: Ids, count: int, highest: int, now: float) -> None:
-        """Record `count` new packets; `received` must already cover the `highest` of them."""
-        self.received[ids] = 1
-        self.received_count += count
-        self.highest = max(self.highest, highest)
-        self.last_packet_at = now
-
-    def missing(self, end: int) -> NDArray[np.intp]:
-        """Return the ids of missing packets up to and including `end`."""
-        self.make_room(end + 1)
-        ids: NDArray[np.intp] = np.flatnonzero(self.received[: end + 1] == 0)
-        return ids
-
+    # -- completeness ----------------------------------------------------------------------------
     @property
     def only_leader(self) -> bool:
         """Whether only the leader was received: some devices send one when acquisition starts."""
@@ -382,10 +351,6 @@ class Block:
             and self.extent >= leader.image_bytes
             and self.received_count == self.highest + 1
         )
-
-    def packet_period(self, now: float) -> float:
-        """Return the mean time between packets in seconds."""
-        return (now - self.first_packet_at) / max(self.highest, 1)
 
     # -- result ----------------------------------------------------------------------------------
     def close(self) -> None:

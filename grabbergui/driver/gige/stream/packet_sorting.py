@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import EXTENDED_BIT, FLAG_RESEND, PacketFormat, PacketHeader
-
-if TYPE_CHECKING:
-    from grabbergui.driver.gige.stream.block import Block
 
 Ids = slice | NDArray[np.intp]
 "Packet ids, or rows: a `slice` of consecutive ones is faster."
@@ -196,15 +193,15 @@ class BlockHistory:
         received[header.packet_id] = 1
         return duplicate
 
-    def add(self, block: Block) -> int:
-        """Add a finished block; return how many blocks before it were lost.
+    def add(self, block_id: int, extended: bool, received: NDArray[np.uint8]) -> int:
+        """Add a finished block and the packets that it received; return how many blocks before it were lost.
 
         Blocks are finished in the order of their ids.
         """
-        steps = 1 if self._last is None else distance(self._last, block.block_id, block.extended)
-        self._last = block.block_id
+        steps = 1 if self._last is None else distance(self._last, block_id, extended)
+        self._last = block_id
         self._late_leader = None
-        self._recent[block.block_id] = block.received
+        self._recent[block_id] = received
         while len(self._recent) > REMEMBERED:
             self._recent.popitem(last=False)
         return max(steps - 1, 0)

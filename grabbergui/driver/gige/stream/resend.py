@@ -3,7 +3,8 @@
 A packet that others overtook arrives by itself, so the protocol learns the usual delay of such packets and
 requests nothing from a gap before it has passed. A busy or distant device answers slowly, and more requests
 would slow it down further. So the wait before a repeated request is learned from the answers, as TCP does it,
-and doubles with each try; the number of unanswered requests is limited.
+and doubles with each try; the number of unanswered requests is limited. Times and tries are kept with each
+block, in its `PacketAccount`.
 """
 
 from __future__ import annotations
@@ -11,16 +12,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvcp import PacketResend
 from grabbergui.driver.gige.stream.packet_sorting import Ids, id_runs, run_ends
-
-if TYPE_CHECKING:
-    from grabbergui.driver.gige.stream.block import Block
 
 NEVER = float("inf")
 
@@ -84,11 +82,11 @@ class RequestLog:
         """Grow to at least `packets` entries."""
         if len(self.tries) < packets:
             known = len(self.tries)
-            self.tries = grown(self.tries, packets)
-            self.missed_at = grown(self.missed_at, packets)
+            self.tries = _grown(self.tries, packets)
+            self.missed_at = _grown(self.missed_at, packets)
             self.missed_at[known:] = -NEVER
-            self.first_at = grown(self.first_at, packets)
-            self.again_at = grown(self.again_at, packets)
+            self.first_at = _grown(self.first_at, packets)
+            self.again_at = _grown(self.again_at, packets)
 
     def note_requested(self, ids: NDArray[np.intp], now: float, wait: float) -> None:
         """Record requests; each try waits twice as long as the previous one."""
@@ -96,6 +94,56 @@ class RequestLog:
         self.first_at[ids] = np.where(tries == 0, now, self.first_at[ids])
         self.again_at[ids] = now + np.ldexp(wait, tries)
         self.tries[ids] = tries + 1
+
+
+def _grown(array: NDArray[Any], length: int) -> NDArray[Any]:
+    """Return a copy of at least that length, at least twice as long as before, filled up with zeros."""
+    larger = np.zeros(max(length, 2 * len(array)), array.dtype)
+    larger[: len(array)] = array
+    return larger
+
+
+class PacketAccount:
+    """Which packets of a block were received and which were requested, by packet id."""
+
+    def __init__(self, block_id: int, extended: bool, packets: int, now: float) -> None:
+        """Begin with room for as many packets, at the time of the first one."""
+        self.block_id = block_id
+        self.extended = extended
+        self.received = np.zeros(packets, np.uint8)
+        "1 for each packet received."
+        self.received_count = 0
+        self.highest = -1
+        "Highest packet id received."
+        self.first_packet_at = now
+        self.last_packet_at = now
+        self.requests = RequestLog()
+
+    def has(self, packet_id: int) -> bool:
+        """Return whether a packet was received."""
+        return packet_id < len(self.received) and bool(self.received[packet_id])
+
+    def make_room(self, packets: int) -> None:
+        """Grow `received` to at least `packets` entries."""
+        if packets > len(self.received):
+            self.received = _grown(self.received, packets)
+
+    def note_received(self, ids: Ids, count: int, highest: int, now: float) -> None:
+        """Record `count` new packets; `received` must already cover the `highest` of them."""
+        self.received[ids] = 1
+        self.received_count += count
+        self.highest = max(self.highest, highest)
+        self.last_packet_at = now
+
+    def missing(self, end: int) -> NDArray[np.intp]:
+        """Return the ids of missing packets up to and including `end`."""
+        self.make_room(end + 1)
+        ids: NDArray[np.intp] = np.flatnonzero(self.received[: end + 1] == 0)
+        return ids
+
+    def packet_period(self, now: float) -> float:
+        """Return the mean time between packets in seconds."""
+        return (now - self.first_packet_at) / max(self.highest, 1)
 
 
 class LearnedWait:
@@ -177,7 +225,7 @@ class Resender:
         """Seconds from noticing a gap to the request."""
         return self._overtaken.wait
 
-    def note_missing(self, block: Block, ids: NDArray[np.intp], now: float) -> None:
+    def note_missing(self, block: PacketAccount, ids: NDArray[np.intp], now: float) -> None:
         """Note packets whose successors arrived without them."""
         log = block.requests
         log.make_room(len(block.received))
@@ -188,7 +236,9 @@ class Resender:
         log.again_at[ids] = since + self.initial_wait
         log.next_check = min(log.next_check, float(since[0]) + self.initial_wait)
 
-    def note_received(self, block: Block, ids: Ids, now: float, flagged: NDArray[np.bool_] | bool) -> int:
+    def note_received(
+        self, block: PacketAccount, ids: Ids, now: float, flagged: NDArray[np.bool_] | bool
+    ) -> int:
         """Record received packets; return how many of them were requested or are flagged.
 
         `flagged` is true for each packet that the device marks as resent.
@@ -216,7 +266,7 @@ class Resender:
             self._overtaken.learn(now - missed)
         return count
 
-    def note_duplicate(self, block: Block, packet_id: int) -> None:
+    def note_duplicate(self, block: PacketAccount, packet_id: int) -> None:
         """Record a duplicate. If it was requested, we asked too early, so learn a longer wait.
 
         Only flagged resends show how much longer, and are learned from as they arrive.
@@ -225,14 +275,14 @@ class Resender:
         if not self._flags and packet_id < len(tries) and tries[packet_id]:
             self._overtaken.learn(2 * self.initial_wait)
 
-    def note_unavailable(self, block: Block, packet_id: int) -> None:
+    def note_unavailable(self, block: PacketAccount, packet_id: int) -> None:
         """Note that the device no longer has a packet: it is not requested again."""
         log = block.requests
         if packet_id < len(log.tries):
             log.tries[packet_id] = self.policy.max_tries
             log.again_at[packet_id] = -NEVER
 
-    def request_due(self, block: Block, missing: NDArray[np.intp], now: float) -> None:
+    def request_due(self, block: PacketAccount, missing: NDArray[np.intp], now: float) -> None:
         """Request those of the missing packets that are due, and set when to check the block again."""
         policy, log = self.policy, block.requests
         log.checked_at, log.next_check = now, NEVER
@@ -260,10 +310,3 @@ class Resender:
         """Yield commands to send, each once."""
         while self._requests:
             yield self._requests.popleft()
-
-
-def grown(array: NDArray[Any], length: int) -> NDArray[Any]:
-    """Return a copy of at least that length, at least twice as long as before, filled up with zeros."""
-    larger = np.zeros(max(length, 2 * len(array)), array.dtype)
-    larger[: len(array)] = array
-    return larger
