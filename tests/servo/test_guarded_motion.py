@@ -104,12 +104,23 @@ class Dark:
         pass
 
 
+class StartedOnce(Runner):
+    """Refuses to start a second loop, which would wait for the end of the first one: for ever."""
+
+    starts = 0
+
+    def _start(self):
+        self.starts += 1
+        assert self.starts == 1, "a loop that runs was started again"
+        super()._start()
+
+
 def test_a_loop_that_runs_is_not_started_a_second_time():
     """Two presses of Start after an error came from two threads."""
-    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
-    with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda _: runner.start(), range(2)))
+    runner = StartedOnce(Dark(), RecordingRobot(), lambda frame: None)
     try:
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(lambda _: runner.start(), range(2)))
         names = [thread.name for thread in threading.enumerate()]
         assert (names.count("servo loop"), names.count("servo watchdog")) == (1, 1)
     finally:
@@ -117,7 +128,7 @@ def test_a_loop_that_runs_is_not_started_a_second_time():
 
 
 def test_a_start_that_holds_the_robot_holds_one_that_runs():
-    runner = Runner(Dark(), RecordingRobot(), lambda frame: None)
+    runner = StartedOnce(Dark(), RecordingRobot(), lambda frame: None)
     runner.start()
     try:
         runner.start(held="press Start")

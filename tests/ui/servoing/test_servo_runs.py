@@ -89,7 +89,8 @@ def slow_start(live, monkeypatch):
     def start_slowly():
         starts.append(True)
         assert proceed.wait(PATIENCE)
-        start()
+        if len(starts) == 1:  # a second one would wait for the end of the first one's loop
+            start()
 
     monkeypatch.setattr(runner, "_start", start_slowly)
     return starts, proceed
