@@ -65,7 +65,7 @@ class App:
     def grabber(self):
         return self.program.connection.source.grabber
 
-    def connect(self, uri="sim:"):
+    def connect(self, uri="sim:?fps=15"):
         link = self.program.connection
         before = link.source
         self.program.sources.connect_to(uri)

@@ -53,12 +53,12 @@ QTS_OWN = ("qt_", "ScrollLeftButton", "ScrollRightButton")
 def full_of_panels(app):
     """The window with everything on show that it has."""
     window = app.window
-    app.connect("sim:colour")
+    app.connect("sim:colour?fps=15")
     app.watch()
     app.until(lambda: window.features.watched)
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    app.program.connection.open_additional("sim:")
+    app.program.connection.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.limitBox.setCurrentIndex(1)
     window.actionPause.trigger()
@@ -296,7 +296,7 @@ def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(app):
 
 
 def test_a_screen_reader_hears_what_a_control_of_the_camera_is_called(app):
-    app.connect("sim:colour")
+    app.connect("sim:colour?fps=15")
     row = app.window.favourites.rows.rows("ExposureTime")[0]
     app.until(lambda: row.editor is not None and row.auto is not None)
     assert hear(row.editor.field) == Heard("Exposure Time", "spin box")

@@ -33,7 +33,7 @@ def point_at(app, x, y):
 
 def test_components_are_tabs_and_the_range_is_read_in_millimetres(app):
     app, image = app, app.window.image
-    app.connect("sim:")
+    app.connect()
     for name, value in (("Width", 320), ("Height", 240)):
         app.grabber.write_feature(name, value)
     app.watch(1)
@@ -71,7 +71,7 @@ def test_components_are_tabs_and_the_range_is_read_in_millimetres(app):
 
 def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_sent(app):
     app, window = app, app.window
-    app.connect("sim:")
+    app.connect()
     degree = next(a for a in window.menuPolarised.actions() if a.data() is PolarisedView.DEGREE)
     assert not degree.isEnabled(), "nothing says that the sensor is polarised"
     window.actionPolarised.trigger()

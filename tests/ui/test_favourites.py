@@ -39,7 +39,7 @@ def test_names_are_moved_and_removed():
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=320&height=240&fps=60")
+    app.connect("sim:?width=320&height=240&fps=15")
     app.until(lambda: app.window.favourites._shown[-1].x() > 100)  # they have their places
     return app
 

@@ -23,7 +23,7 @@ from patience import PATIENCE
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=320&height=240&fps=60")
+    app.connect("sim:?width=320&height=240&fps=15")
     return app
 
 
@@ -146,12 +146,12 @@ def test_settings_that_the_program_was_started_with_are_compared_once(make_app, 
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping = app.program.settings_files
     app.program.compare_once_open(path)
-    app.connect("sim:?width=320&height=240&fps=60")
+    app.connect("sim:?width=320&height=240&fps=15")
     app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "would be written"}
     assert app.grabber.feature("Gain").value == 0
     keeping.report.close()
-    app.connect("sim:colour?width=320&height=240&fps=60")
+    app.connect("sim:colour?width=320&height=240&fps=15")
     assert keeping.report is None
 
 

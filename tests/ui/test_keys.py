@@ -10,7 +10,7 @@ from grabbergui.core.errors import DeviceLostError
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:colour")
+    app.connect("sim:colour?fps=15")
     app.watch()
     app.window.activateWindow()
     app.until(lambda: app.window.isActiveWindow())

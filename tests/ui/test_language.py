@@ -125,11 +125,11 @@ def test_nothing_of_the_window_stays_in_english(spanish, app):
     english = {source for (_, source), text in known.items() if text != source}
     also_spanish = {text for text in known.values() if text}
     window = app.window
-    app.connect("sim:")
+    app.connect()
     app.watch()
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    app.program.connection.open_additional("sim:colour")
+    app.program.connection.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.recordButton.click()
     app.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())
@@ -149,7 +149,7 @@ def test_nothing_of_the_window_stays_in_english(spanish, app):
 
 
 def test_what_the_models_say_is_translated_too(spanish, app):
-    app.connect("sim:")
+    app.connect()
     app.watch()
     app.grabber.write_feature("TriggerMode", "On")
     state = app.window.status.stateLabel
@@ -286,7 +286,7 @@ def test_the_language_follows_the_desktop(qapp, monkeypatch, desktop, spoken):
 
 def test_numbers_have_the_languages_decimal_point(spanish, app):
     window = app.window
-    app.connect("sim:")
+    app.connect()
     app.watch()
     for dock in (window.focusDock, window.histogramDock):
         dock.show()

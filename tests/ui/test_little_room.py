@@ -35,7 +35,7 @@ LEAST_CHOICE = 60
 def test_the_whole_window_fits_800_pixels(app):
     app.connect()
     window = app.window
-    app.program.connection.open_additional("sim:colour")
+    app.program.connection.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.setPlayable("what was recorded")
     window.resize(800, 600)
@@ -83,8 +83,8 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
     speak(qapp, language)
     app = make_app()
     window = app.window
-    app.connect("sim:colour")
-    app.program.connection.open_additional("sim:")
+    app.connect("sim:colour?fps=15")
+    app.program.connection.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
     app.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
     window.resize(800, 600)
@@ -104,8 +104,8 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
 
 def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app):
     window = app.window
-    app.connect("sim:colour")
-    app.program.connection.open_additional("sim:")
+    app.connect("sim:colour?fps=15")
+    app.program.connection.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(800, 600)
@@ -167,7 +167,7 @@ def test_long_names_of_cameras_push_nothing_out(make_app, name):
 def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
     window = app.window
     app.connect()
-    app.program.connection.open_additional("sim:colour")
+    app.program.connection.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.resize(800, 600)
     app.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
@@ -315,7 +315,7 @@ def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
 
 def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(app):
     app.connect()
-    app.program.connection.open_additional("sim:colour")
+    app.program.connection.open_additional("sim:colour?fps=15")
     app.window.resize(1280, 800)
     bar = app.window.recordingBar
     bar.limitBox.setCurrentIndex(1)

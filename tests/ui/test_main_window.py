@@ -315,7 +315,7 @@ class Unreachable(ScriptedGrabber):
 
 def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
     window, link = app.window, app.program.connection
-    app.connect("sim:")
+    app.connect()
     app.watch()
     shown, create, wrong = link.source, link._create, Unreachable()
     link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
@@ -334,7 +334,7 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
 
 def test_a_connection_that_takes_too_long_can_be_given_up(app):
     window, link = app.window, app.program.connection
-    app.connect("sim:")
+    app.connect()
     shown, create, slow = link.source, link._create, Unreachable()
     link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
     app.program.sources.connect_to("gige:10.0.0.9")

@@ -13,7 +13,7 @@ from grabbergui.models.tuning import measure_light
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=640&height=480&fps=60&pixel_format=RGB8&exposure=400")
+    app.connect("sim:?width=640&height=480&fps=20&pixel_format=RGB8&exposure=400")
     app.watch()
     QApplication.setActiveWindow(app.window)  # shortcuts are an active window's
     return app

@@ -17,7 +17,7 @@ from grabbergui.models.open_source import LinkState
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=320&height=240&fps=60")
+    app.connect("sim:?width=320&height=240&fps=15")
     return app
 
 

@@ -53,7 +53,7 @@ def held_at(app, index):
 
 
 def test_a_camera_has_no_bar(app):
-    app.connect("sim:")
+    app.connect()
     app.watch()
     assert not bar_of(app).isVisible()
 

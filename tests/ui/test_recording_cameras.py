@@ -11,8 +11,8 @@ from grabbergui.recording import RecordingKind, open_recording
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.views.recording_bars import RecordingBar
 
-GREY = "sim:?width=64&height=48&fps=60"
-COLOUR = "sim:colour?width=64&height=48&fps=60"
+GREY = "sim:?width=64&height=48&fps=20"
+COLOUR = "sim:colour?width=64&height=48&fps=20"
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from grabbergui.core.calibration import Calibration
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=320&height=240&fps=30")
+    app.connect("sim:?width=320&height=240&fps=15")
     app.watch()
     return app
 

@@ -18,7 +18,7 @@ from grabbergui.ui.widgets.image_canvas import Purpose
 @pytest.fixture
 def app(make_app):
     app = make_app()
-    app.connect("sim:?width=320&height=240&fps=60")
+    app.connect("sim:?width=320&height=240&fps=15")
     QApplication.setActiveWindow(app.window)  # shortcuts are an active window's
     return app
 
@@ -132,7 +132,7 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(app, tmp_pat
     app.until(lambda: len(shown(app)) == 2)
     command, program, table = window.changes.copyMenu.actions()
     command.trigger()
-    line = "grabbergui set 'sim:?width=320&height=240&fps=60' Gain=6 ExposureTime=2500\n"
+    line = "grabbergui set 'sim:?width=320&height=240&fps=15' Gain=6 ExposureTime=2500\n"
     assert QApplication.clipboard().text() == line
     window.changes.table.selectionModel().select(
         window.changes.table.model().index(0, 0), QItemSelectionModel.Select | QItemSelectionModel.Rows
