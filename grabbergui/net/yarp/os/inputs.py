@@ -214,6 +214,11 @@ class Input:
         return self.info.peer
 
     @property
+    def carrier(self) -> str:
+        """The carrier with its modifiers, empty before the header."""
+        return self.info.carrier
+
+    @property
     def address(self) -> str:
         """The peer's IP address."""
         return self.info.address[0]

@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, Protocol, TypeVar
+from typing import Final, Protocol, TypeVar
 
 from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import GrabberError, TransportError
@@ -17,9 +17,6 @@ from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Target
 from grabbergui.net.yarp.os.link import Link, report_end
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
-
-if TYPE_CHECKING:
-    from grabbergui.net.yarp.os.inputs import Input
 
 log = logging.getLogger(__name__)
 
@@ -51,6 +48,24 @@ class _Judged(Protocol):
     @property
     def active(self) -> float:
         """Time (`time.monotonic`) of the last message, or of the opening."""
+
+
+class Incoming(_Judged, Protocol):
+    """A connection that another opened."""
+
+    @property
+    def peer(self) -> str:
+        """The sender's name, empty before the header."""
+
+    @property
+    def carrier(self) -> str:
+        """The carrier with its modifiers, empty before the header."""
+
+    def close(self) -> None:
+        """Shut it down, without waiting for its thread."""
+
+    def join(self) -> None:
+        """Wait until its thread has ended."""
 
 
 _Connection = TypeVar("_Connection", bound=_Judged)
@@ -167,7 +182,7 @@ class Registry:
     """The connections of one port in both directions. Any thread."""
 
     def __init__(self, strangers: StrangerLog) -> None:
-        self.inputs: list[Input] = []
+        self.inputs: list[Incoming] = []
         "Replaced by every change, never changed, so that it can be read without the lock."
         self.outputs: list[Output] = []
         "Like `inputs`."
@@ -179,13 +194,13 @@ class Registry:
         """Accept connections, again after `close`."""
         self._closed = False
 
-    def close(self) -> list[Input]:
+    def close(self) -> list[Incoming]:
         """Accept no further connections; return the incoming ones, which the caller closes."""
         with self._lock:
             self._closed = True
             return self.inputs
 
-    def all(self) -> list[Input | Output]:
+    def all(self) -> list[Incoming | Output]:
         """Return the connections in both directions."""
         with self._lock:
             return [*self.inputs, *self.outputs]
@@ -194,18 +209,17 @@ class Registry:
         """Return the carrier of each connection, by the name at its other end."""
         if outgoing:
             return {output.reader: output.carrier_text for output in self.outputs}
-        known = [connection.info for connection in self.inputs if connection.peer]
-        return {info.peer: info.carrier for info in known}
+        return {connection.peer: connection.carrier for connection in self.inputs if connection.peer}
 
     def outputs_to(self, reader: str) -> list[Output]:
         """Return the connections to a reader."""
         return [output for output in self.outputs if output.reader == reader]
 
-    def inputs_from(self, sender: str) -> list[Input]:
+    def inputs_from(self, sender: str) -> list[Incoming]:
         """Return the connections from a sender."""
         return [connection for connection in self.inputs if connection.peer == sender]
 
-    def add(self, connection: Input | Output, *, replaces: Input | None = None) -> None:
+    def add(self, connection: Incoming | Output, *, replaces: Incoming | None = None) -> None:
         """Add a connection that is not started yet, and close another if it is one too many.
 
         A connection that `replaces` another, because a reader reversed it, takes its place and age. Raises
@@ -226,7 +240,7 @@ class Registry:
             else:
                 self.inputs = [*self.inputs, connection]
 
-    def remove(self, connection: Input | Output) -> None:
+    def remove(self, connection: Incoming | Output) -> None:
         """Remove a connection, if it is there."""
         with self._lock:
             if isinstance(connection, Output):
@@ -234,7 +248,7 @@ class Registry:
             else:
                 self.inputs = [other for other in self.inputs if other is not connection]
 
-    def shut_down(self, connection: Input | Output) -> None:
+    def shut_down(self, connection: Incoming | Output) -> None:
         """Close a connection without waiting for its thread, and remove it."""
         if isinstance(connection, Output):
             connection.abort()
@@ -309,7 +323,7 @@ class Readers:
         carrier: Carrier,
         link: Link,
         *,
-        replaces: Input | None = None,
+        replaces: Incoming | None = None,
         on_made: Callable[[Output], None] | None = None,
     ) -> Output:
         """Send on a connection that a reader opened, and reversed if it `replaces` its input.
@@ -364,7 +378,7 @@ class Readers:
             self._source, reader, carrier, link, carrier_text=carrier_text, on_close=self._registry.remove
         )
 
-    def _start(self, output: Output, replaces: Input | None = None) -> None:
+    def _start(self, output: Output, replaces: Incoming | None = None) -> None:
         try:
             self._registry.add(output, replaces=replaces)
             output.start()
