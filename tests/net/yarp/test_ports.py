@@ -5,7 +5,7 @@ import socket
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import ExitStack, closing
 
 import numpy as np
 import pytest
@@ -19,11 +19,13 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import ports, sockets
+from grabbergui.net.yarp.os import ports, registry, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
 from grabbergui.net.yarp.os.link import administer, greet
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.outputs import Outgoing, RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
@@ -147,6 +149,28 @@ def test_a_source_that_hangs_does_not_hold_up_the_end_of_its_reader(names):
             link.close()
             with pytest.raises(SourceNotFoundError):
                 names.query("/in")
+
+
+def test_udp_readers_are_notified_of_the_end_at_the_same_time(names, monkeypatch):
+    """One after another, each that hangs would hold up the end of its source."""
+    together = threading.Barrier(4)
+    monkeypatch.setattr(registry, "report_end", lambda *_: together.wait(PATIENCE / 4))
+    with OutputPort("/out", names) as output, ExitStack() as stack:
+        for number in range(together.parties):
+            reader = stack.enter_context(InputPort(f"/in{number}", names))
+            reader.connect("/out", "udp")
+        output.close()
+        assert not output.connections and not together.broken
+
+
+def test_udp_readers_hear_of_the_end_though_the_name_server_is_gone():
+    with NameServer(port=0) as server, InputPort("/in", NameClient(server.contact)) as reader:
+        with OutputPort("/out", NameClient(server.contact)) as output:
+            reader.connect("/out", "udp")
+            until(lambda: reader.sources, "the connection")
+            server.close()
+            output.close()
+        until(lambda: not reader.sources, "the end of the connection")
 
 
 def test_a_port_that_hangs_or_is_gone_is_named(names):

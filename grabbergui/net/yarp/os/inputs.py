@@ -203,10 +203,10 @@ class Input:
         with suppress(OSError):
             self._sock.shutdown(socket.SHUT_RDWR)
 
-    def join(self) -> None:
-        """Wait until its thread has ended."""
+    def join(self, deadline: float) -> None:
+        """Wait until its thread has ended, but not beyond a time of `time.monotonic`."""
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
-            self._thread.join(5)
+            self._thread.join(max(0.0, deadline - time.monotonic()))
 
     @property
     def peer(self) -> str:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import socket
+import threading
 import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TypeVar
 
 from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, TransportError
@@ -131,3 +134,19 @@ def report_end(source: str, address: tuple[str, int], key: bytes | None = None) 
         link.send(Message("q"))
     finally:
         sock.close()
+
+
+def tell_all(messages: Mapping[str, Callable[[], object]], seconds: float) -> None:
+    """Run each function on a thread of that name, all at once, and wait `seconds` for them at most.
+
+    Those that take longer go on in the background. None of them may raise.
+    """
+    deadline = time.monotonic() + seconds
+    threads = []
+    for name, tell in messages.items():
+        thread = threading.Thread(target=tell, name=name, daemon=True)
+        with suppress(RuntimeError):  # the program ends, or has no threads left
+            thread.start()
+            threads.append(thread)
+    for thread in threads:
+        thread.join(max(0.0, deadline - time.monotonic()))

@@ -80,8 +80,10 @@ class Output:
         link: Link,
         *,
         carrier_text: str = "",
+        listens_at: tuple[str, int] | None = None,
         on_close: Callable[[Output], None] = lambda output: None,
     ) -> None:
+        """`listens_at` is where the reader accepts connections, if we connected to it."""
         self.source = source
         self.reader = reader
         self.carrier = carrier
@@ -95,6 +97,7 @@ class Output:
         self.active = time.monotonic()
         "Time of the last message, in seconds of `time.monotonic`."
         self.address = sockets.peer_address(link.sock)
+        self.listens_at = listens_at
         self._link = link
         self._on_close = on_close
         self._changed = threading.Condition()

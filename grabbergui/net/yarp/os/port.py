@@ -10,6 +10,7 @@ from __future__ import annotations
 import selectors
 import socket
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
 
 NO_OUTPUT: Final = "Outputs not allowed"
 """YARP's answer of a port that sends nothing."""
+
+END_SECONDS: Final = 5.0
+"""Longest wait for requests in progress when a port closes, all of them together."""
 
 _POOLED: Final = 1 << 16
 """Size in bytes from which the memory of bodies is reused."""
@@ -121,8 +125,9 @@ class Port:
         self._readers.close()
         for connection in inputs:
             connection.close()
+        deadline = time.monotonic() + END_SECONDS
         for connection in inputs:
-            connection.join()
+            connection.join(deadline)
         if self._registration:
             self._registration.close()
             self._registration = None

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
+from functools import partial
 from queue import Empty, SimpleQueue
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
@@ -18,7 +19,7 @@ from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
-from grabbergui.net.yarp.os.link import administer, greet
+from grabbergui.net.yarp.os.link import administer, greet, tell_all
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.port import NO_OUTPUT, Port
 from grabbergui.net.yarp.os.values import Vocab
@@ -191,17 +192,11 @@ class InputPort(Port):
             self._arrived.put(None)
 
     def _leave_sources(self, seconds: float) -> None:
-        """Disconnect all sources at once; leave those that take longer to threads in the background."""
-        deadline = time.monotonic() + seconds
-        partings = []
-        for source in filter(lambda name: name.startswith("/"), self.sources):
-            name = f"yarp {self.name} leaves {source}"
-            parting = threading.Thread(target=self.disconnect, args=(source,), name=name, daemon=True)
-            with suppress(RuntimeError):  # the program ends, or has no threads left: sources notice that, too
-                parting.start()
-                partings.append(parting)
-        for parting in partings:
-            parting.join(max(0.0, deadline - time.monotonic()))
+        """Disconnect all sources at once; a source that hangs notices the end by itself."""
+        sources = [name for name in self.sources if name.startswith("/")]
+        tell_all(
+            {f"yarp {self.name} leaves {name}": partial(self.disconnect, name) for name in sources}, seconds
+        )
 
     def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
         with self._putting:

@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Final, Protocol, TypeVar
 
 from grabbergui.config import AllowedAddresses
@@ -15,7 +16,7 @@ from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Target
-from grabbergui.net.yarp.os.link import Link, report_end
+from grabbergui.net.yarp.os.link import Link, report_end, tell_all
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
 
 log = logging.getLogger(__name__)
@@ -64,8 +65,8 @@ class Incoming(_Judged, Protocol):
     def close(self) -> None:
         """Shut it down, without waiting for its thread."""
 
-    def join(self) -> None:
-        """Wait until its thread has ended."""
+    def join(self, deadline: float) -> None:
+        """Wait until its thread has ended, but not beyond a time of `time.monotonic`."""
 
 
 _Connection = TypeVar("_Connection", bound=_Judged)
@@ -100,6 +101,10 @@ def _largest_group(connections: Sequence[_Connection]) -> list[_Connection]:
     counts = Counter(connection.address for connection in connections)
     crowd = counts.most_common(1)[0][0] if counts else ""
     return [connection for connection in connections if connection.address == crowd]
+
+
+REPORT_SECONDS: Final = 1.0
+"""Longest wait for udp readers when a port closes; one that hangs must not hold up the end of a program."""
 
 
 # -- log about strangers -------------------------------------------------------------------------
@@ -315,7 +320,17 @@ class Readers:
         self.disconnect(target.name)
         sender = target.sender(self._source)
         link = connect(self._source, sender, target.name, address, carrier, self._key)
-        self._start(self._output(target.name, carrier, link, target.carrier))
+        self._start(
+            Output(
+                self._source,
+                target.name,
+                carrier,
+                link,
+                carrier_text=target.carrier,
+                listens_at=address,
+                on_close=self._registry.remove,
+            )
+        )
 
     def attach(
         self,
@@ -330,7 +345,7 @@ class Readers:
 
         `on_made` gets the output before it is listed and sends. Raises GrabberError.
         """
-        output = self._output(reader, carrier, link)
+        output = Output(self._source, reader, carrier, link, on_close=self._registry.remove)
         if on_made is not None:
             on_made(output)
         self._start(output, replaces)
@@ -344,9 +359,18 @@ class Readers:
         return bool(found)
 
     def close(self) -> None:
-        """Close all connections."""
-        for output in self._registry.outputs:
-            self._close(output)
+        """Close all connections. Waits for udp readers that hang, REPORT_SECONDS at most."""
+        outputs = self._registry.outputs
+        for output in outputs:
+            output.abort()
+        for output in outputs:
+            output.close()
+            self._registry.remove(output)
+        ends = {
+            f"yarp {self._source} leaves {output.reader}": partial(self._report_end, output)
+            for output in outputs
+        }
+        tell_all(ends, REPORT_SECONDS)
 
     def asked_for(self, modifier: str) -> frozenset[str]:
         """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
@@ -373,11 +397,6 @@ class Readers:
         deadline = time.monotonic() + timeout
         return all(output.wait_taken(deadline - time.monotonic()) for output in self._registry.outputs)
 
-    def _output(self, reader: str, carrier: Carrier, link: Link, carrier_text: str = "") -> Output:
-        return Output(
-            self._source, reader, carrier, link, carrier_text=carrier_text, on_close=self._registry.remove
-        )
-
     def _start(self, output: Output, replaces: Incoming | None = None) -> None:
         try:
             self._registry.add(output, replaces=replaces)
@@ -390,8 +409,13 @@ class Readers:
     def _close(self, output: Output) -> None:
         output.close()
         self._registry.remove(output)
-        if output.carrier.datagrams and output.reader.startswith("/"):
-            try:
-                report_end(self._source, self._locate(output.reader), self._key)
-            except GrabberError as error:
-                log.debug("%s: %s does not know of the end: %s", self._source, output.reader, error)
+        self._report_end(output)
+
+    def _report_end(self, output: Output) -> None:
+        """Notify a udp reader, which cannot notice the end. Never raises."""
+        if not output.carrier.datagrams or output.listens_at is None:
+            return
+        try:
+            report_end(self._source, output.listens_at, self._key)
+        except GrabberError as error:
+            log.debug("%s: %s does not know of the end: %s", self._source, output.reader, error)
