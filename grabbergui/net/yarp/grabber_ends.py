@@ -6,6 +6,7 @@ The service answers both dialects; the link finds out which one a server speaks,
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -92,10 +93,14 @@ class GrabberService:
         self._tree = TreeService(grabber, terminal)
         self._queue: FrameQueue | None = None
         self._image_lock = threading.Lock()
+        self._missed = -math.inf
+        "Time (`time.monotonic`) at which the last wait for a frame was in vain."
+        self._closed = False
         self._actions = self._make_actions()
 
     def close(self) -> None:
-        """Release the grabber. May be called twice."""
+        """Release the grabber; requests that wait for a frame fail. May be called twice."""
+        self._closed = True
         self._tree.close()
         if self._queue is not None:
             self._queue.close()
@@ -197,11 +202,21 @@ class GrabberService:
 
     # -- images ----------------------------------------------------------------------------------
     def _frame(self) -> Frame:
-        """Return the next frame; a camera that does not stream has none."""
+        """Return the next frame; a camera that does not stream has none.
+
+        Several clients take turns at frames, but wait in vain together. Raises FrameTimeoutError.
+        """
+        asked = time.monotonic()
         with self._image_lock:
+            if self._closed or asked <= self._missed:
+                raise FrameTimeoutError("no frame arrived")
             if self._queue is None or self._queue.closed:
                 self._queue = self._grabber.open_queue(1)
-            return self._queue.get(frame_wait(self._grabber, FRAME_TIMEOUT))
+            try:
+                return self._queue.get(frame_wait(self._grabber, FRAME_TIMEOUT))
+            except FrameTimeoutError:
+                self._missed = time.monotonic()
+                raise
 
     def _image(self, capability: Capability) -> tuple[Value, ...]:
         return (capability.item(self._frame()),)

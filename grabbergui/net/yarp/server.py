@@ -115,12 +115,12 @@ class YarpGrabberServer:
         """Close the ports, and stop the stream where we started it. May be called twice; never raises."""
         for port in self._ports():
             port.give_up_name()
+        self._service.close()  # first, so that no port waits for requests that wait for a frame
         for publisher in self._publishers:
             publisher.stop()
         self._components.stop()
         self._rpc.close()
         self._terminal.close()
-        self._service.close()
         if self._started_stream:
             self._started_stream = False
             try:

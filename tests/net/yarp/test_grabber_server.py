@@ -7,6 +7,7 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,11 +19,11 @@ from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 from grabbergui.net.component_joiner import MOST_COMPONENTS
-from grabbergui.net.yarp import image
+from grabbergui.net.yarp import grabber_ends, image
 from grabbergui.net.yarp import server as server_module
 from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
 from grabbergui.net.yarp.image import Capability
-from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os import carrier, port
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import RpcClient
@@ -191,6 +192,24 @@ def test_malformed_requests_are_refused(scene: Stage, server: YarpGrabberServer)
             assert b"fail" in sock.recv(4096)
     with RpcClient("/grabber/rpc", scene.names) as rpc:
         assert rpc.call(Bottle(["getWidthRPC"]))
+
+
+def test_a_request_that_waits_for_a_frame_does_not_hold_up_the_end(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waiting = threading.Event()
+    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waiting.set() or PATIENCE)
+    monkeypatch.setattr(port, "END_SECONDS", PATIENCE)
+    server = scene.share()
+    server.start()
+    scene.grabber.stop()
+    with RpcClient("/grabber/rpc", scene.names) as rpc, ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(rpc.call, Bottle.from_text("fgi get imgr"), PATIENCE)
+        assert waiting.wait(PATIENCE)
+        begun = time.monotonic()
+        server.stop()
+        assert time.monotonic() - begun < PATIENCE / 2
+        assert asking.exception(PATIENCE) or asking.result()[0] == Vocab("fail")
 
 
 def test_a_hundred_clients_at_once(scene: Stage, server: YarpGrabberServer) -> None:

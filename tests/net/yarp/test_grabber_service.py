@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.net import tree
 from grabbergui.net.numbered_features import FeatureId
-from grabbergui.net.yarp import grabber_values, image
+from grabbergui.net.yarp import grabber_ends, grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.grabber_ends import GrabberService
 from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
@@ -168,6 +170,31 @@ def test_typed_requests_are_answered(wire: Wire, grabber: FrameGrabber) -> None:
     assert grabber.feature("Gain").value == 5.0
     assert wire.typed("genicam write Gain 6.5").startswith('genicam ok "{')
     assert grabber.feature("Gain").value == 6.5
+
+
+def test_clients_wait_together_for_a_camera_that_sends_nothing(
+    wire: Wire, grabber: FrameGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grabber.stop()
+    waits: list[float] = []
+    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waits.append(0.5) or waits[-1])
+    with ThreadPoolExecutor(5) as pool:
+        replies = list(pool.map(lambda _: wire.ask(Operation.IMAGE), range(5)))
+    assert not any(reply.ok for reply in replies)
+    assert len(waits) < len(replies), "each client waited on its own, after all before it"
+
+
+def test_a_service_that_ends_lets_no_client_wait(
+    wire: Wire, grabber: FrameGrabber, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grabber.stop()
+    waiting = threading.Event()
+    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waiting.set() or 2 * PATIENCE)
+    with ThreadPoolExecutor(2) as pool:
+        replies = [pool.submit(wire.ask, Operation.IMAGE) for _ in range(2)]
+        assert waiting.wait(PATIENCE)
+        wire.service.close()
+        assert not any(reply.result(PATIENCE).ok for reply in replies)
 
 
 # -- our client on a server of YARP's own ----------------------------------------------------------
