@@ -125,12 +125,23 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
     (tmp_path / "yarp_namespace.conf").write_text("/my/root\n")
     (tmp_path / "_my_root.conf").write_text("10.1.2.5\n")
     assert name_client.name_server() == Contact("/my/root", "10.1.2.5", 10000)
+    monkeypatch.setenv("YARP_NAMESPACE", "/my/root /another")
+    assert name_client.name_server() == Contact("/my/root", "10.1.2.5", 10000)
     assert name_client.authentication_key() is None
     (tmp_path / "auth.conf").write_text('[AUTH]\nkey "our secret"\n')
     assert name_client.authentication_key() == b"our secret"
     assert NameClient.find("robot:11000").server.address == ("robot", 11000)
     with pytest.raises(UsageError, match="HOST:PORT"):
         NameClient.find("robot:99999")
+
+
+@pytest.mark.parametrize("text", ["robot 99999 yarp", "[NAME]\nport 7", "[ROBOT]\nhost here", "a:b 10000"])
+def test_a_configuration_without_an_address_is_named(tmp_path, monkeypatch, text):
+    monkeypatch.delenv("YARP_NAMESPACE", raising=False)
+    monkeypatch.setenv("YARP_CONF", str(tmp_path))
+    (tmp_path / "yarp.conf").write_text(text)
+    with pytest.raises(UsageError, match=r"/yarp\.conf: '.*' is no address of a name server; `yarp conf"):
+        NameClient.find()
 
 
 def test_a_configuration_that_may_not_be_read_is_named_and_not_passed_over(tmp_path, monkeypatch):

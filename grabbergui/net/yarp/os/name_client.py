@@ -75,26 +75,28 @@ def contacts(lines: Iterable[str]) -> list[Contact]:
 
 # -- YARP's configuration ------------------------------------------------------------------------
 def namespace() -> str:
-    """Return the namespace, which is also the name server's own name."""
-    if os.environ.get("YARP_NAMESPACE"):
-        return os.environ["YARP_NAMESPACE"]
-    words = _read("yarp_namespace.conf").split()
+    """Return the namespace, which is also the name server's own name; the first of several."""
+    words = (os.environ.get("YARP_NAMESPACE") or _read("yarp_namespace.conf")).split()
     return words[0] if words else DEFAULT_NAMESPACE
 
 
 def name_server() -> Contact | None:
-    """Return the name server that the configuration names."""
+    """Return the name server that the configuration names. Raises UsageError if it names none properly."""
     name = namespace()
     file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else re.sub(r"[^0-9A-Za-z]", "_", name) + ".conf"
     text = _read(file_name)
+    if not text.strip():
+        return None
     if text.lstrip().startswith("["):
         section = _section(text, "name")
-        words = [section.get("host", ""), section.get("port", str(DEFAULT_PORT))]
+        host, port = section.get("host", ""), section.get("port", str(DEFAULT_PORT))
     else:
-        words = text.split()
-    if not words or not words[0]:
-        return None
-    return parse_address(f"{words[0]}:{words[1] if len(words) > 1 else DEFAULT_PORT}", name)
+        host, port = [*text.split(), str(DEFAULT_PORT)][:2]
+    try:
+        return parse_address(f"{host}:{port}", name)
+    except UsageError as error:
+        problem = f"'{host} {port}' is no address of a name server; `yarp conf HOST PORT` writes one"
+        raise UsageError(f"{_path(file_name)}: {problem}") from error
 
 
 def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
@@ -121,8 +123,8 @@ def require_authentication() -> None:
         )
 
 
-def _read(name: str) -> str:
-    """Return the text of a file of YARP's configuration; empty without one. Raises SourceUnavailableError."""
+def _path(name: str) -> Path | None:
+    """Return the place of a file of YARP's configuration. Raises SourceUnavailableError."""
     override = os.environ.get("YARP_CONF", "")
     places = [folder / name for folder in (*([Path(override)] if override else []), *config_folders())]
     if name == "yarp.conf" and override:
@@ -130,12 +132,24 @@ def _read(name: str) -> str:
     for path in places:
         try:
             if path.is_file():
-                return path.read_text(errors="replace")
-        except (
-            OSError
-        ) as error:  # not passed over: a key that cannot be read must not mean that none is needed
-            raise SourceUnavailableError(f"{path} could not be read: {error.strerror or error}") from error
-    return ""
+                return path
+        except OSError as error:
+            raise _unreadable(path, error) from error
+    return None
+
+
+def _read(name: str) -> str:
+    """Return the text of a file of YARP's configuration; empty without one. Raises SourceUnavailableError."""
+    path = _path(name)
+    try:
+        return path.read_text(errors="replace") if path else ""
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path | None, error: OSError) -> SourceUnavailableError:
+    """Return the error to raise. A key that cannot be read must not mean that none is needed."""
+    return SourceUnavailableError(f"{path} could not be read: {error.strerror or error}")
 
 
 def _section(text: str, name: str) -> Mapping[str, str]:
