@@ -1,5 +1,7 @@
 """The `grabbergui` command, also as `python -m grabbergui`."""
 
+import atexit
+import gc
 import os
 import signal
 import sys
@@ -14,6 +16,9 @@ def main() -> int:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who ignores it means it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     _open_standard_streams()
+    # At its end, Python searches everything for garbage several times: after a window, for more than a second
+    # on a busy machine.
+    atexit.register(gc.freeze)
     # The matrices here are small, and OpenBLAS's threads spin while they wait for each other: they would take
     # three times as long. A program that imports the package keeps the threads that it has.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -77,6 +77,18 @@ def test_a_display_that_is_not_there_ends_it_without_a_core_dump():
     assert "could not connect to display :4711" in done.stderr
 
 
+def test_the_end_of_a_program_searches_no_garbage():
+    code = (
+        "import atexit, gc, sys\n"
+        "atexit.register(lambda: print(gc.get_freeze_count() > 1000))\n"
+        "from grabbergui.__main__ import main\n"
+        "sys.argv = ['grabbergui', '--version']\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PROGRAM)
+    assert done.stdout.splitlines()[-1] == "True", "objects that the last collections skip"
+
+
 # -- signals ---------------------------------------------------------------------------------------
 def test_an_interrupt_while_it_loads_says_nothing():
     code = (
