@@ -77,7 +77,7 @@ class Camera(FrameGrabber):
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
             self._events_open, self._lost_while_opening, self._loss = False, "", ""
-            self.device.take_over = access is Access.TAKE_OVER
+            self.device.take_over, self.device.interrupted = access is Access.TAKE_OVER, False
             self._writer = None  # settings from before `close` are not restored
             try:
                 self._connect(Access.CONTROL if self.device.take_over else access)
@@ -115,6 +115,8 @@ class Camera(FrameGrabber):
     @override
     def close(self) -> None:
         self._closed.set()
+        if self._reconnecting is not None:
+            self.device.interrupt()  # an attempt holds the lock while it waits for a camera that is gone
         with self._lock:
             if self._nodes is None:
                 return

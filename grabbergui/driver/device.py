@@ -75,6 +75,16 @@ class Device(ABC):
     take_over = False
     """Whether `open` may take control from a program that offers it; only some transports can."""
 
+    interrupted = False
+    """Set by `interrupt`; cleared before an `open` that is wanted."""
+
+    def interrupt(self) -> None:
+        """Let an `open` in progress on another thread, and the next one, fail soon. Any thread; never waits.
+
+        A transport that waits for answers of an absent camera checks `interrupted` meanwhile.
+        """
+        self.interrupted = True
+
     @abstractmethod
     def open(self, access: Access) -> Access:
         """Connect with CONTROL or MONITOR access and return what was granted; see `take_over`.

@@ -66,6 +66,8 @@ class ControlLink:
         self._receiving = False
         "Whether one of the waiting threads receives for all."
         self._closed = False
+        self.abandoned = False
+        "Whether `abandon` was called."
         self._resting = False
         "Whether the heartbeat is to stop."
         self._awake = threading.Event()
@@ -132,7 +134,7 @@ class ControlLink:
         return exchange
 
     def send_last(self, request: Request) -> None:
-        """Send a command to a camera that counts as lost, without waiting: it may only have been slow."""
+        """Send a command on a lost or abandoned link, without waiting: the camera may only have been slow."""
         with self._lock:
             if not self._closed:
                 self._channel.start(request, time.monotonic(), urgent=True)
@@ -173,6 +175,12 @@ class ControlLink:
             while self._receiving:
                 self._wait_for_change(LONGEST_RECEIVE)
             self._socket.close()
+
+    def abandon(self) -> None:
+        """Let the commands of all threads fail at once, except `send_last`. Any thread; then call `close`."""
+        with self._lock:
+            self.abandoned = True
+            self._changed.notify_all()
 
     def _run(self) -> None:
         heartbeat = self._heartbeat
@@ -261,7 +269,7 @@ class ControlLink:
     def _require_open(self) -> None:
         if self._heartbeat is not None and self._heartbeat.lost:
             raise DeviceLostError(f"the camera is lost: {self._heartbeat.lost}")
-        if self._closed:
+        if self._closed or self.abandoned:
             raise DeviceLostError("the camera is closed")
 
 

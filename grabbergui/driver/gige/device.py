@@ -90,6 +90,8 @@ class GigeDevice(Device):
         self.interface: Interface | None = None
         "The host's network interface to the camera, once opened."
         self._link: ControlLink | None = None
+        self._opening: ControlLink | None = None
+        "The link of an `open` in progress, which `interrupt` closes."
         self._memory: DeviceMemory | None = None
         self._stream: Streams | None = None
         self._messages: MessageChannel | None = None
@@ -102,9 +104,10 @@ class GigeDevice(Device):
         self.close()
         # An IP address is used literally, even if the camera was found at another address.
         found = None if is_ip_address(self.name) else self.search()
-        link = self._link_to(found)
+        self._opening = link = self._link_to(found)
         memory = DeviceMemory(link)
         try:
+            self._require_wanted()
             self._identify(link, memory, found)
             holder = None
             if access is Access.CONTROL:
@@ -121,9 +124,21 @@ class GigeDevice(Device):
         except BaseException:
             self._disconnect(link, memory)
             raise
+        finally:
+            self._opening = None
         self._link, self._memory = link, memory
         self._stream = Streams([self._channel(memory, index) for index in indices])
         return access
+
+    def interrupt(self) -> None:
+        """End the search and the commands of an `open` in progress. Any thread."""
+        super().interrupt()
+        if (link := self._opening) is not None:
+            link.abandon()
+
+    def _require_wanted(self) -> None:
+        if self.interrupted:
+            raise DeviceLostError(f"{self.info.title} was closed while it was opened")
 
     def _channel(self, memory: DeviceMemory, index: int) -> Stream:
         options = self.options
@@ -170,9 +185,10 @@ class GigeDevice(Device):
         if self.identity is None:
             found = discovery.find(name, timeout)
         else:
-            found = discovery.find_again(self.info, name, timeout)
+            found = discovery.find_again(self.info, name, timeout, lambda: self.interrupted)
         if found is not None:
             return found
+        self._require_wanted()
         others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
         silent = "no GigE Vision camera answers"
         if name:

@@ -95,6 +95,8 @@ NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""
 OVERTIME_S = 0.1
 """Longest time after the end of a round for which answers are taken that have arrived."""
+CANCEL_PERIOD = 0.05
+"""Seconds between checks whether a search was cancelled."""
 MAX_DEVICES = 1024
 "Answers beyond it are ignored: a flood must not exhaust memory."
 
@@ -189,8 +191,10 @@ def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
     return min(candidates, key=lambda device: not device.reachable, default=None)
 
 
-def find_again(wanted: DeviceInfo, name: str, timeout: float = 1.0) -> FoundDevice | None:
-    """Return the same unit as `wanted`, at whatever address it has now.
+def find_again(
+    wanted: DeviceInfo, name: str, timeout: float = 1.0, cancelled: Callable[[], bool] | None = None
+) -> FoundDevice | None:
+    """Return the same unit as `wanted`, at whatever address it has now; None soon after `cancelled` holds.
 
     Raises OtherCameraError if another device answers to `name` instead.
     """
@@ -198,7 +202,8 @@ def find_again(wanted: DeviceInfo, name: str, timeout: float = 1.0) -> FoundDevi
     def is_wanted(device: FoundDevice) -> bool:
         return unit(device.info()) == unit(wanted)
 
-    found = Search().run(timeout, lambda device: device.reachable and is_wanted(device))
+    search = Search(cancelled=cancelled)
+    found = search.run(timeout, lambda device: device.reachable and is_wanted(device))
     again = min(filter(is_wanted, found), key=lambda device: not device.reachable, default=None)
     if again is None and name:
         for device in found:
@@ -216,8 +221,16 @@ def ask(ip: str, timeout: float) -> FoundDevice | None:
 class Search:
     """A search, used once."""
 
-    def __init__(self, addresses: Iterable[str] = (), *, broadcast: bool = True) -> None:
+    def __init__(
+        self,
+        addresses: Iterable[str] = (),
+        *,
+        broadcast: bool = True,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> None:
+        """The search ends soon after `cancelled` holds."""
         self._addresses = list(addresses)
+        self._cancelled = cancelled
         self._broadcast = broadcast
         self._found: dict[tuple[str, ...], FoundDevice] = {}
 
@@ -255,7 +268,12 @@ class Search:
         holds = False
         while True:
             left = end - time.monotonic()
-            ready = selector.select(max(0.0, left))
+            if self._cancelled is None:
+                ready = selector.select(max(0.0, left))
+            elif self._cancelled():
+                return True
+            else:
+                ready = selector.select(min(max(0.0, left), CANCEL_PERIOD))
             for key, _ in ready:
                 device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
                 if device is not None and until is not None and not holds and until(device):

@@ -108,7 +108,7 @@ def offer(link: ControlLink, camera: str, capability: Capability) -> None:
 def release(link: ControlLink, camera: str) -> None:
     """Release control; otherwise the camera refuses all others until the heartbeat timeout."""
     free = WriteReg(((Register.CCP, 0),))
-    if link.lost is not None:
+    if link.lost is not None or link.abandoned:
         link.send_last(free)
         return
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import time
 from contextlib import closing
 
 import pytest
@@ -11,11 +12,11 @@ import pytest
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLostError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.gige import privilege
+from grabbergui.driver.gige import control_link, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Pulse
 from grabbergui.driver.gige.control_link import ControlLink
-from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.gvcp import Request, WriteReg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
@@ -102,6 +103,38 @@ def test_a_camera_that_was_only_slow_gives_its_control_back(monkeypatch: pytest.
         monkeypatch.setattr(ControlLink, "lost", "it has not answered")
         device.close()
         until(lambda: not simulated.control.controlled, "the release")
+
+
+@pytest.mark.parametrize("named", [True, False], ids=["by serial number", "by address"])
+def test_a_camera_that_is_gone_is_closed_at_once(monkeypatch: pytest.MonkeyPatch, named: bool) -> None:
+    """An attempt to find it again is ended, however long a search or a command would wait."""
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.8")) as simulated:
+        name = simulated.serial if named else simulated.address
+        device = GigeDevice(name, GigeOptions(search_timeout=4 * PATIENCE if named else 1.0))
+        camera = Camera(device)
+        camera.open()
+        patient = ControlTiming(ack_timeout=4 * PATIENCE, tries=1)
+        monkeypatch.setattr(control_link, "ControlChannel", lambda timing: ControlChannel(timing or patient))
+        attempts = queue.SimpleQueue[None]()
+        stage = "_link_to" if not named else "search"
+        original = getattr(device, stage)
+        monkeypatch.setattr(device, stage, lambda *found: (attempts.put(None), original(*found))[1])
+    attempts.get(timeout=PATIENCE)
+    begun = time.monotonic()
+    camera.close()
+    assert time.monotonic() - begun < PATIENCE
+
+
+def test_a_camera_that_was_closed_during_an_attempt_can_be_opened_again() -> None:
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.9")) as simulated:
+        device = GigeDevice(simulated.address)
+        device.interrupt()
+        with pytest.raises(DeviceLostError, match="was closed while it was opened"):
+            device.open(Access.CONTROL)
+        with closing(Camera(device)) as camera:
+            camera.open()
+            assert simulated.control.controlled
+        assert not simulated.control.controlled
 
 
 def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
