@@ -32,6 +32,25 @@ def test_a_peer_that_closed_is_noticed_and_one_that_waits_or_sends_is_not() -> N
     assert sockets.closed_by_peer(ours)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the options have Linux's names")
+def test_a_peer_that_lost_its_power_is_noticed_within_minutes() -> None:
+    def seconds(sock: socket.socket) -> int:
+        idle, pause, count = (
+            sock.getsockopt(socket.IPPROTO_TCP, option)
+            for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+        )
+        assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        return idle + pause * count
+
+    with (
+        sockets.listen(("127.0.0.1", 0)) as server,
+        sockets.connect(server.getsockname()) as opened,
+        server.accept()[0] as accepted,
+    ):
+        sockets.prepare(accepted)
+        assert seconds(opened) <= 180 and seconds(accepted) <= 180
+
+
 @pytest.mark.parametrize("host", ["a..b", "a" * 64 + ".example"])
 def test_an_invalid_host_name_is_reported(host: str) -> None:
     for ask in (
