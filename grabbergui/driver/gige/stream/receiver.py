@@ -86,7 +86,7 @@ MOST_POLLING = 0.0003
 "Seconds before a block's end in which the thread watches for packets without sleeping."
 POLLING_SHARE = 0.01
 "Share of the time between two blocks' ends that may be spent so."
-ONE_BY_ONE_SHARE = 0.015
+ONE_BY_ONE_SHARE = 0.01
 """Share of the time between two blocks' ends in which a real-time thread reads packets as they arrive, since
 a pause may end late. `LAST_PAUSE` at most."""
 FASTEST = 600e6
