@@ -17,6 +17,7 @@ from psygnal import Signal
 
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.settings import SettingKey, ValueChange
+from grabbergui.models.language import translate
 
 
 class Origin(Enum):
@@ -80,6 +81,11 @@ class Direction(Enum):
     def back(self) -> Direction:
         """The opposite direction."""
         return Direction.REDO if self is Direction.UNDO else Direction.UNDO
+
+    @property
+    def title(self) -> str:
+        """The direction as display text."""
+        return translate("Changes", "Undo") if self is Direction.UNDO else translate("Changes", "Redo")
 
 
 @dataclass(eq=False)
@@ -396,5 +402,5 @@ class ChangeJournal:
     @property
     def _cause(self) -> str:
         if self._reverting is not None:
-            return self._reverting.value
+            return self._reverting.title
         return self._step.cause if self._step is not None else ""

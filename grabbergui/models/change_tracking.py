@@ -18,6 +18,7 @@ from grabbergui.core.sfnc import is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
 from grabbergui.models.features.sensor_region import stream_paused
+from grabbergui.models.language import translate
 
 log = logging.getLogger(__name__)
 
@@ -159,7 +160,8 @@ def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
         wanted = {**journal.owed(direction), **values}
         problems = write_values(grabber, wanted)
         journal.owe(direction, {key: wanted[key] for key in problems})
-    return [f"{direction.value} of {step}: {problem}" for key, problem in problems.items() if key in values]
+    text = translate("Changes", "{0} of {1}: {2}")
+    return [text.format(direction.title, step, problem) for key, problem in problems.items() if key in values]
 
 
 def write_values(

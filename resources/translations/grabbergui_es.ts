@@ -541,54 +541,72 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="39"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="89"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="90"/>
         <source>run</source>
         <translation>ejecutado</translation>
+    </message>
+</context>
+<context>
+    <name>Changes</name>
+    <message>
+        <location filename="../../grabbergui/models/change_journal.py" line="88"/>
+        <source>Undo</source>
+        <translation>Deshacer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/change_journal.py" line="88"/>
+        <source>Redo</source>
+        <translation>Rehacer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/change_tracking.py" line="163"/>
+        <source>{0} of {1}: {2}</source>
+        <translation>{0} {1}: {2}</translation>
     </message>
 </context>
 <context>
@@ -677,17 +695,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>

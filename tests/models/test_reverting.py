@@ -8,6 +8,7 @@ from operator_bench import REDO, UNDO
 from grabbergui.core.errors import DeviceLostError, FeatureError
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.change_journal import Step
+from grabbergui.models.language import set_translator
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto
 from patience import PATIENCE
@@ -34,6 +35,16 @@ def test_undoing_is_in_the_log(operator):
         ("Gain 1 → 2", ""),
         ("Gain 2 → 1", "Undo"),
     ]
+
+
+def test_undoing_is_named_in_the_users_language(operator):
+    set_translator(lambda context, text: f"<{text}>")
+    try:
+        operator.write("Gain", 2)
+        operator.revert(UNDO)
+        assert operator.journal.changes[-1].cause == "<Undo>"
+    finally:
+        set_translator(None)
 
 
 def test_something_new_ends_what_can_be_redone(operator):

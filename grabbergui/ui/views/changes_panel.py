@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 from grabbergui.core.features import format_value
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.models.features.numbers import number_text
+from grabbergui.models.language import localized
 from grabbergui.ui.widgets.labels import size_columns
 from grabbergui.ui.windows import load_form
 
@@ -131,8 +132,8 @@ class ChangeTable(QAbstractTableModel):
 
     def _shortened(self, change: Change, column: int) -> str:
         value = {self.BEFORE: change.before, self.AFTER: change.after}.get(column)
-        if isinstance(value, float) and not _alike(change):
-            return number_text(value)
+        if isinstance(value, float):
+            return localized(format_value(value)) if _alike(change) else number_text(value)
         text = self.texts(change)[column]
         if column == self.TIME:
             return text.partition(".")[0]
