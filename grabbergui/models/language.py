@@ -101,6 +101,15 @@ _SENTENCES = (
         " or plug it in elsewhere",
     ),
     QT_TRANSLATE_NOOP("Drivers", "{0} is set to {1}, which cannot be shown; choose another PixelFormat"),
+    # A file or an address
+    QT_TRANSLATE_NOOP("Drivers", "{0} is there already; a recording overwrites nothing, choose another name"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} could not be created: {1}; choose another folder or name"),
+    QT_TRANSLATE_NOOP("Drivers", "the snapshot could not be written to {0}: {1}; choose another folder"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} could not be written: {1}"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} could not be read: {1}"),
+    QT_TRANSLATE_NOOP("Drivers", "'{0}' is no source; did you mean {1}?"),
+    QT_TRANSLATE_NOOP("Drivers", "'{0}' is no source; write its kind first, as in sim: or gige:192.168.0.10"),
+    QT_TRANSLATE_NOOP("Drivers", "'{0}' is of no known kind; there are {1}"),
     # A camera that returned with other settings
     QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),

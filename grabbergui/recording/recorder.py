@@ -265,7 +265,8 @@ def create_writer(
     except OSError as error:
         # The file may also be a movie's notes, left from a recording that was removed.
         file = error.filename or path
-        raise RecordingError(f"{file} could not be made: {error.strerror or error}") from error
+        problem = f"{file} could not be created: {error.strerror or error}; choose another folder or name"
+        raise RecordingError(problem) from error
 
 
 def create_recorder(

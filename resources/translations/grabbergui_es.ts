@@ -1296,6 +1296,46 @@ It {1}.</source>
         <source>{0} is set to {1}, which cannot be shown; choose another PixelFormat</source>
         <translation>{0} está en {1}, que no se puede mostrar; elija otro PixelFormat</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} is there already; a recording overwrites nothing, choose another name</source>
+        <translation>{0} ya existe; una grabación no sobrescribe nada, elija otro nombre</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} could not be created: {1}; choose another folder or name</source>
+        <translation>no se pudo crear {0}: {1}; elija otra carpeta u otro nombre</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>the snapshot could not be written to {0}: {1}; choose another folder</source>
+        <translation>no se pudo guardar la captura en {0}: {1}; elija otra carpeta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} could not be written: {1}</source>
+        <translation>no se pudo escribir {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} could not be read: {1}</source>
+        <translation>no se pudo leer {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>&apos;{0}&apos; is no source; did you mean {1}?</source>
+        <translation>«{0}» no es una fuente; ¿quería decir {1}?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>&apos;{0}&apos; is no source; write its kind first, as in sim: or gige:192.168.0.10</source>
+        <translation>«{0}» no es una fuente; escriba antes su tipo, como en sim: o gige:192.168.0.10</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>&apos;{0}&apos; is of no known kind; there are {1}</source>
+        <translation>«{0}» es de un tipo desconocido; existen {1}</translation>
+    </message>
 </context>
 <context>
     <name>Errors</name>

@@ -102,9 +102,9 @@ def test_a_lost_or_held_source_in_another_language(foreign):
 
 def test_every_known_sentence_is_still_used():
     root = Path(grabbergui.__file__).parent
-    rooms = ("driver", "net", "core", "servo", "calibration")
+    rooms = ("driver", "net", "core", "servo", "calibration", "recording")
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
-    files.append(root / "models" / "hand_eye.py")
+    files += [root / "models" / "hand_eye.py", root / "sources.py"]
     said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
     for template in language._SENTENCES:
         parts = sorted(re.split(r"\{\d\}(?: s)?|; ", template), key=len)[-2:]
@@ -120,6 +120,11 @@ def test_drivers_sentences_are_translated_with_those_within_them(foreign):
     held = "another application at 10.0.0.2 controls GV01 (10.0.0.1); close it there"
     assert language.driver_text(held) == f"<{held}>"
     assert language.driver_text("Gain is 6.5 instead of 0") == "<Gain is 6,5 instead of 0>"
+    path = "/media/full/run.mcap could not be created: Read-only file system; choose another folder or name"
+    assert language.driver_text(path) == f"<{path}>"
+    assert error_text(UsageError("'/a.mp4' is no source; did you mean file:/a.mp4?")) == (
+        "<this cannot be understood: <'/a.mp4' is no source; did you mean file:/a.mp4?>>"
+    )
     assert language.driver_text("nobody has heard of this") == "nobody has heard of this"
 
 

@@ -26,7 +26,7 @@ from grabbergui.recording.recorder import create_writer
 @pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])
 def test_a_name_too_long_for_the_disk_is_a_recording_error(tmp_path, suffix):
     path = tmp_path / ("x" * 300 + suffix)
-    with pytest.raises(RecordingError, match="could not be made: File name too long"):
+    with pytest.raises(RecordingError, match="could not be created: File name too long; choose another"):
         create_writer(kind_of(path), path, INFO)
 
 
@@ -134,7 +134,7 @@ def test_a_source_whose_name_is_no_utf8_is_recorded(tmp_path, kind):
 def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
     notes = tmp_path / "movie.frames.jsonl"
     notes.write_text("")
-    with pytest.raises(RecordingError, match=re.escape(f"{notes} could not be made: File exists")):
+    with pytest.raises(RecordingError, match=re.escape(f"{notes} could not be created: File exists")):
         create_writer(RecordingKind.H264, tmp_path / "movie.mp4", INFO)
 
 
