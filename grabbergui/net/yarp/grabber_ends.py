@@ -111,6 +111,8 @@ class GrabberService:
             return self._answer_tree(request).encode_parts()
         call = read_request(request)
         if isinstance(call, Refusal):
+            if call.reason:
+                log.info("request refused: %s", call.reason)
             return [call.message]
         return encode_reply(call, self.perform(call))
 

@@ -150,6 +150,8 @@ class Refusal:
     """A request that is no call of ours, and the message to answer it with."""
 
     message: bytes
+    reason: str = ""
+    "For the log; empty where nothing is wrong with the request."
 
 
 def decode_request(message: Buffer) -> Call | Refusal:
@@ -164,7 +166,7 @@ def read_request(request: Bottle) -> Call | Refusal:
         return _read_legacy(request)
     if isinstance(request[0] if request else None, str):
         return _read_thrift(first, request)
-    return Refusal(_single(NAK))
+    return _unknown(NAK, request)
 
 
 def encode_request(call: Call) -> bytes:
@@ -215,12 +217,12 @@ def _read_legacy(request: Bottle) -> Call | Refusal:
     interface = words[0]
     operation = _BY_WORDS.get(words)
     if operation is None:
-        return Refusal(_unknown_legacy(interface, words))
+        return Refusal(_unknown_legacy(interface, words), f"{_asked(request)} is not known")
     try:
         values = read_values(operation.arguments, request[3:], Dialect.YARP3)
     except RemoteProtocolError as error:
-        call = Call(operation)
-        return Refusal(b"".join(encode_reply(call, Reply(status=Status.FAILED, text=str(error)))))
+        reply = encode_reply(Call(operation), Reply(status=Status.FAILED, text=str(error)))
+        return Refusal(b"".join(reply), f"{_asked(request)}: {error}")
     return Call(operation, values)
 
 
@@ -242,16 +244,16 @@ def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
         return Refusal(_help())
     if method in _DC1394:
         reply = Reply(status=Status.NOT_IMPLEMENTED)
-        return Refusal(b"".join(_thrift_reply(_DC1394[method], reply)))
+        return Refusal(b"".join(_thrift_reply(_DC1394[method], reply)), f"{method} is for FireWire cameras")
     operation = _BY_METHOD.get(method)
     if operation is None:
         # A typed word is a string too; 3.x answers it with [nak].
         thrift = method.endswith("RPC") or _written_by_thrift(request)
-        return Refusal(_single(VOCAB_FAIL if thrift else NAK))
+        return _unknown(VOCAB_FAIL if thrift else NAK, request)
     try:
         return Call(operation, read_values(operation.arguments, request[1:], Dialect.YARP4), Dialect.YARP4)
-    except RemoteProtocolError:
-        return Refusal(_single(VOCAB_FAIL))
+    except RemoteProtocolError as error:
+        return Refusal(_single(VOCAB_FAIL), f"{_asked(request)}: {error}")
 
 
 def _written_by_thrift(request: Bottle) -> bool:
@@ -305,6 +307,10 @@ def _help() -> bytes:
     return Bottle([Vocab("many"), Bottle(lines, specialised=False)], specialised=False).encode(Dialect.YARP4)
 
 
+def _unknown(answer: Vocab, request: Bottle) -> Refusal:
+    return Refusal(_single(answer), f"{_asked(request)} is not known; `help` lists the requests")
+
+
 def _single(item: Item) -> bytes:
     return Bottle([item]).encode()
 
@@ -313,8 +319,14 @@ def _parts(items: list[Item]) -> list[Buffer]:
     return Bottle(items).encode_parts(Dialect.YARP3)
 
 
-def _shown(reply: Sequence[Item]) -> str:
-    text = Bottle(reply[:4]).to_text()
+def _asked(request: Sequence[Item]) -> str:
+    """Return the start of a request for the log, without rendering what may be megabytes."""
+    words = (str(item)[:40] if isinstance(item, (str, int, float)) else "…" for item in request[:4])
+    return f"'{' '.join(words)}'"
+
+
+def _shown(items: Sequence[Item]) -> str:
+    text = Bottle(items[:4]).to_text()
     return f"'{text[:80]}'"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 import time
@@ -170,6 +171,25 @@ def test_typed_requests_are_answered(wire: Wire, grabber: FrameGrabber) -> None:
     assert grabber.feature("Gain").value == 5.0
     assert wire.typed("genicam write Gain 6.5").startswith('genicam ok "{')
     assert grabber.feature("Gain").value == 6.5
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("fgc set feat 8", "'fgc set feat 8': nothing where a number is expected"),
+        ("fgc get foo 8", "'fgc get foo 8' is not known"),
+        ("setFeature1RPC 8", "setFeature1RPC 8': nothing where a number is expected"),
+        ("getPowerDC1394RPC", "'getPowerDC1394RPC' is not known; `help` lists the requests"),
+        ("getFPSDC1394RPC", "getFPSDC1394RPC is for FireWire cameras"),
+        (f"grab ({'x ' * 99}) now", "'grab … now' is not known"),
+    ],
+)
+def test_the_log_contains_why_a_request_is_refused(
+    wire: Wire, caplog: pytest.LogCaptureFixture, line: str, reason: str
+) -> None:
+    with caplog.at_level(logging.INFO):
+        wire.typed(line)
+    assert reason in caplog.text
 
 
 def test_clients_wait_together_for_a_camera_that_sends_nothing(
