@@ -331,6 +331,6 @@ def _shown(items: Sequence[Item]) -> str:
 
 
 __all__ = [
-    *("Call", "Kind", "OK", "Operation", "Refusal", "Reply", "Status", "VERSION_METHOD", "VERSION_REPLY"),
+    *("Call", "Kind", "Operation", "Refusal", "Reply", "Status", "VERSION_METHOD", "VERSION_REPLY"),
     *("decode_request", "encode_reply", "encode_request", "read_reply", "read_request"),
 ]
