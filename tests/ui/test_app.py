@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import pytest
 from PyQt5.QtGui import QImage
 
 from grabbergui.ui.run import program
@@ -191,8 +192,9 @@ sys.exit(code)""",
     assert done.stderr == "" and target.exists()
 
 
-def test_the_window_starts_without_what_is_opened_later(tmp_path):
-    """Calibration, servo and the networks took as long to import as all the rest of the window."""
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory):
+    """The modules that a window has loaded which is about to be shown."""
     done = run(
         "import os; os.environ['QT_QPA_PLATFORM'] = 'offscreen'; "
         "from grabbergui.ui.run.program import Program; "
@@ -200,14 +202,23 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
         "from grabbergui.ui.views.main_window import MainWindow; "
         "qt = window.application(); program = Program(MainWindow(), Preferences(None)); "
         "print(*sorted(sys.modules), flush=True); program.shut_down(5); os._exit(0)",
-        tmp_path,
+        tmp_path_factory.mktemp("home"),
     )
     assert done.returncode == 0, done.stderr
-    modules = done.stdout.split()
-    assert "grabbergui.ui.run.program" in modules
+    return done.stdout.split()
+
+
+def test_the_window_starts_without_what_is_opened_later(loaded):
+    """Calibration, servo and the networks took as long to import as all the rest of the window."""
+    assert "grabbergui.ui.run.program" in loaded
     late = ("grabbergui.servo", "grabbergui.net", "grabbergui.models.calibrating", "rclpy", "pinocchio")
-    early = [name for name in modules if name.startswith(late)]
+    early = [name for name in loaded if name.startswith(late)]
     assert not early
+
+
+def test_the_window_loads_nothing_that_only_other_windows_need(loaded):
+    late = ("grabbergui.servo", "grabbergui.driver.gige", "genicam", "mcap")
+    assert not [name for name in loaded if name.startswith(late)]
 
 
 def test_others_are_looked_for_once_the_named_source_shows_an_image(app, monkeypatch):
@@ -227,10 +238,3 @@ def test_others_are_looked_for_although_the_named_source_shows_nothing(app, monk
     monkeypatch.setattr(app.program.source_list, "start", lambda: searches.append(1))
     app.program.begin("nonsense:")
     app.until(lambda: searches)
-
-
-def test_the_window_loads_nothing_that_only_other_windows_need():
-    late = ("grabbergui.servo", "grabbergui.driver.gige", "genicam", "mcap")
-    code = CODE + f"print([module for module in sys.modules if module.startswith({late})])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PROGRAM)
-    assert done.stdout.strip() == "[]", done.stderr
