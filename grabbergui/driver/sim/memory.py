@@ -112,11 +112,14 @@ class RegisterMemory:
     def __init__(self, registers: Iterable[Register]) -> None:
         self._registers = sorted(registers, key=lambda register: register.address)
         self._starts = [register.address for register in self._registers]
-        self._bytes = {register.address: register.encode(register.default) for register in self._registers}
+        self._values: dict[int, RegisterValue] = {}
+        "By address, as a host reads them."
         self._blocks: list[tuple[int, bytes | bytearray]] = []
         self._before_read: dict[int, Callable[[], RegisterValue]] = {}
         self._before_write: dict[int, Callable[[RegisterValue], RegisterValue | None]] = {}
         self._after_write: dict[int, Callable[[], None]] = {}
+        for register in self._registers:
+            self.set(register, register.default)
 
     # -- the device's own side -------------------------------------------------------------------
     def add_block(self, address: int, content: bytes) -> None:
@@ -144,7 +147,7 @@ class RegisterMemory:
     def get(self, register: Register) -> RegisterValue:
         """Return a register's value."""
         supply = self._before_read.get(register.address)
-        return supply() if supply else register.decode(self._bytes[register.address])
+        return supply() if supply else self._values[register.address]
 
     def integer(self, register: Register) -> int:
         """Return a register's value as an integer."""
@@ -156,11 +159,12 @@ class RegisterMemory:
 
     def stored(self, register: Register) -> RegisterValue:
         """Return the stored content, without calling `on_read`."""
-        return register.decode(self._bytes[register.address])
+        return self._values[register.address]
 
     def set(self, register: Register, value: RegisterValue) -> None:
         """Store a value from inside the device, unchecked."""
-        self._bytes[register.address] = register.encode(value)
+        # A frame asks for dozens of registers, which seldom change.
+        self._values[register.address] = register.decode(register.encode(value))
 
     # -- access by a host ------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:

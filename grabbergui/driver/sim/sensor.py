@@ -12,6 +12,7 @@ ramps move one pixel a frame. Colour bars are seen through the Bayer pattern.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -255,7 +256,7 @@ class _Noise:
 
     def next(self, shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return the noise of the next strip: values to add and to subtract."""
-        count = int(np.prod(shape))
+        count = math.prod(shape)
         start = self._position % (_NOISE_VALUES - count)
         self._position += 982_451_653 % _NOISE_VALUES
         part = slice(start, start + count)
