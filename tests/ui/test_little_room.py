@@ -21,6 +21,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui import sources
+from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.ui.application import speak
 from grabbergui.ui.theme import Theme, dress
@@ -162,6 +163,18 @@ def test_long_names_of_cameras_push_nothing_out(make_app, name):
         return found
 
     assert taken(name) == taken("left")
+
+
+def test_a_note_in_a_low_window_shows_its_beginning(app):
+    window, image = app.window, app.window.image
+    window.resize(window.minimumSizeHint())
+    image.setNote("The camera sends its frames to another program", "close it, or " * 40, Stage.PACKETS)
+    app.until(lambda: image.note.y() >= image.paneArea.y() and image.note.isVisible())
+    summary, stages = image.note.summaryLabel, image.note.stageLabel
+    assert summary.visibleRegion().boundingRect().top() == 0
+    assert stages.heightForWidth(stages.width()) <= stages.height()
+    assert stages.minimumSizeHint().width() <= stages.width(), "no stage is cut off"
+    assert "another program" in image.note.toolTip() and "close it" in image.note.toolTip()
 
 
 def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):

@@ -110,6 +110,16 @@ def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_i
     assert not app.window.actionSnapshot.isEnabled()
 
 
+def test_a_pause_that_was_refused_without_frames_is_no_state(make_app):
+    app = make_app()
+    app.program.connection.connect_to("sim:?width=64&height=48", start=False)
+    app.until(lambda: app.window.actionStart.isEnabled())
+    app.window.actionPause.trigger()
+    app.until(lambda: any("no frame yet to pause" in text for text in app.errors))
+    app.window.actionStart.trigger()
+    app.until(lambda: state(app) == "Live")
+
+
 def test_waiting_for_a_trigger_is_a_state_with_two_ways_out(app):
     app.grabber.write_feature("TriggerMode", "On")
     app.until(lambda: state(app) == "Waiting for trigger")

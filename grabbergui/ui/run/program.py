@@ -248,8 +248,9 @@ class Program(QObject):
     def _on_title_changed(self, title: str) -> None:
         self.window.setWindowTitle(f"{title} — grabbergui" if title else "grabbergui")
 
-    def _on_pause_toggled(self, paused: bool) -> None:
-        self.status.held = paused
+    def _on_pause_toggled(self, _: bool) -> None:
+        # Not the signal's value: a pause without frames was undone by a slot before this one.
+        self.status.held = self.window.actionPause.isChecked()
         self.status_bar.refresh()
 
     def _may_close(self) -> bool:

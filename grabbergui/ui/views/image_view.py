@@ -215,7 +215,9 @@ class ImageView(QWidget):
         # Wrapped labels know their height only once they know their width.
         height = self.note.heightForWidth(width)
         x = canvas.x() + (canvas.width() - width) // 2
-        self.note.setGeometry(x, canvas.center().y() - height // 2, width, height)
+        # In a low window the end is cut off rather than the beginning.
+        y = max(canvas.y(), canvas.center().y() - height // 2)
+        self.note.setGeometry(x, y, width, height)
         self.note.raise_()
 
     def _place_tasks(self) -> None:

@@ -278,6 +278,7 @@ class ImageNote(QFrame):
         self.stageLabel.setText(_way(stage) if stage is not None else "")
         self.stageLabel.setVisible(stage is not None)
         self.setAccessibleName(f"{summary} {advice}")
+        self.setToolTip(f"{summary}\n{advice}".strip())  # in a low window its end may be cut off
         restyle(self, "tone", "info" if stage is None else "busy")
         self.setVisible(bool(summary))
 
