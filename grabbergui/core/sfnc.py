@@ -78,6 +78,9 @@ FILE_ACCESS = frozenset({
 })  # fmt: skip
 """The features of FileAccessControl, which transfer files. None is a setting."""
 
+PLAYBACK_POSITION = "PlaybackPosition"
+"""Our own feature of recordings: the frame shown. It moves by itself while the recording plays."""
+
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
 AUTO_CONTINUOUS = "Continuous"

@@ -14,7 +14,7 @@ from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult, instances, settle
-from grabbergui.core.sfnc import is_on, regulated_by_mode, regulating
+from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
 from grabbergui.models.features.sensor_region import stream_paused
@@ -90,9 +90,14 @@ class ChangeTrackingGrabber(SharedGrabber):
     def watch(self, feature: Feature) -> None:
         """Compare a feature just read with its last known value, and record a change by others.
 
-        Read-only features, such as a temperature, are ignored unless an automatic mode locks them.
+        Read-only features, such as a temperature, are ignored unless an automatic mode locks them, and so is
+        the position of a recording that plays.
         """
-        if feature.value is None or not (feature.access.writable or feature.auto):
+        if (
+            feature.name == PLAYBACK_POSITION
+            or feature.value is None
+            or not (feature.access.writable or feature.auto)
+        ):
             return
         try:
             key = self.setting(feature.name)

@@ -16,6 +16,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
@@ -274,7 +275,7 @@ class FrameHistory:
 # -- playback ------------------------------------------------------------------------------------
 _PLAYBACK_FEATURES = {
     "playing": "PlaybackActive",
-    "position": "PlaybackPosition",
+    "position": PLAYBACK_POSITION,
     "frames": "PlaybackFrameCount",
     "time": "PlaybackTime",
     "duration": "PlaybackDuration",

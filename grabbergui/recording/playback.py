@@ -29,6 +29,7 @@ from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
 from grabbergui.recording import Recording, open_recording
 
@@ -42,7 +43,7 @@ LONGEST_GAP = 10.0
 "Seconds. A longer gap in a recording is shortened to this."
 
 
-POSITION = "PlaybackPosition"
+POSITION = PLAYBACK_POSITION
 SPEED = "PlaybackSpeed"
 LOOP = "PlaybackLoop"
 PLAYING = "PlaybackActive"

@@ -63,6 +63,7 @@ def test_it_plays_holds_and_steps(player):
     seen = set()
     player.until(lambda: seen.add(shown(player)) or len(seen) > 5)
     assert "00:01.0" in bar.placeLabel.text(), "how long it is"
+    assert not player.program.connection.source.journal.changes, "that it plays is no change"
     player.until(lambda: "Playing" in player.window.status.stateLabel.text())
     player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
     player.until(lambda: bar.playButton.text() == "Play")
