@@ -604,7 +604,7 @@ It {1}.</source>
         <translation>Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/change_tracking.py" line="163"/>
+        <location filename="../../grabbergui/models/change_tracking.py" line="168"/>
         <source>{0} of {1}: {2}</source>
         <translation>{0} {1}: {2}</translation>
     </message>
@@ -1462,7 +1462,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/favourites.ui" line="17"/>
-        <source>Exposure, gain and frame rate appear here where the camera has them.</source>
+        <source>Exposure, gain and frame rate appear here if the camera has them.</source>
         <translation>Aquí aparecen exposición, ganancia y frecuencia, si la cámara las tiene.</translation>
     </message>
 </context>
@@ -1536,8 +1536,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="43"/>
-        <source>Show the features whose name or help has these words</source>
-        <translation>Mostrar los parámetros cuyo nombre o ayuda contiene estas palabras</translation>
+        <source>Show the features whose name or description contains these words</source>
+        <translation>Mostrar los parámetros cuyo nombre o descripción contiene estas palabras</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="46"/>
@@ -2452,27 +2452,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="304"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2535,7 +2535,7 @@ It {1}.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="244"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="246"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
@@ -3892,7 +3892,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="338"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -3900,12 +3900,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="272"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="274"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="273"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="275"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -3956,90 +3956,90 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="276"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="277"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="292"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="284"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="285"/>
         <source>{0} could not be opened: {1}</source>
         <translation>{0} no se pudo abrir: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="287"/>
-        <source>Snapshots are in {0}; no program here shows folders</source>
-        <translation>Las capturas están en {0}; ningún programa de este equipo muestra carpetas</translation>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <source>Snapshots are in {0}; no file manager could be started</source>
+        <translation>Las capturas están en {0}; no se pudo abrir un gestor de archivos</translation>
     </message>
 </context>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="194"/>
+        <location filename="../../grabbergui/models/recording.py" line="195"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="186"/>
+        <location filename="../../grabbergui/models/recording.py" line="187"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="182"/>
+        <location filename="../../grabbergui/models/recording.py" line="183"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="196"/>
+        <location filename="../../grabbergui/models/recording.py" line="197"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="196"/>
+        <location filename="../../grabbergui/models/recording.py" line="197"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="201"/>
+        <location filename="../../grabbergui/models/recording.py" line="202"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="188"/>
+        <location filename="../../grabbergui/models/recording.py" line="189"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="154"/>
+        <location filename="../../grabbergui/models/recording.py" line="155"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="157"/>
+        <location filename="../../grabbergui/models/recording.py" line="158"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="160"/>
+        <location filename="../../grabbergui/models/recording.py" line="161"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="160"/>
+        <location filename="../../grabbergui/models/recording.py" line="161"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="163"/>
+        <location filename="../../grabbergui/models/recording.py" line="164"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -4053,8 +4053,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="15"/>
-        <source>Record every frame from now on; again to stop</source>
-        <translation>Grabar cada imagen desde ahora; otra vez para parar</translation>
+        <source>Record every frame from now on; press again to stop</source>
+        <translation>Grabar cada imagen desde ahora; pulse otra vez para parar</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="27"/>
@@ -4546,27 +4546,27 @@ It {1}.</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="245"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="247"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="285"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="287"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="289"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="291"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="261"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="263"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="222"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="224"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
@@ -4577,8 +4577,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/settings/loading.py" line="217"/>
-        <source>the camera was lost during this write: it has either value</source>
-        <translation>la cámara se perdió durante esta escritura: tiene uno de los dos valores</translation>
+        <source>the camera was lost during this write: it may have either value</source>
+        <translation>la cámara se perdió durante esta escritura: puede tener cualquiera de los dos valores</translation>
     </message>
 </context>
 <context>
@@ -5214,7 +5214,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="368"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="369"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>

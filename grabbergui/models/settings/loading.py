@@ -214,7 +214,9 @@ class _Loading:
             if key in left_alone:
                 return
             if settled is Settled.UNANSWERED:
-                reason = translate("Settings", "the camera was lost during this write: it has either value")
+                reason = translate(
+                    "Settings", "the camera was lost during this write: it may have either value"
+                )
                 self._note(key, Outcome.NOT_WRITTEN, reason)
             elif error is not None:
                 self._note(key, Outcome.REFUSED, error_text(error, feature=feature))

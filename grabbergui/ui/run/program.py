@@ -286,7 +286,7 @@ class Program(QObject):
             return
         if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder))):
             self.messages.notice(
-                self.tr("Snapshots are in {0}; no program here shows folders").format(folder)
+                self.tr("Snapshots are in {0}; no file manager could be started").format(folder)
             )
 
     def _show_about(self) -> None:
