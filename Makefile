@@ -13,6 +13,7 @@ $(STAMP): pyproject.toml scripts/system-packages
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv $(VENV)  # also one that was interrupted
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --upgrade pip
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m compileall -q -j 0 grabbergui  # or the first start does it, or each: PYTHONDONTWRITEBYTECODE
 	touch $@
 
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
