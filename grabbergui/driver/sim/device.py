@@ -127,6 +127,7 @@ class SimulatedDevice(Device):
     def close_stream(self) -> None:
         """Stop the thread and wait for its end."""
         self._running.clear()
+        self.model.wake()
         if self._thread is not None:
             self._thread.join()
             self._thread = None

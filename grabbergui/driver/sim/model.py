@@ -85,6 +85,7 @@ class CameraModel:
         self._device_clock = clock or DeviceClock()
         self._clock = self._device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
+        self._woken = False
         self._pending_events: list[tuple[Event, int, int]] = []
         self._sequencer = Sequencer()
         self._latched: deque[FrameSettings] = deque()
@@ -151,7 +152,10 @@ class CameraModel:
         self.sensor.prepare(settings_of(self.memory))
 
     def next_frame(self, timeout: float) -> FramePlan | None:
-        """Wait until an exposure ends, or its image is to be drawn; None after `timeout` seconds without."""
+        """Wait until an exposure ends, or its image is to be drawn.
+
+        Returns None after `timeout` seconds without, or after `wake`.
+        """
         deadline = self._clock() + int(timeout * 1e9)
         ahead = int(self.sensor.scene.ahead * 1e9)
         with self._changed:
@@ -162,13 +166,20 @@ class CameraModel:
                 if due is not None and due + exposure - ahead <= now:
                     plan = self._take(now - exposure)
                     break
-                if now >= deadline:
+                if now >= deadline or self._woken:
+                    self._woken = False
                     return None
-                wake = deadline if due is None else min(deadline, due + exposure - ahead)
-                self._changed.wait((wake - now) * 1e-9)
+                end = deadline if due is None else min(deadline, due + exposure - ahead)
+                self._changed.wait((end - now) * 1e-9)
         if not ahead:
             self._send_events()
         return plan
+
+    def wake(self) -> None:
+        """Let `next_frame` return at once, the present call or the next one. Any thread."""
+        with self._changed:
+            self._woken = True
+            self._changed.notify_all()
 
     def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
         """Write a frame's payload into `out`, run the automatic modes on it, and return its length.

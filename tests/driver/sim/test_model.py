@@ -148,6 +148,15 @@ def test_frames_come_at_the_rate_asked_for(make_bench):
     assert gaps == [20_000_000] * 3
 
 
+def test_a_wait_for_a_frame_can_be_ended(bench):
+    plans = []
+    waiting = threading.Thread(target=lambda: plans.append(bench.model.next_frame(10 * PATIENCE)))
+    waiting.start()
+    bench.model.wake()
+    waiting.join(PATIENCE)
+    assert plans == [None]
+
+
 def test_a_long_exposure_slows_the_frames(bench):
     bench.set(reg.EXPOSURE_TIME, 100_000.0)
     assert bench.get(reg.FRAME_RATE) == pytest.approx(9.998, abs=0.01)

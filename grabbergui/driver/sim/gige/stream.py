@@ -166,6 +166,7 @@ class StreamSender:
     def close(self) -> None:
         """Stop the thread, within a frame too, and close the socket."""
         self._stopping.set()
+        self._model.wake()
         if self._thread.ident is not None:
             self._thread.join()
         self._socket.close()

@@ -134,6 +134,7 @@ class SimulatedU3vDevice:
         """Switch it off for good. May be called twice."""
         self.unplug()
         self._stopping.set()
+        self.model.wake()
         if self._thread.ident is not None and self._thread is not threading.current_thread():
             self._thread.join()
 
