@@ -343,18 +343,18 @@ def pdf(board: Board, sheet: Sheet) -> bytes:
     return bytes(out)
 
 
-def png(board: Board, sheet: Sheet, dpi: int = _DPI) -> bytes:
+def png(board: Board, sheet: Sheet) -> bytes:
     """Return the page as a PNG file. Raises UsageError if it is too large."""
-    image = raster(board, sheet, dpi)
-    place = round((sheet.left + _RULE + 6) / 25.4 * dpi), round((sheet.height - 8) / 25.4 * dpi)
+    image = raster(board, sheet, _DPI)
+    place = round((sheet.left + _RULE + 6) / 25.4 * _DPI), round((sheet.height - 8) / 25.4 * _DPI)
     text = _caption(board).encode("ascii", "replace").decode()
-    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, dpi / 300, 0, max(1, dpi // 150), cv2.LINE_AA)
+    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, _DPI / 300, 0, max(1, _DPI // 150), cv2.LINE_AA)
     encoded, content = cv2.imencode(".png", image)
     if not encoded:
         raise UsageError(f"a page of {image.shape[1]}×{image.shape[0]} pixels is too large for PNG; take PDF")
     file = content.tobytes()
     # It follows the signature of 8 bytes and the IHDR chunk of 25 (PNG specification, 11.3.4.3).
-    body = b"pHYs" + struct.pack(">IIB", *[round(dpi / 0.0254)] * 2, 1)
+    body = b"pHYs" + struct.pack(">IIB", *[round(_DPI / 0.0254)] * 2, 1)
     chunk = struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
     return file[:33] + chunk + file[33:]
 

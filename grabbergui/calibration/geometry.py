@@ -107,15 +107,15 @@ def vector_from_pose(matrix: Pose) -> Vector:
     return np.concatenate((matrix[:3, 3], vector_from_rotation(matrix[:3, :3])))
 
 
-def diff(start: Pose, end: Pose, seconds: float = 1.0) -> Vector:
-    """Return the constant twist that moves `start` to `end` in `seconds`; KDL's `diff`."""
+def diff(start: Pose, end: Pose) -> Vector:
+    """Return the constant twist that moves `start` to `end` in one second; KDL's `diff`."""
     turn = start[:3, :3] @ vector_from_rotation(start[:3, :3].T @ end[:3, :3])
-    return np.concatenate((end[:3, 3] - start[:3, 3], turn)) / seconds
+    return np.concatenate((end[:3, 3] - start[:3, 3], turn))
 
 
-def add_delta(start: Pose, twist: Vector, seconds: float = 1.0) -> Pose:
-    """Return the pose after a constant twist for `seconds`; KDL's `addDelta`."""
-    return pose(rotation_from_vector(twist[3:] * seconds) @ start[:3, :3], start[:3, 3] + twist[:3] * seconds)
+def add_delta(start: Pose, twist: Vector) -> Pose:
+    """Return the pose after one second of a constant twist; KDL's `addDelta`."""
+    return pose(rotation_from_vector(twist[3:]) @ start[:3, :3], start[:3, 3] + twist[:3])
 
 
 def angle_between(first: Pose, second: Pose) -> float:

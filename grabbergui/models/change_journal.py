@@ -220,13 +220,11 @@ class ChangeJournal:
 
     def __init__(
         self,
-        most: int = MOST_CHANGES,
         *,
         clock: Callable[[], float] = time.monotonic,
         time_of_day: Callable[[], float] = time.time,
     ) -> None:
         self._log: OrderedDict[int, Change] = OrderedDict()
-        self._most = most
         self._latest: dict[SettingKey | Origin, tuple[int, float]] = {}
         "Number and time of the operator's last change, and of the last change of each setting by others."
         self._history = _UndoHistory()
@@ -395,7 +393,7 @@ class ChangeJournal:
         cause = self._cause if origin is Origin.OPERATOR else ""
         change = Change(self._count, self._time_of_day(), key, before, after, origin, cause, command)
         self._log[change.number] = change
-        while len(self._log) > self._most:
+        while len(self._log) > MOST_CHANGES:
             self._log.popitem(last=False)
         return change
 

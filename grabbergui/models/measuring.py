@@ -58,15 +58,15 @@ class Histogram:
         sums: NDArray[np.int64] = counts.reshape(min(most, counts.size), -1).sum(axis=1)
         return sums
 
-    def levels(self, share: float = LEFT_OUT) -> tuple[float, float]:
-        """Return black and white as fractions of the range; `share` of the samples lies beyond each.
+    def levels(self) -> tuple[float, float]:
+        """Return black and white as fractions of the range; `LEFT_OUT` of the samples lies beyond each.
 
         They are the same for all channels, so that levels add no colour cast.
         """
         counts = sum(self.channels.values(), np.zeros(1 << self.depth, np.int64))
         sums = np.cumsum(counts)
-        black = int(np.searchsorted(sums, share * sums[-1], side="right"))
-        white = int(np.searchsorted(sums, (1 - share) * sums[-1], side="left"))
+        black = int(np.searchsorted(sums, LEFT_OUT * sums[-1], side="right"))
+        white = int(np.searchsorted(sums, (1 - LEFT_OUT) * sums[-1], side="left"))
         top = (1 << self.depth) - 1
         return black / top, max(black + 1, white) / top
 

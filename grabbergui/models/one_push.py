@@ -177,8 +177,8 @@ EXPOSURE_TOLERANCE = 0.02
 EXPOSURE_STEPS = 16
 
 
-def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGET) -> str:
-    """Set exposure time and gain so that the mean of a region reaches the target; return the outcome.
+def expose(run: TuningRun, region: Region | None) -> str:
+    """Set exposure time and gain so that the mean of a region reaches `EXPOSURE_TARGET`; return the outcome.
 
     Lengthens the time before raising gain, as far as the frame rate allows, and lowers gain before shortening
     the time. Switches automatic modes off. Raises TuningError if the light does not settle, FeatureError,
@@ -190,12 +190,12 @@ def expose(run: TuningRun, region: Region | None, target: float = EXPOSURE_TARGE
     light = run.light(region)
     for turn in range(EXPOSURE_STEPS):
         text = translate("Tuning", "{0:.0%} of white, aim {1:.0%} · {2}")
-        run.say(turn / EXPOSURE_STEPS, text.format(light.mean, target, _exposure_text(parameters)))
-        if abs(light.mean - target) <= EXPOSURE_TOLERANCE:
+        run.say(turn / EXPOSURE_STEPS, text.format(light.mean, EXPOSURE_TARGET, _exposure_text(parameters)))
+        if abs(light.mean - EXPOSURE_TARGET) <= EXPOSURE_TOLERANCE:
             text = translate("Tuning", "Exposed: {0:.0%} of white with {1}")
             return text.format(light.mean, _exposure_text(parameters))
-        if not _adjust_light(run, parameters, light_factor(light.mean, light.saturated, target)):
-            return _at_the_end(light, target, parameters)
+        if not _adjust_light(run, parameters, light_factor(light.mean, light.saturated, EXPOSURE_TARGET)):
+            return _at_the_end(light, parameters)
         light = run.light(region)
     text = translate(
         "Tuning",
@@ -242,8 +242,8 @@ def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: flo
     return False
 
 
-def _at_the_end(light: Light, target: float, parameters: list[TuningParameter]) -> str:
-    if light.mean < target:
+def _at_the_end(light: Light, parameters: list[TuningParameter]) -> str:
+    if light.mean < EXPOSURE_TARGET:
         text = translate(
             "Tuning",
             "As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2};"
@@ -254,7 +254,7 @@ def _at_the_end(light: Light, target: float, parameters: list[TuningParameter]) 
             "Tuning",
             "As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help",
         )
-    return text.format(light.mean, target, _exposure_text(parameters))
+    return text.format(light.mean, EXPOSURE_TARGET, _exposure_text(parameters))
 
 
 def _exposure_text(parameters: list[TuningParameter]) -> str:

@@ -77,8 +77,7 @@ class ComponentJoiner:
     in the order of their arrival, and late components are dropped.
     """
 
-    def __init__(self, wait: float = WAIT) -> None:
-        self._wait = wait
+    def __init__(self) -> None:
         self._waiting: deque[_Waiting] = deque()
         self._parts: dict[str, OrderedDict[int, Frame]] = {}
         self._punctual: set[str] = set()
@@ -91,7 +90,7 @@ class ComponentJoiner:
     @property
     def deadline(self) -> float | None:
         """Time at which `due` returns an image; None while no image waits."""
-        return self._waiting[0].arrived + self._wait if self._waiting else None
+        return self._waiting[0].arrived + WAIT if self._waiting else None
 
     def image(self, frame: Frame, now: float) -> list[Frame]:
         """Take an image that arrived at `now` (seconds); return the complete images."""
@@ -116,7 +115,7 @@ class ComponentJoiner:
             self._parts[name] = OrderedDict()
         if stamp in self._arrivals:
             self.late += 1
-            if now - self._arrivals[stamp] <= self._wait:
+            if now - self._arrivals[stamp] <= WAIT:
                 self._punctual.add(name)
             return []
         for waiting in self._waiting:
@@ -135,7 +134,7 @@ class ComponentJoiner:
     def due(self, now: float) -> list[Frame]:
         """Return the images that have waited long enough, without the components they lack."""
         for waiting in self._waiting:
-            if now - waiting.arrived >= self._wait:
+            if now - waiting.arrived >= WAIT:
                 self._punctual -= waiting.missing
                 waiting.missing.clear()
         return self._complete()

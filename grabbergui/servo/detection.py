@@ -180,7 +180,7 @@ def installed_model() -> Path | None:
 class CascadeFaceDetector(FaceDetector):
     """Faces from the front by a Haar cascade. Use from one thread."""
 
-    def __init__(self, calibration: Calibration, search_width: int = _CASCADE_WIDTH) -> None:
+    def __init__(self, calibration: Calibration) -> None:
         """The calibration may be nominal: it only turns pixels into directions."""
         folder = getattr(getattr(cv2, "data", None), "haarcascades", "")
         path = Path(folder) / _CASCADE_FILE
@@ -190,14 +190,13 @@ class CascadeFaceDetector(FaceDetector):
             )
         self._cascade = cv2.CascadeClassifier(str(path))
         self._calibration = calibration
-        self._search_width = search_width
 
     @override
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
         region = _region(grey, near)
         if min(region.grey.shape) < _FEWEST_PIXELS:
             return []
-        factor: float = max(1, round(grey.shape[1] / self._search_width))
+        factor: float = max(1, round(grey.shape[1] / _CASCADE_WIDTH))
         smallest, largest = _SMALLEST, 0
         if near is not None:
             factor = max(1.0, near[2] / _FOLLOWED)
@@ -219,7 +218,7 @@ class CascadeFaceDetector(FaceDetector):
 class YuNetFaceDetector(FaceDetector):
     """Faces by OpenCV's FaceDetectorYN with a model file of its zoo. Use from one thread."""
 
-    def __init__(self, model: Path, calibration: Calibration, search_pixels: int = _NETWORK_PIXELS) -> None:
+    def __init__(self, model: Path, calibration: Calibration) -> None:
         """The calibration may be nominal. Raises UsageError for a file that is no YuNet model."""
         if not model.is_file():
             raise UsageError(
@@ -231,14 +230,13 @@ class YuNetFaceDetector(FaceDetector):
         except cv2.error as error:
             raise UsageError(f"{model} is no YuNet model: {error}") from error
         self._calibration = calibration
-        self._search_pixels = search_pixels
 
     @override
     def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
         region = _region(grey, near)
         if min(region.grey.shape) < _FEWEST_PIXELS:
             return []
-        factor = math.sqrt(grey.size / self._search_pixels) if near is None else near[2] / _FOLLOWED
+        factor = math.sqrt(grey.size / _NETWORK_PIXELS) if near is None else near[2] / _FOLLOWED
         factor = max(1.0, factor)
         reduced = _brightened(_reduced(region.grey, factor))
         self._network.setInputSize((reduced.shape[1], reduced.shape[0]))

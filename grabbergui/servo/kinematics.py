@@ -23,6 +23,9 @@ AT_LIMIT = 1e-3
 "Radians from a joint's limit within which the joint counts as being at it."
 STRETCHED = 0.05
 "Singular value of the Jacobian (m/rad or rad/rad) below which the arm hardly moves in a direction."
+_INVERSE_STEPS = 300
+_REACHED = 1e-6
+"Largest remaining error, metres or radians, at which the goal counts as reached."
 
 
 class Chain(ABC):
@@ -102,14 +105,12 @@ class Chain(ABC):
             return f"{self.name} is stretched or folded so that it cannot move that way"
         return ""
 
-    def inverse(
-        self, goal: Pose, start: ArrayLike, steps: int = 300, tolerance: float = 1e-6
-    ) -> Vector | None:
+    def inverse(self, goal: Pose, start: ArrayLike) -> Vector | None:
         """Return angles within the limits that bring the tool to `goal`; None if none are found."""
         angles: Vector = self.checked(start).copy()
-        for _ in range(steps):
+        for _ in range(_INVERSE_STEPS):
             error = diff(self.forward(angles), goal)
-            if float(np.abs(error).max()) < tolerance:
+            if float(np.abs(error).max()) < _REACHED:
                 return angles
             moved = self.velocities_for(angles, error, damping=1e-3)
             angles = self.clamped(angles + np.clip(moved, -0.2, 0.2))

@@ -107,18 +107,15 @@ def _quoted(argument: str) -> str:
 UDEV_RULE_NAME = "70-grabbergui-u3v.rules"
 UDEV_RULE = RESOURCES / "udev" / UDEV_RULE_NAME
 UDEV_RULES = Path("/etc/udev/rules.d")
+_PACKAGED_UDEV_RULES = Path("/usr/lib/udev/rules.d")
 _UDEV_TIME = 10.0
 """Seconds that udev may take to read its rules."""
 
 
-def installed_udev_rule(
-    folder: Path = UDEV_RULES, packaged: Path = Path("/usr/lib/udev/rules.d")
-) -> Path | None:
-    """Return the installed rule, of this user's system or of a package; None without one."""
-    for place in (folder / UDEV_RULE_NAME, packaged / UDEV_RULE_NAME):
-        if place.is_file():
-            return place
-    return None
+def installed_udev_rule(folder: Path) -> Path | None:
+    """Return the rule that is installed in `folder` or by a package; None without one."""
+    places = (folder / UDEV_RULE_NAME, _PACKAGED_UDEV_RULES / UDEV_RULE_NAME)
+    return next((place for place in places if place.is_file()), None)
 
 
 def install_udev_rule(folder: Path = UDEV_RULES) -> Path:
@@ -135,12 +132,12 @@ def install_udev_rule(folder: Path = UDEV_RULES) -> Path:
     return target
 
 
-def remove_udev_rule(folder: Path = UDEV_RULES) -> Path | None:
+def remove_udev_rule() -> Path | None:
     """Remove the rule and let udev know; return where it was, None where there was none.
 
     Raises AccessDeniedError.
     """
-    target = folder / UDEV_RULE_NAME
+    target = UDEV_RULES / UDEV_RULE_NAME
     try:
         target.unlink()
     except FileNotFoundError:

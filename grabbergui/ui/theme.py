@@ -242,10 +242,10 @@ class _IconEngine(QIconEngine):
         return _IconEngine(self._name, self._enabled, self._disabled)
 
 
-def icon_pixmap(name: str, beside: QWidget, size: int, colour: QColor | None = None) -> QPixmap:
+def icon_pixmap(name: str, beside: QWidget, size: int) -> QPixmap:
     """Return a pixmap of an icon, `size` logical pixels wide, for a label."""
     ratio = beside.devicePixelRatioF()
-    drawn = _drawn(name, colour or beside.palette().color(QPalette.WindowText), round(size * ratio))
+    drawn = _drawn(name, beside.palette().color(QPalette.WindowText), round(size * ratio))
     drawn.setDevicePixelRatio(ratio)
     return drawn
 

@@ -29,20 +29,18 @@ def test_every_angle_from_none_to_half_a_turn(axis, angle):
     assert min(np.abs(back - vector).max(), np.abs(back + vector).max()) < 1e-6
 
 
-@given(vectors, vectors, vectors, vectors, st.floats(0.01, 10))
-def test_a_twist_leads_from_one_pose_to_the_other(p, r, q, s, seconds):
+@given(vectors, vectors, vectors, vectors)
+def test_a_twist_leads_from_one_pose_to_the_other(p, r, q, s):
     start = geometry.pose(geometry.rotation_from_vector(r), p)
     end = geometry.pose(geometry.rotation_from_vector(s), q)
-    assert geometry.add_delta(start, geometry.diff(start, end, seconds), seconds) == pytest.approx(
-        end, abs=1e-5
-    )
+    assert geometry.add_delta(start, geometry.diff(start, end)) == pytest.approx(end, abs=1e-5)
 
 
 def test_diff_is_along_the_base_s_axes():
     """Worked by hand: turned by 90° about z, then by 0.1 rad about its own x, which is the base's y."""
     start = geometry.pose(geometry.rotation_from_vector((0, 0, math.pi / 2)), (1, 2, 3))
     end = start @ geometry.pose(geometry.rotation_from_vector((0.1, 0, 0)), (0, 0.5, 0))
-    assert geometry.diff(start, end, 2.0) == pytest.approx([-0.25, 0, 0, 0, 0.05, 0], abs=1e-12)
+    assert geometry.diff(start, end) == pytest.approx([-0.5, 0, 0, 0, 0.1, 0], abs=1e-12)
 
 
 def test_a_camera_that_looks_at_a_point_has_it_straight_ahead():

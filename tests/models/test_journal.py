@@ -7,6 +7,7 @@ from operator_bench import CAMERA, NETWORK, OPERATOR, UNDO, Bench
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.settings import SettingKey
+from grabbergui.models import change_journal
 from grabbergui.models.change_journal import MOST_STEPS, STEP_PAUSE
 
 
@@ -94,8 +95,8 @@ def test_a_regulated_value_that_swings_back_leaves_no_entry(operator):
     assert operator.log == []
 
 
-def test_log_and_steps_are_bounded(operator):
-    operator.journal._most = 50
+def test_log_and_steps_are_bounded(operator, monkeypatch):
+    monkeypatch.setattr(change_journal, "MOST_CHANGES", 50)
     for turn in range(MOST_STEPS + 20):
         operator.write("Gain", 2.0 + turn % 2)
     assert len(operator.journal.changes) == 50

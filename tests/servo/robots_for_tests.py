@@ -53,7 +53,7 @@ class RecordingRobot(Robot):
     def advance(self, now, seconds):
         if not self.frozen:
             self.head = teo.HEAD.clamped(self.head + self.velocity * seconds)
-            self.hand = geometry.add_delta(self.hand, self.twist, seconds)
+            self.hand = geometry.add_delta(self.hand, self.twist * seconds)
         if not self.silent:
             self.time = now
 

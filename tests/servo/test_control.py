@@ -171,7 +171,7 @@ def test_the_hand_comes_to_rest_at_the_goal_without_passing_it():
     controller, marker = arm(), marker_at()
     hand = away(controller, marker, 0.3, 0.6)
     for _ in range(500):
-        hand = geometry.add_delta(hand, controller.approach(hand, marker, DT), DT)
+        hand = geometry.add_delta(hand, controller.approach(hand, marker, DT) * DT)
         assert hand[0, 3] <= controller.goal(marker)[0, 3] + 1e-9
     assert controller.arrived
     assert not controller.approach(hand, marker, DT).any()

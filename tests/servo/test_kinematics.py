@@ -49,7 +49,7 @@ def test_the_jacobian_is_the_derivative(chain):
         for joint in range(len(chain.joints)):
             moved = angles.copy()
             moved[joint] += step
-            numeric = geometry.diff(chain.forward(angles), chain.forward(moved), step)
+            numeric = geometry.diff(chain.forward(angles), chain.forward(moved)) / step
             assert jacobian[:, joint] == pytest.approx(numeric, abs=1e-5)
 
 

@@ -85,7 +85,7 @@ def test_the_jacobian_is_the_derivative(model, part):
         for joint in range(len(angles)):
             moved = angles.copy()
             moved[joint] += step
-            numeric = geometry.diff(chain.forward(angles), chain.forward(moved), step)
+            numeric = geometry.diff(chain.forward(angles), chain.forward(moved)) / step
             assert jacobian[:, joint] == pytest.approx(numeric, abs=1e-5)
 
 

@@ -145,7 +145,6 @@ class IpConfiguration:
     current_ip: str
     ways: IpConfigurationBit
     "Ways tried at power-on."
-    supported: IpConfigurationBit
     persistent_ip: str = NONE
     persistent_mask: str = NONE
     persistent_gateway: str = NONE
@@ -171,7 +170,6 @@ def read_configuration(device: Device) -> IpConfiguration:
     return IpConfiguration(
         current_ip=_address(device, Register.CURRENT_IP),
         ways=_bits(device, Register.CURRENT_IP_CONFIGURATION),
-        supported=_bits(device, Register.SUPPORTED_IP_CONFIGURATION),
         persistent_ip=_address(device, Register.PERSISTENT_IP),
         persistent_mask=_address(device, Register.PERSISTENT_SUBNET_MASK),
         persistent_gateway=_address(device, Register.PERSISTENT_GATEWAY),

@@ -265,9 +265,8 @@ class ValueWatch:
     sampled = Signal(float, dict, dict)
     """Time of the read (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
 
-    def __init__(self, period: float = WATCH_PERIOD, time_of_day: Callable[[], float] = time.time) -> None:
+    def __init__(self, period: float = WATCH_PERIOD) -> None:
         self._period = period
-        self._time_of_day = time_of_day
         self._names: tuple[str, ...] = ()
         self._source: tuple[FrameGrabber, FeatureWorker] | None = None
         self._wanted = False
@@ -348,7 +347,7 @@ class ValueWatch:
             if reading != self._reading or self._source is None:
                 return
             self._submit(self._source, reading, delay)
-        self.sampled.emit(self._time_of_day(), values, units)
+        self.sampled.emit(time.time(), values, units)
 
 
 def _as_number(feature: Feature) -> float:

@@ -36,6 +36,10 @@ _ARM_FRESH = 0.3
 "Seconds by which the arm's angles may be older than the head's."
 
 
+_LOCAL = "/grabbergui/servo"
+"Beginning of our ports' names."
+
+
 class TeoOverYarp(Robot):
     """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on the connections' threads.
 
@@ -46,7 +50,6 @@ class TeoOverYarp(Robot):
         self,
         names: NameClient,
         remote: str = "/teoSim",
-        local: str = "/grabbergui/servo",
         *,
         listen_only: bool = False,
     ) -> None:
@@ -55,12 +58,12 @@ class TeoOverYarp(Robot):
         self._remote = remote
         self._listen_only = listen_only
         self._names = names
-        self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
-        self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
+        self._head_commands = OutputPort(f"{_LOCAL}{HEAD}/command:o", names)
+        self._arm_commands = OutputPort(f"{_LOCAL}{ARM}/command:o", names)
         self._readings: dict[str, tuple[float, np.ndarray]] = {}
 
         def listener(part: str, port: str, read: Callable[[Bottle], np.ndarray]) -> InputPort:
-            return _ReadingPort(f"{local}{port}/state:i", names, part, self._readings, read)
+            return _ReadingPort(f"{_LOCAL}{port}/state:i", names, part, self._readings, read)
 
         self._head_state = listener("head", HEAD, lambda bottle: teo_messages.read_encoders(bottle, 2))
         self._arm_state = listener("hand", ARM, teo_messages.read_status)

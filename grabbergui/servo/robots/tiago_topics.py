@@ -121,20 +121,13 @@ class TrajectoryTopic:
 class TiagoTopics:
     """Controllers of head and hand, and the broadcaster of joint states, as one node."""
 
-    def __init__(
-        self,
-        robot: SimRobot,
-        topics: Topics | None = None,
-        node_name: str = "tiago",
-        *,
-        stock: bool = False,
-    ) -> None:
+    def __init__(self, robot: SimRobot, topics: Topics | None = None, *, stock: bool = False) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2."""
         topics = topics or Topics()
         require_packages(*messages.PACKAGES)
         self._robot = robot
         self._topics = topics
-        self._ros = Ros2Node(node_name)
+        self._ros = Ros2Node("tiago")
         from sensor_msgs.msg import JointState
 
         node = self._ros.node

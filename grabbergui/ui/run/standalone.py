@@ -113,35 +113,21 @@ def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> Cali
 
 
 def hand_eye(
-    stand: HandEyeStand,
-    seconds: float | None = None,
-    screenshot: Path | None = None,
-    theme: Theme = Theme.AUTO,
-    stop: threading.Event | None = None,
+    stand: HandEyeStand, theme: Theme = Theme.AUTO, stop: threading.Event | None = None
 ) -> HandEyeResult | None:
-    """Show the hand–eye calibration until its dialog is closed or the time is up; return the newest result.
+    """Show the hand–eye calibration until its dialog is closed; return the newest result.
 
-    The robot rests on return. Setting `stop` stops it, then closes the dialog. Raises UnsavedError.
+    The robot rests on return. Setting `stop` stops it, then closes the dialog.
     """
-    app = application()
-    dress(app, look(theme, screenshot is not None))
+    dress(application(), look(theme))
     dialog = HandEyeDialog()
     controller = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
     model = controller.model
-    shot = _Screenshot(screenshot)
-
-    def end() -> None:
-        shot.take(dialog)
-        dialog.reject()
-
-    if seconds is not None:
-        QTimer.singleShot(round(seconds * 1000), end)
     try:
         with closed_by(stop, dialog.reject):
             dialog.exec_()
     finally:
         model.close(ENDING_S)
-    shot.check()
     return None if model.solution is None else model.solution.result
 
 

@@ -226,10 +226,10 @@ class ChangesPanel(QWidget):
         rows = sorted(index.row() for index in selection.selectedRows()) if selection is not None else []
         return tuple(self._changes.change(row) for row in rows) or self._changes.changes
 
-    def tableText(self, changes: Sequence[Change], separator: str = "\t") -> str:
-        """Return changes as lines of text, with the columns' titles."""
+    def tableText(self, changes: Sequence[Change]) -> str:
+        """Return changes as lines of text, columns separated by tabs, with the columns' titles."""
         lines = [self._changes.titles, *(self._changes.texts(change) for change in changes)]
-        return "".join(f"{separator.join(line)}\n" for line in lines)
+        return "".join("\t".join(line) + "\n" for line in lines)
 
     def _wanted(self, change: Change) -> bool:
         return change.origin in _WHOSE[self.whoseBox.currentIndex()]
