@@ -45,6 +45,16 @@ class Region:
         right, bottom = min(max(self.right, left + 1), width), min(max(self.bottom, top + 1), height)
         return Region(left, top, right - left, bottom - top)
 
+    @classmethod
+    def of(cls, frame: SensorImage, region: Region | None = None) -> Region:
+        """Return the part of a region inside a frame, at least one pixel; the whole frame if None."""
+        whole = cls(0, 0, frame.width, frame.height)
+        return whole if region is None else region.clipped(whole.width, whole.height)
+
+    def scale_within(self, size: tuple[int, int] | None) -> float:
+        """Return the factor that reduces it to (width, height); 1 if it fits, or without a size."""
+        return min(1.0, size[0] / self.width, size[1] / self.height) if size else 1.0
+
 
 @dataclass(frozen=True, eq=False)
 class DisplayImage:
@@ -85,9 +95,8 @@ def for_display(
     """
     unpacking.check(frame)
     family = frame.pixel_format.family
-    region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
-    region = _whole_cells(region, frame)
-    if family is Family.BAYER and _scale(region, size) <= 0.5 and min(region.width, region.height) > 1:
+    region = _whole_cells(Region.of(frame, region), frame)
+    if family is Family.BAYER and region.scale_within(size) <= 0.5 and min(region.width, region.height) > 1:
         # At half the size or less, each cell of four pixels becomes one, without interpolation. A last line
         # or column that is not a whole cell is omitted.
         region = Region(region.x, region.y, region.width & ~1, region.height & ~1)
@@ -174,17 +183,13 @@ def _demosaiced_part(frame: SensorImage, region: Region) -> NDArray[np.uint8]:
     return rgb[top : top + region.height, left : left + region.width]
 
 
-def _scale(region: Region, size: tuple[int, int] | None) -> float:
-    return min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
-
-
 def _reduced(image: NDArray[np.uint8], region: Region, size: tuple[int, int] | None) -> NDArray[np.uint8]:
     """Reduce the image of a region to at most `size`: halve it as often as possible, then interpolate.
 
     Halving averages four pixels in one vectorised pass, many times cheaper than an exact area average. The
     remaining factor is less than two, so linear interpolation skips no pixel.
     """
-    scale = _scale(region, size)
+    scale = region.scale_within(size)
     # The caller may have rounded `size`, so that its aspect ratio differs from the region's; never exceed it.
     width, height = (max(1, round(side * scale)) for side in (region.width, region.height))
     if size:

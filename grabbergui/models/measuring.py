@@ -92,7 +92,7 @@ def measurable(frame: Frame, region: Region | None = None) -> tuple[NDArray[Any]
     They are the sensor's own values if its channels share a depth and a white level; otherwise what the
     display shows, as Mono8 or RGB8. Raises PixelFormatError.
     """
-    region = region or Region(0, 0, frame.width, frame.height)
+    region = Region.of(frame, region)
     pixel_format = frame.pixel_format
     shared = pixel_format.kind == "u" and not pixel_format.needs_range and not pixel_format.fields
     if shared and pixel_format.family not in (Family.SPARSE, Family.BICOLOR, Family.OTHER):
@@ -209,7 +209,7 @@ def sharpness(frame: Frame, region: Region | None = None) -> float:
     It is the variance of the Laplacian over the square of the mean, in percent, so that brightness hardly
     matters. Raises PixelFormatError.
     """
-    region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
+    region = Region.of(frame, region)
     # A Bayer pattern itself would look like sharpness, so convert it to colour first.
     pixels = for_display(frame, region).pixels
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY) if pixels.ndim == 3 else pixels

@@ -240,8 +240,7 @@ class Light:
 
 def measure_light(frame: Frame, region: Region | None = None) -> Light:
     """Measure the sensor's values in a region of the frame, by default all of it. Raises PixelFormatError."""
-    region = region or Region(0, 0, frame.width, frame.height)
-    region = _whole_cells(region.clipped(frame.width, frame.height), frame)
+    region = _whole_cells(Region.of(frame, region), frame)
     raw, pixel_format = measurable(frame, region)
     white = (1 << pixel_format.depth) - 1
     sums: dict[str, float] = {}

@@ -132,7 +132,7 @@ class Quantity:
         left, top = region.x // cell, region.y // cell
         right, bottom = -(-region.right // cell), -(-region.bottom // cell)
         region = Region(left * cell, top * cell, (right - left) * cell, (bottom - top) * cell)
-        scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
+        scale = region.scale_within(size)
         width = min(right - left, max(1, round(region.width * scale)))
         height = min(bottom - top, max(1, round(region.height * scale)))
         part = self.samples[top:bottom, left:right]

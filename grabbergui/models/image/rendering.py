@@ -342,7 +342,7 @@ def render(
         size = orientation.view_size(*size)
     calibration = settings.undistorts(frame)
     if calibration is not None:
-        view = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
+        view = Region.of(frame, region)
         wanted = _fitting(view, size)
         # The whole frame in the view's resolution: distortion takes pixels from anywhere.
         region = None
@@ -379,7 +379,7 @@ def _light(
 
 def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
     """Return width and height of a region's image within `size`, never enlarged."""
-    scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
+    scale = region.scale_within(size)
     return max(1, round(region.width * scale)), max(1, round(region.height * scale))
 
 
