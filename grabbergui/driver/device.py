@@ -172,6 +172,24 @@ class StreamSlot:
         return stream.statistics() if stream is not None else replace(self._last)
 
 
+MAX_PAYLOAD_BYTES = 1 << 30
+"Largest payload of a frame; a camera that announces more is faulty."
+
+
+def check_payload_size(size: int) -> None:
+    """Raise TransportError for a size of payloads that no stream can be opened for."""
+    if not 0 < size <= MAX_PAYLOAD_BYTES:
+        raise TransportError(f"the camera announces frames of {size} bytes; check PayloadSize")
+
+
+def deliver_or_log(deliver: Callable[[Frame], None], frame: Frame) -> None:
+    """Deliver a frame; log the failure of a consumer, which must not end the stream."""
+    try:
+        deliver(frame)
+    except Exception:
+        log.exception("a consumer of frames failed")
+
+
 def with_texts(info: DeviceInfo, texts: Mapping[str, str]) -> DeviceInfo:
     """Return `info` with the texts of a camera's registers, except those that are empty."""
     return replace(info, **{name: text for name, text in texts.items() if text})

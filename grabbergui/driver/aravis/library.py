@@ -35,7 +35,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log
 
 log = logging.getLogger(__name__)
 
@@ -241,7 +241,6 @@ def _text(raw: bytes | None) -> str:
 
 
 # -- streams -------------------------------------------------------------------------------------
-MAX_PAYLOAD_BYTES = 1 << 30
 QUEUED = 8
 "Number of buffers that Aravis holds to fill."
 WAIT_US = 100_000
@@ -271,8 +270,7 @@ class AravisStream:
     ) -> None:
         """`deliver` is called on the receiving thread and must not wait. Raises TransportError."""
         size = request.payload_size
-        if not 0 < size <= MAX_PAYLOAD_BYTES:
-            raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
+        check_payload_size(size)
         self._library = library
         self._deliver = deliver
         self._pool = BufferPool(size)
@@ -352,10 +350,7 @@ class AravisStream:
             library.g_object_unref(buffer)
             del array
             if frame is not None:
-                try:
-                    self._deliver(frame)
-                except Exception:
-                    log.exception("a consumer of frames failed")
+                deliver_or_log(self._deliver, frame)
             del frame
 
     def _frame(self, buffer: int, array: NDArray[np.uint8]) -> Frame | None:

@@ -38,7 +38,7 @@ from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log
 
 log = logging.getLogger(__name__)
 
@@ -209,7 +209,6 @@ def text_of(module: Any, attribute: str) -> str:
 BUFFERS = 16
 LOOK_PERIOD = 0.001
 """Seconds between checks for filled buffers: waiting inside the producer would hold the GIL."""
-MAX_PAYLOAD_BYTES = 1 << 30
 ERRORS_IN_A_ROW = 10
 "Consecutive errors, a tenth of a second apart, after which the camera counts as lost."
 
@@ -271,8 +270,7 @@ class GentlStream:
     def _begin(self, request: StreamRequest) -> None:
         stream = self._stream
         size = stream.payload_size if stream.defines_payload_size() else request.payload_size
-        if not 0 < size <= MAX_PAYLOAD_BYTES:
-            raise TransportError(f"the camera announces images of {size} bytes; check PayloadSize")
+        check_payload_size(size)
         fewest = stream.buffer_announce_min + 1
         for index in range(max(fewest, min(BUFFERS, POOL_MEMORY // size))):
             memory = bytes(size)  # the only type that the binding accepts; the producer writes into it
@@ -333,10 +331,7 @@ class GentlStream:
                 self._stopping.wait(0.1)
                 continue
             if frame is not None:
-                try:
-                    self._deliver(frame)
-                except Exception:
-                    log.exception("a consumer of frames failed")
+                deliver_or_log(self._deliver, frame)
             del frame
 
     def _queue_free(self) -> None:

@@ -31,7 +31,7 @@ from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SimulatedOptions, SourceUri, read_options
-from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, deliver_or_log
 from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader
 from grabbergui.driver.sim import registers as reg
@@ -160,10 +160,7 @@ class SimulatedDevice(Device):
             self._rate.add(used)
             frame = self._frame(plan, buffer[:used])
             del buffer
-            try:
-                deliver(frame)
-            except Exception:
-                log.exception("a consumer of frames failed")
+            deliver_or_log(deliver, frame)
             del frame  # else its buffer would be in use until the next one is made
 
     def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:

@@ -34,7 +34,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, StreamSlot
+from grabbergui.driver.device import Device, StreamRequest, StreamSlot, deliver_or_log
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
 from grabbergui.driver.v4l2.video import (
@@ -324,10 +324,7 @@ class V4l2Stream:
                 frame = self._frame(filled)
                 self._video.queue(filled.index)
                 if frame is not None:
-                    try:
-                        self._deliver(frame)
-                    except Exception:
-                        log.exception("a consumer of frames failed")
+                    deliver_or_log(self._deliver, frame)
                 del frame
         except (GrabberError, OSError) as error:
             if not self._stopping.is_set():

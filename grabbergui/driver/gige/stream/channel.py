@@ -17,7 +17,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device import StreamRequest, check_payload_size
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.bootstrap import (
     PORT_MASK,
@@ -55,8 +55,6 @@ from grabbergui.driver.gige.stream.sockets import (
 
 log = logging.getLogger(__name__)
 
-MAX_PAYLOAD_BYTES = 1 << 30
-"Largest payload of a frame; a camera that announces more is faulty."
 BURST_SHARE = 0.25
 "Share of the socket's buffer that resent packets may take, which arrive in one burst."
 READY_BUFFERS = 4
@@ -107,10 +105,7 @@ class Stream:
         """Start to receive. Raises TransportError, AccessDeniedError, and as registers do."""
         self.close()
         self._statistics = StreamStatistics()
-        if not 0 < request.payload_size <= MAX_PAYLOAD_BYTES:
-            raise TransportError(
-                f"the camera announces frames of {request.payload_size} bytes; check PayloadSize"
-            )
+        check_payload_size(request.payload_size)
         receiver = self._open_socket(request.payload_size)
         try:
             flags = self._memory.read_register(self._channel.packet_size)
