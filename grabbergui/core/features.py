@@ -46,6 +46,13 @@ class AccessMode(Enum):
         """Whether a value can be written, or a command executed."""
         return self in (AccessMode.WRITE_ONLY, AccessMode.READ_WRITE)
 
+    @property
+    def without_writing(self) -> AccessMode:
+        """What is left of it for those who may not write."""
+        if not self.writable:
+            return self
+        return AccessMode.READ_ONLY if self.readable else AccessMode.NOT_AVAILABLE
+
 
 class Visibility(IntEnum):
     """The level of users that a feature is meant for; each level includes those below it."""

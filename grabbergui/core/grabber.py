@@ -193,11 +193,7 @@ class FrameGrabber(ABC):
             if locked and self.streaming and self.pauses_for(feature.name):
                 return replace(feature, access=AccessMode.READ_WRITE, pauses_stream=True)
             return feature
-        if not feature.access.writable:
-            return feature
-        readable = feature.access.readable
-        access = AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE
-        return replace(feature, access=access, pauses_stream=False)
+        return replace(feature, access=feature.access.without_writing, pauses_stream=False)
 
     @abstractmethod
     def execute(self, name: str) -> None:

@@ -170,10 +170,7 @@ class Camera(FrameGrabber):
         with self._explaining_loss():
             feature = nodes.feature(name)
         ours = self._access is Access.CONTROL and name != acquisition.TRANSPORT_LOCK
-        if feature.access.writable and not ours:
-            readable = feature.access.readable
-            feature = replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
-        return feature
+        return feature if ours else replace(feature, access=feature.access.without_writing)
 
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
