@@ -100,20 +100,13 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
     @property
     def seen(self) -> QRectF:
         """The visible part in fractions of the image; beyond 0 … 1 if the view is larger."""
-        (width, height), rect = self._item.frame_size, self._box.viewRect()
-        if not width or not height:
-            return QRectF(0, 0, 1, 1)
-        return QRectF(rect.x() / width, rect.y() / height, rect.width() / width, rect.height() / height)
+        return self._item.toFractions(self._box.viewRect())
 
     def setSeen(self, part: QRectF) -> None:
         """Show this part of the image, in fractions of it, as if the user had moved it."""
-        width, height = self._item.frame_size
         if not self._empty:
             self._fitted = False
-            self._box.setRange(
-                QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height),
-                padding=0,
-            )
+            self._box.setRange(self._item.toPixels(part), padding=0)
             self._announce()
 
     def centreOn(self, place: QPointF) -> None:
@@ -141,7 +134,7 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
         x, y = math.floor(point.x()), math.floor(point.y())
         width, height = self._item.frame_size
         if self._empty or not (0 <= x < width and 0 <= y < height):
-            self._leave()
+            self.forgetCursor()
             return
         self._cursor = (x, y)
         self.setCursor(Qt.CursorShape.CrossCursor)
@@ -149,7 +142,10 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
 
     def forgetCursor(self) -> None:
         """Report that the cursor is on no pixel."""
-        self._leave()
+        if self._cursor is not None:
+            self._cursor = None
+            self.unsetCursor()
+            self.cursorLeft.emit()
 
     def toggleFit(self) -> None:
         """Fit, or return to 1:1 if the image is fitted."""
@@ -226,7 +222,7 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
         """Report that the cursor is on no pixel."""
         super().leaveEvent(event)
         self._pointer = None
-        self._leave()
+        self.forgetCursor()
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         """Toggle between fitted and 1:1."""
@@ -280,12 +276,6 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
     def _on_box_moved_by_hand(self, *_: object) -> None:
         self._fitted = False
         self._announce()
-
-    def _leave(self) -> None:
-        if self._cursor is not None:
-            self._cursor = None
-            self.unsetCursor()
-            self.cursorLeft.emit()
 
 
 # -- drawing on it -------------------------------------------------------------------------------

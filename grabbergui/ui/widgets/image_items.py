@@ -40,6 +40,18 @@ class ImageItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has no 
         """Width and height of the whole frame."""
         return self._size
 
+    def toPixels(self, part: QRectF) -> QRectF:
+        """Return a part of the frame, given in fractions of it, in the frame's pixels."""
+        width, height = self._size
+        return QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height)
+
+    def toFractions(self, rect: QRectF) -> QRectF:
+        """Return a rectangle in fractions of the frame; (0, 0, 1, 1) while there is no frame."""
+        width, height = self._size
+        if not width or not height:
+            return QRectF(0, 0, 1, 1)
+        return QRectF(rect.x() / width, rect.y() / height, rect.width() / width, rect.height() / height)
+
     def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size."""
         if (width, height) != self._size:

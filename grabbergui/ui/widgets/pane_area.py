@@ -134,9 +134,8 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     def setSeen(self, part: QRectF) -> None:
         """Show this part of the image."""
-        width, height = self._item.frame_size
-        seen = QRectF(part.x() * width, part.y() * height, part.width() * width, part.height() * height)
-        if width and height and seen != self._box.viewRect():
+        seen = self._item.toPixels(part)
+        if not seen.isEmpty() and seen != self._box.viewRect():
             self._box.setRange(seen, padding=0)
 
     def setMark(self, place: QPointF | None) -> None:
@@ -189,12 +188,8 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self.cursorLeft.emit()
 
     def _on_box_moved_by_hand(self, *_: object) -> None:
-        width, height = self._item.frame_size
-        seen = self._box.viewRect()
-        if width and height:
-            self.moved.emit(
-                QRectF(seen.x() / width, seen.y() / height, seen.width() / width, seen.height() / height)
-            )
+        if all(self._item.frame_size):
+            self.moved.emit(self._item.toFractions(self._box.viewRect()))
 
     def _caption(self) -> None:
         text = place_scale(self.scaleBar, self.rect())
