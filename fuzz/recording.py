@@ -12,11 +12,11 @@ from mcap.writer import CompressionType, Writer
 
 from fuzz._input import Input, erring, refusing
 from grabbergui.calibration import camera_info
-from grabbergui.core import encoded_image
+from grabbergui.core import encoded_image, ros_image
 from grabbergui.core.calibration import Calibration
-from grabbergui.recording import FrameNote, read_notes, rebuilt, ros_image
+from grabbergui.core.ros_image import RosImage
+from grabbergui.recording import FrameNote, read_notes, rebuilt
 from grabbergui.recording.mcap_file import McapRecording
-from grabbergui.recording.ros_image import RosImage
 
 FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 

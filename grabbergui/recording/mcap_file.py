@@ -20,11 +20,12 @@ from lz4.frame import LZ4FrameDecompressor
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from grabbergui.core import ros_encodings
+from grabbergui.core import ros_image
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.ros_image import IMAGE_NAME, TIME_NAME, RosImage, decode_time_reference
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import (
     FrameNote,
@@ -34,12 +35,6 @@ from grabbergui.recording import (
     in_order_of_receipt,
     rebuilt,
     rising,
-)
-from grabbergui.recording.ros_image import (
-    IMAGE_NAME,
-    TIME_NAME,
-    RosImage,
-    decode_time_reference,
 )
 
 log = logging.getLogger(__name__)
@@ -157,7 +152,7 @@ class McapRecording(Recording):
     def _format(self, place: _Place, image: RosImage) -> PixelFormat:
         """Return the format of an image, from the recorder's metadata or else from the encoding."""
         name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY)
-        pixel_format = format_named(name) if name else ros_encodings.format_of(image.encoding)
+        pixel_format = format_named(name) if name else ros_image.format_of(image.encoding)
         if pixel_format is None:
             raise RecordingError(f"{self.path}: images of encoding '{image.encoding[:40]}' cannot be played")
         return pixel_format

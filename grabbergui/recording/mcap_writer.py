@@ -11,16 +11,16 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
-from grabbergui.core import ros_encodings
+from grabbergui.core import ros_image
 from grabbergui.core.component import Component, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.ros_image import RosImage
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.recording import ros_image, unpacked
+from grabbergui.recording import unpacked
 from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
-from grabbergui.recording.ros_image import RosImage
 from grabbergui.recording.writer import RecordingWriter
 
 
@@ -102,7 +102,7 @@ class McapWriter(RecordingWriter):
     def _message(self, image: Frame, part: Component | None, index: int) -> tuple[int, bytes]:
         """Return an image's channel, and the image as a message; `part` is its component, at `index`."""
         pixels, pixel_format = unpacked(image)
-        encoding = ros_encodings.encoding_of(pixel_format)
+        encoding = ros_image.encoding_of(pixel_format)
         if not encoding:
             raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
         pixels = np.ascontiguousarray(pixels)

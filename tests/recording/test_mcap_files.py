@@ -124,7 +124,7 @@ def test_the_mcap_package_reads_what_we_write(tmp_path):
 def test_compressed_files_of_others_are_played(tmp_path):
     from mcap.writer import CompressionType, Writer
 
-    from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
+    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 
     for compression in (CompressionType.ZSTD, CompressionType.LZ4):
         path = tmp_path / f"{compression.name}.mcap"
@@ -164,7 +164,7 @@ def test_a_chunk_is_decompressed_no_further_than_it_announces(tmp_path, name, co
 def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_path):
     from mcap.writer import CompressionType, Writer
 
-    from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
+    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 
     path = tmp_path / "x.mcap"
     with path.open("wb") as file:

@@ -5,9 +5,9 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from grabbergui.core.errors import UsageError
+from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 from grabbergui.recording import RecordingError, mcap_file
 from grabbergui.recording.mcap_file import McapRecording
-from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 
 
 @pytest.fixture
