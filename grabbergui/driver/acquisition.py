@@ -17,7 +17,8 @@ from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.settings import SettingKey, instances
+from grabbergui.core.settings import SettingKey
+from grabbergui.core.settle import instances_of
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.port import ChunkReader
@@ -162,7 +163,7 @@ class Acquisition:
 def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:
     """Write AcquisitionMode Continuous and every TriggerMode Off, except those that are `kept`."""
     modes = [SettingKey(MODE)] if grabber.has_feature(MODE) else []
-    for wanted, keys in (("Continuous", modes), ("Off", _instances(grabber, TRIGGER))):
+    for wanted, keys in (("Continuous", modes), ("Off", instances_of(grabber, TRIGGER))):
         for key in keys:
             if key.name in kept:
                 continue
@@ -199,14 +200,6 @@ def _invalidate_transport_features(nodes: CameraNodeMap) -> None:
 def _offers(feature: Feature, name: str) -> bool:
     """Whether an enumeration has this entry and it is available."""
     return any(entry.name == name and entry.available for entry in feature.entries)
-
-
-def _instances(grabber: FrameGrabber, name: str) -> list[SettingKey]:
-    """Return a feature's settings under all its selectors; none if the camera does not have it."""
-    if not grabber.has_feature(name):
-        return []
-    found, _ = instances(grabber, grabber.selectors.of(name))
-    return [SettingKey(name, selected) for selected in found]
 
 
 # -- events --------------------------------------------------------------------------------------

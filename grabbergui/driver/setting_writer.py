@@ -12,15 +12,8 @@ from typing import NamedTuple
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.settings import (
-    SettingKey,
-    ValueChange,
-    WriteResult,
-    instances,
-    same_value,
-    setting_names,
-    settle,
-)
+from grabbergui.core.settings import SettingKey, ValueChange, WriteResult, same_value, setting_names
+from grabbergui.core.settle import instances_of, settle
 from grabbergui.core.sfnc import (
     AUTO_OFF,
     AUTO_ONCE,
@@ -291,7 +284,6 @@ class SettingWriter:
         """Remember the values that an automatic mode found, which stay when it goes off."""
         self._nodes.invalidate(frozenset(self._regulated_by[mode]))
         for name in self._regulated_by[mode]:
-            for selected in instances(self._grabber, self._grabber.selectors.of(name))[0]:
-                key = SettingKey(name, selected)
+            for key in instances_of(self._grabber, name):
                 if (value := self._grabber.read_setting(key).value) is not None:
                     self.memory.note(key, value)

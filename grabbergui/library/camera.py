@@ -23,7 +23,8 @@ from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import PointCloud, Scan3d
-from grabbergui.core.settings import SettingKey, instances
+from grabbergui.core.settings import SettingKey
+from grabbergui.core.settle import instances_of
 from grabbergui.core.sfnc import frame_period, frame_wait
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
@@ -256,10 +257,7 @@ class Camera(FeatureAccess):
 
     def _triggers_on(self) -> Iterator[SettingKey]:
         """Yield TriggerMode of each trigger that is on."""
-        if not self._grabber.has_feature("TriggerMode"):
-            return
-        found, _ = instances(self._grabber, self._grabber.selectors.of("TriggerMode"))
-        for key in (SettingKey("TriggerMode", selected) for selected in found):
+        for key in instances_of(self._grabber, "TriggerMode"):
             if self._grabber.read_setting(key).value == "On":
                 yield key
 

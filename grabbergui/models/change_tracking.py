@@ -13,7 +13,8 @@ from typing_extensions import override
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.settings import SettingKey, WriteResult, instances, settle
+from grabbergui.core.settings import SettingKey, WriteResult
+from grabbergui.core.settle import instances_of, settle
 from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
@@ -139,10 +140,8 @@ class ChangeTrackingGrabber(SharedGrabber):
 
 def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, FeatureValue]:
     """Return a feature's value under each combination of its selectors, which are restored."""
-    path = grabber.selectors.of(name)
-    with grabber.exclusive(path):
-        keys = [SettingKey(name, selected) for selected in instances(grabber, path)[0]]
-        values = {key: grabber.read_setting(key).value for key in keys}
+    with grabber.exclusive(grabber.selectors.of(name)):
+        values = {key: grabber.read_setting(key).value for key in instances_of(grabber, name)}
     return {key: value for key, value in values.items() if value is not None}
 
 

@@ -9,15 +9,8 @@ from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, FeatureError, UsageError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.core.settings import (
-    BATCH,
-    MAX_INSTANCES,
-    MAX_PASSES,
-    SettingKey,
-    Settled,
-    instances,
-    settle,
-)
+from grabbergui.core.settings import SettingKey
+from grabbergui.core.settle import BATCH, MAX_INSTANCES, MAX_PASSES, Settled, instances, settle
 
 RED, GREEN, BLUE = (
     SettingKey("BalanceRatio", (("BalanceRatioSelector", entry),)) for entry in ("Red", "Green", "Blue")

@@ -17,16 +17,8 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.features import AccessMode, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
-from grabbergui.core.settings import (
-    BATCH,
-    Selected,
-    Selectors,
-    SettingKey,
-    ValueChange,
-    instances,
-    same_value,
-    setting_names,
-)
+from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, same_value, setting_names
+from grabbergui.core.settle import BATCH, instances
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused

@@ -16,7 +16,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.settings import SettingKey, Settled, is_number, same_value, settle
+from grabbergui.core.settings import SettingKey, is_number, same_value
+from grabbergui.core.settle import Settled, settle
 from grabbergui.core.sfnc import as_editable, enabler_of, is_on
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.sensor_region import stream_paused
