@@ -18,8 +18,11 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 
 if TYPE_CHECKING:
+    from grabbergui.core.grabber import FrameGrabber
     from grabbergui.net.yarp.os.name_client import Contact, NameClient
     from grabbergui.net.yarp.os.name_server import NameServer
+    from grabbergui.servo.robots.robot import KinematicModel
+    from grabbergui.servo.robots.simulated import SimRobot
 
 
 def add_commands(commands: Any) -> None:
@@ -185,27 +188,16 @@ def _add_teo(commands: Any) -> None:
 
 
 def _simulate_teo(options: argparse.Namespace) -> int:
-    from grabbergui.core.priority import single_threaded
     from grabbergui.net.yarp.os.carrier import check_port_name
     from grabbergui.net.yarp.os.values import Dialect
     from grabbergui.net.yarp.server import YarpGrabberServer
-    from grabbergui.servo import closed_loop
-    from grabbergui.servo.config import MarkerConfig
     from grabbergui.servo.robots import teo
-    from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.teo_ports import TeoPorts
 
     check_port_name(options.name)
-    if not 1 <= options.fps <= 100:
-        raise UsageError(f"--fps {options.fps:g}: out of range; allowed: 1 to 100")
-    single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
+        robot, camera = _robot_with_camera(teo.MODEL, options.fps, stack)
         names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
-        robot = SimRobot(teo.MODEL)
-        stack.callback(robot.close)
-        camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), options.fps)
-        camera.open()
-        stack.callback(camera.close)
         ports = TeoPorts(robot, names, options.name, Dialect(options.yarp))
         ports.open()
         stack.callback(ports.close)
@@ -238,22 +230,12 @@ def _add_tiago(commands: Any) -> None:
 def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.calibration import camera_info
     from grabbergui.calibration.camera_info import FittedCalibration
-    from grabbergui.core.priority import single_threaded
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop
-    from grabbergui.servo.config import MarkerConfig
-    from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
-    if not 1 <= options.fps <= 100:
-        raise UsageError(f"--fps {options.fps:g}: out of range; allowed: 1 to 100")
-    single_threaded()
     with ExitStack() as stack, stop_on_signals() as stop:
-        robot = SimRobot(servo_robots.tiago_model(options))
-        stack.callback(robot.close)
-        camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), options.fps)
-        camera.open()
-        stack.callback(camera.close)
+        robot, camera = _robot_with_camera(servo_robots.tiago_model(options), options.fps, stack)
         topics = servo_robots.tiago_topics(options)
         # A copy: set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
@@ -275,6 +257,24 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         )
         stop.wait()
     return 0
+
+
+def _robot_with_camera(model: KinematicModel, fps: float, stack: ExitStack) -> tuple[SimRobot, FrameGrabber]:
+    """Return a simulated robot and the open camera on its head, both until the stack ends."""
+    from grabbergui.core.priority import single_threaded
+    from grabbergui.servo import closed_loop
+    from grabbergui.servo.config import MarkerConfig
+    from grabbergui.servo.robots.simulated import SimRobot
+
+    if not 1 <= fps <= 100:
+        raise UsageError(f"--fps {fps:g}: out of range; allowed: 1 to 100")
+    single_threaded()
+    robot = SimRobot(model)
+    stack.callback(robot.close)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), fps)
+    camera.open()
+    stack.callback(camera.close)
+    return robot, camera
 
 
 # -- name servers --------------------------------------------------------------------------------
