@@ -266,15 +266,10 @@ class NumberedFeatures:
             )
 
     def _to_yarp(self, feature: Feature) -> float:
-        value = feature.value
-        if value is None:
-            raise FeatureAccessError(f"{feature.name} cannot be read at the moment", feature.name)
-        if feature.kind is FeatureKind.ENUMERATION:
-            names = [entry.name for entry in feature.entries]
-            value = names.index(str(value)) if value in names else 0
-        if isinstance(value, str):
-            raise FeatureAccessError(f"{feature.name} is text and has no number", feature.name)
-        number = float(value)
+        number = number_of(feature)
+        if number is None:
+            why = "cannot be read at the moment" if feature.value is None else "is text and has no number"
+            raise FeatureAccessError(f"{feature.name} {why}", feature.name)
         span = _span(feature)
         if not self.normalised or span is None:
             return number
@@ -292,16 +287,29 @@ class NumberedFeatures:
         self._grabber.write_setting(key or SettingKey(feature.name), _from_yarp(feature, value))
 
 
+def number_of(feature: Feature) -> float | None:
+    """Return a value as a number, an entry as its place; None for text, or without a value."""
+    value = feature.value
+    if feature.kind is FeatureKind.ENUMERATION and value is not None:
+        names = [entry.name for entry in feature.entries]
+        return float(names.index(str(value))) if value in names else 0.0
+    return None if value is None or isinstance(value, str) else float(value)
+
+
+def entry_at(feature: Feature, place: float) -> str:
+    """Return the name of the entry at a place, from 0 on. Raises FeatureValueError where there is none."""
+    last = len(feature.entries) - 1
+    if not place.is_integer() or not 0 <= place <= last:
+        raise FeatureValueError(f"{feature.name}={place:g}: entries are counted 0 … {last}", feature.name)
+    return feature.entries[int(place)].name
+
+
 def _from_yarp(feature: Feature, value: float) -> FeatureValue:
     """Return a number of YARP's, which knows only doubles, in the feature's own type and on its step."""
     if feature.kind is FeatureKind.FLOAT or value != value or abs(value) == float("inf"):
         return value
     if feature.kind is FeatureKind.ENUMERATION:
-        index = round(value)
-        if not 0 <= index < len(feature.entries):
-            last = len(feature.entries) - 1
-            raise FeatureValueError(f"{feature.name}={value:g}: entries are counted 0 … {last}", feature.name)
-        return feature.entries[index].name
+        return entry_at(feature, float(round(value)))
     if feature.kind is FeatureKind.BOOLEAN:
         return value != 0
     low, step = int(feature.minimum or 0), int(feature.increment or 1)

@@ -127,7 +127,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     components=components,
                 )
                 if not self._refused:  # otherwise once our camera is back
-                    self._stream.open()
+                    self._stream.look()
 
     @override
     def stop(self) -> None:

@@ -153,22 +153,15 @@ class ImageStream:
         self._info_key: object = None
         self._calibration: Calibration | None = None
 
-    def open(self) -> None:
-        """Subscribe."""
-        self.look()
-
     def close(self) -> None:
         """Unsubscribe. May be called twice."""
-        self._unsubscribe()
+        self.pause()
         self._rate.clear()
         if self._components is not None:
             self._components.close()
 
     def pause(self) -> None:
-        """Receive no more images until the next `look`."""
-        self._unsubscribe()
-
-    def _unsubscribe(self) -> None:
+        """Unsubscribe until the next `look`."""
         subscriptions, self._subscriptions = self._subscriptions, []
         for subscription in subscriptions:
             self._node.destroy_subscription(subscription)
@@ -195,7 +188,7 @@ class ImageStream:
             self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")
         reliable = self._reliable and not unable
         if reliable != self._subscribed_reliable or not self._subscriptions:
-            self._unsubscribe()
+            self.pause()
             self._subscribe(reliable)
         if self._components is not None:
             self._components.look()

@@ -11,7 +11,14 @@ from grabbergui.core.errors import AccessDeniedError, FeatureValueError, Grabber
 from grabbergui.core.features import Feature, FeatureKind, format_number, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.net.numbered_features import FeatureId, FeatureMode, FeatureModes, NumberedFeatures
+from grabbergui.net.numbered_features import (
+    FeatureId,
+    FeatureMode,
+    FeatureModes,
+    NumberedFeatures,
+    entry_at,
+    number_of,
+)
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
 from grabbergui.net.ros2.image_publisher import ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
@@ -282,13 +289,8 @@ class GrabberServices:
             answer.value, answer.second_value = self._numbers.values(request.feature)
             answer.text = f"{format_value(answer.value)} {format_value(answer.second_value)}"
             return
-        value = feature.value
-        answer.text = sendable(format_value(value))
-        if feature.kind is FeatureKind.ENUMERATION:
-            names = [entry.name for entry in feature.entries]
-            answer.value = float(names.index(str(value))) if value in names else 0.0
-        elif isinstance(value, (bool, int, float)):
-            answer.value = float(value)
+        answer.text = sendable(format_value(feature.value))
+        answer.value = number_of(feature) or 0.0
 
     # -- the tree --------------------------------------------------------------------------------
     def _ask(self, request: Any, answer: Any) -> Any:
@@ -331,10 +333,7 @@ def _of_kind(feature: Feature, value: float) -> float | bool | str:
     if feature.kind is FeatureKind.BOOLEAN:
         return value != 0
     if feature.kind is FeatureKind.ENUMERATION:
-        if not value.is_integer() or not 0 <= value < len(feature.entries):
-            last = len(feature.entries) - 1
-            raise FeatureValueError(f"{feature.name}={value:g}: entries are counted 0 … {last}", feature.name)
-        return feature.entries[int(value)].name
+        return entry_at(feature, value)
     return value
 
 
