@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import UsageError
+from grabbergui.core.features import parse_switch
 from grabbergui.core.uri import SIMULATED
 
 log = logging.getLogger(__name__)
@@ -236,22 +237,16 @@ _YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wra
 
 
 def _value(key: str, text: str, kind: str, where: str) -> Any:
-    converters: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _switch}
+    converters: dict[str, Callable[[str], Any]] = {
+        "int": int,
+        "float": float,
+        "bool": lambda text: parse_switch(text or "1"),  # a key without a value means yes
+    }
     try:
         return converters.get(kind, str)(text)
     except ValueError:
         wanted = {"int": "a whole number", "float": "a number", "bool": "yes or no"}[kind]
         raise UsageError(f"{where}: {key} {text}: write {wanted}") from None
-
-
-def _switch(text: str) -> bool:
-    """Read a switch; a key without a value means yes."""
-    lowered = text.lower()
-    if lowered in ("", "1", "true", "on", "yes"):
-        return True
-    if lowered in ("0", "false", "off", "no"):
-        return False
-    raise ValueError(text)
 
 
 # -- allowed addresses ---------------------------------------------------------------------------

@@ -286,13 +286,18 @@ def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
     raise ValueError("out of range")
 
 
-def _to_bool(value: FeatureValue) -> bool:
-    text = str(value).strip().lower()
-    if text in ("1", "true", "on", "yes", "1.0"):
+def parse_switch(text: str) -> bool:
+    """Read a switch: 1, true, on, yes, or 0, false, off, no. Raises ValueError."""
+    lowered = text.lower()
+    if lowered in ("1", "true", "on", "yes"):
         return True
-    if text in ("0", "false", "off", "no", "0.0"):
+    if lowered in ("0", "false", "off", "no"):
         return False
     raise ValueError("not a boolean")
+
+
+def _to_bool(value: FeatureValue) -> bool:
+    return parse_switch(str(value).strip().removesuffix(".0"))
 
 
 def _to_int(value: FeatureValue) -> int:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 from grabbergui.core.errors import UsageError
+from grabbergui.core.features import parse_switch
 
 SIMULATED = "sim:"
 """The built-in simulated camera."""
@@ -106,11 +107,7 @@ class OptionRow(NamedTuple):
 
 
 def _switch(text: str) -> bool:
-    if text.lower() in ("1", "true", "on", "yes", ""):
-        return True
-    if text.lower() in ("0", "false", "off", "no"):
-        return False
-    raise ValueError(text)
+    return parse_switch(text or "1")  # an option without a value is on
 
 
 def _auto_or_switch(text: str) -> str:
