@@ -10,7 +10,9 @@ and `registers` gives names to those that the camera's model uses.
 
 from __future__ import annotations
 
+import io
 import struct
+import zipfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -250,6 +252,15 @@ PowerOn = RegisterValue | tuple[RegisterValue, ...]
 def camera_xml() -> bytes:
     """Return the description that all transports share."""
     return resources.files(__package__).joinpath("camera.xml").read_bytes()
+
+
+def zipped(name: str, xml: bytes) -> bytes:
+    """Return an archive with a description, the same bytes every time."""
+    archive = io.BytesIO()
+    member = zipfile.ZipInfo(name, (2024, 1, 1, 0, 0, 0))
+    with zipfile.ZipFile(archive, "w") as opened:
+        opened.writestr(member, xml, zipfile.ZIP_DEFLATED)
+    return archive.getvalue()
 
 
 def with_transport(features: tuple[str, ...], nodes: bytes) -> bytes:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import socket
 import struct
-import zipfile
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -14,7 +12,7 @@ from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import Capability, GvcpConfiguration, StreamChannel
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport
+from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport, zipped
 from grabbergui.driver.sim.model import CameraModel
 
 XML_ADDRESS = 0x200000
@@ -205,17 +203,6 @@ _FEATURES = (
 )
 
 
-def xml_archive() -> bytes:
-    """Return the description with GigE Vision's features, zipped."""
-    archive = io.BytesIO()
-    # A fixed date, so that the same camera has the same bytes.
-    member = zipfile.ZipInfo(f"{XML_NAME}.xml", (2024, 1, 1, 0, 0, 0))
-    member.compress_type = zipfile.ZIP_DEFLATED
-    with zipfile.ZipFile(archive, "w") as writer:
-        writer.writestr(member, description())
-    return archive.getvalue()
-
-
 def description() -> bytes:
     """Return the description with GigE Vision's features."""
     nodes = resources.files(__package__).joinpath("gige.xml").read_bytes()
@@ -224,7 +211,7 @@ def description() -> bytes:
 
 def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -> RegisterMemory:
     """Make the bootstrap registers of a camera at an address; strings are the model's own."""
-    archive = xml_archive()
+    archive = zipped(f"{XML_NAME}.xml", description())
     url = f"Local:{XML_NAME}.zip;{XML_ADDRESS:x};{len(archive):x}"
     strings = {
         _field("vendor", bootstrap.VENDOR): reg.DEVICE_VENDOR_NAME,

@@ -6,14 +6,12 @@ The bootstrap registers lie in front of the registers of the camera itself.
 from __future__ import annotations
 
 import hashlib
-import io
 import struct
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError, camera_xml
+from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError, camera_xml, zipped
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.u3v.bootstrap import (
     CONTROL_PROTOCOL,
@@ -161,15 +159,6 @@ _LITTLE_ENDIAN = 0xFFFFFFFF
 _SUPER_SPEED = 8
 
 
-def zipped_description() -> bytes:
-    """Return the camera's XML in an archive, the same bytes every time."""
-    archive = io.BytesIO()
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as opened:
-        member = zipfile.ZipInfo("camera.xml", (2020, 1, 1, 0, 0, 0))
-        opened.writestr(member, camera_xml(), zipfile.ZIP_DEFLATED)
-    return archive.getvalue()
-
-
 class U3vRegisters:
     """Memory by address, as the control channel sees it. Little-endian. Callers take turns."""
 
@@ -189,7 +178,7 @@ class U3vRegisters:
         self._leader_size = max(IMAGE_LEADER_SIZE, leader_space)
         self._trailer_size = max(EXTENDED_CHUNK_TRAILER_SIZE, leader_space)
         self._latched = 0
-        self._xml = zipped_description()
+        self._xml = zipped("camera.xml", camera_xml())
 
     def requirements(self) -> StreamRequirements:
         """Return the sizes that the stream needs with the camera's present settings."""
