@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation, vector_from_pose
+from grabbergui.calibration.geometry import Pose, pose, vector_from_pose
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_packages
+from grabbergui.net.ros2.runtime import Ros2Node, fill_pose, full_name, require_packages
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -306,9 +306,9 @@ def _array(things: Sequence[_Thing]) -> Any:
         detection, hypothesis = Detection3D(id=name), ObjectHypothesisWithPose()
         hypothesis.hypothesis.class_id, hypothesis.hypothesis.score = name, 1.0
         _fill(hypothesis.pose.pose, placed)
+        _fill(detection.bbox.center, placed)
         if covariance is not None:
             hypothesis.pose.covariance = np.ravel(covariance).astype(np.float64)
-        _fill(detection.bbox.center, placed)
         detection.bbox.size.x, detection.bbox.size.y, detection.bbox.size.z = size
         detection.results = [hypothesis]
         message.detections.append(detection)
@@ -316,9 +316,7 @@ def _array(things: Sequence[_Thing]) -> Any:
 
 
 def _fill(message: Any, placed: Pose) -> None:
-    place, turn = message.position, message.orientation
-    place.x, place.y, place.z = map(float, placed[:3, 3])
-    turn.x, turn.y, turn.z, turn.w = quaternion_from_rotation(np.asarray(placed)[:3, :3])
+    fill_pose(message.position, message.orientation, placed)
 
 
 def _detections() -> Any:

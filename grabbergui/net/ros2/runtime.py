@@ -372,8 +372,12 @@ def publish_frame(node: Any, parent: str, child: str, placed: Pose) -> Any:
     entry = TransformStamped(child_frame_id=child)
     entry.header.frame_id = parent
     entry.header.stamp = node.get_clock().now().to_msg()
-    place, turn = entry.transform.translation, entry.transform.rotation
-    place.x, place.y, place.z = map(float, placed[:3, 3])
-    turn.x, turn.y, turn.z, turn.w = quaternion_from_rotation(placed[:3, :3])
+    fill_pose(entry.transform.translation, entry.transform.rotation, placed)
     publisher.publish(TFMessage(transforms=[entry]))
     return publisher
+
+
+def fill_pose(position: Any, orientation: Any, placed: Pose) -> None:
+    """Write a pose into a message's position and quaternion."""
+    position.x, position.y, position.z = map(float, placed[:3, 3])
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion_from_rotation(placed[:3, :3])
