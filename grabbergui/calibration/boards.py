@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from grabbergui.calibration.markers import Grey, dictionary_by_name
+from grabbergui.calibration.markers import Grey, dictionary_by_name, halved
 from grabbergui.core.errors import UsageError
 
 # -- boards, and finding them --------------------------------------------------------------------
@@ -111,7 +111,7 @@ class CharucoBoard(Board):
 
     @override
     def find(self, grey: Grey) -> View | None:
-        reduced, factor = _reduced(grey)
+        reduced, factor = halved(grey, SEARCH_PIXELS)
         corners, ids, _, _ = self._detector.detectBoard(reduced)
         if ids is None or len(ids) < _FEWEST_CORNERS:
             return None
@@ -166,7 +166,7 @@ class Chessboard(Board):
 
     @override
     def find(self, grey: Grey) -> View | None:
-        reduced, factor = _reduced(grey)
+        reduced, factor = halved(grey, SEARCH_PIXELS)
         found, corners = cv2.findChessboardCornersSB(reduced, self._inner, None, cv2.CALIB_CB_ACCURACY)
         if not found:
             return None
@@ -233,14 +233,6 @@ def _runs(bits: NDArray[np.uint8]) -> list[tuple[int, int]]:
     """Return start and length of every run of ones."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], bits, [0]))))
     return [(int(start), int(end - start)) for start, end in edges.reshape(-1, 2)]
-
-
-def _reduced(grey: Grey) -> tuple[Grey, int]:
-    factor = 1
-    while grey.size > SEARCH_PIXELS:
-        grey = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-        factor *= 2
-    return grey, factor
 
 
 def _refined(grey: Grey, board: Points, image: Points, factor: int, square: float) -> Points:

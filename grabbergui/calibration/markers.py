@@ -103,11 +103,8 @@ class ArucoDetector:
 
     def detect(self, grey: Grey) -> list[MarkerDetection]:
         """Return all markers in an image (rows, columns) uint8, with poses if there is a calibration."""
-        reduced, factor = grey, 1
-        while reduced.size > self._search_pixels:
-            reduced = cv2.resize(reduced, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-            factor *= 2
-        corners, ids, _ = self._detector.detectMarkers(reduced)
+        searched, factor = halved(grey, self._search_pixels)
+        corners, ids, _ = self._detector.detectMarkers(searched)
         if ids is None:
             return []
         squares = [np.asarray(square, np.float64).reshape(4, 2) for square in corners]
@@ -123,6 +120,15 @@ class ArucoDetector:
             return replace(marker, problem="the camera is not calibrated")
         calibration = self._calibration.scaled_to(width, height)
         return located(marker, self._square, marker.corners, calibration)
+
+
+def halved(grey: Grey, pixels: int) -> tuple[Grey, int]:
+    """Return an image halved until it has at most so many pixels, and the factor."""
+    factor = 1
+    while grey.size > pixels:
+        grey = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+        factor *= 2
+    return grey, factor
 
 
 def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
