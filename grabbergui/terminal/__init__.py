@@ -191,7 +191,9 @@ class Interpreter:
         return "\n".join(lines)
 
     def _next_frame(self, queue: FrameQueue) -> Frame:
-        """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError."""
+        """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError, UsageError."""
+        if not (self._grabber.streaming or self._grabber.lost):
+            raise UsageError("the camera is not streaming; type `start` first")
         timeout = frame_wait(self._grabber)
         deadline = time.monotonic() + timeout
         while True:

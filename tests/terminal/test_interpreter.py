@@ -82,6 +82,13 @@ def test_the_stream_and_a_snapshot(terminal, tmp_path):
     assert terminal.execute("stop") == "stopped"
 
 
+@pytest.mark.parametrize("line", ["snapshot", "grab 2"])
+def test_without_a_stream_no_frame_is_waited_for(terminal, line):
+    terminal.execute("stop")
+    with pytest.raises(UsageError, match="not streaming; type `start` first"):
+        terminal.execute(line)
+
+
 def test_frames_are_grabbed_and_a_value_is_watched(terminal, tmp_path):
     terminal.execute("start")
     assert (
