@@ -166,7 +166,7 @@ class Feature(FeatureDescription):
             return self._converted(value)
         except ValueError as error:
             raise FeatureValueError(
-                f"{self.name}={str(value)[:60]}: {error}; allowed: {self.range_text()}", self.name
+                f"{self.name}={format_value(value)[:60]}: {error}; allowed: {self.range_text()}", self.name
             ) from error
 
     def access_problem(self) -> str:

@@ -52,6 +52,7 @@ def test_values_and_text_are_converted_to_the_features_type(knob, given_value, v
     [
         (WIDTH, 8, "Knob=8: out of range; allowed: 16 … 2448, step 16"),
         (WIDTH, 2464, "out of range"),
+        (EXPOSURE, 2e8, "Knob=200000000: out of range; allowed: 10 … 1000000 us"),
         (WIDTH, 650, "nearest is 640 or 656"),
         (WIDTH, "wide", "not a whole number"),
         (WIDTH, 16.5, "not a whole number"),

@@ -27,6 +27,7 @@ from grabbergui.core.features import (
     FeatureDescription,
     FeatureKind,
     FeatureValue,
+    format_value,
 )
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role, automatic_mode_of
@@ -337,7 +338,7 @@ class CameraNodeMap:
 
     def _answer(self, error: Exception, name: str, value: FeatureValue | None = None) -> GrabberError:
         """Return our error for an exception of GenApi: the device's own error, or a refused request."""
-        what = name if value is None else f"{name}={value}"
+        what = name if value is None else f"{name}={format_value(value)}"
         if isinstance(error, (OverflowError, TypeError, ValueError)):
             return FeatureValueError(f"{what}: {error}", name)
         failure = self._port.take_failure()
