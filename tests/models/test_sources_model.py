@@ -111,7 +111,7 @@ def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(list
 
 
 @pytest.mark.parametrize(
-    ("typed", "says"), [("192.168.0.10", "write its kind first"), ("foo:bar", "of no known kind")]
+    ("typed", "says"), [("192.168.0.10", "did you mean gige:192.168.0.10"), ("foo:bar", "of no known kind")]
 )
 def test_a_malformed_address_is_refused(listing, typed, says):
     model = listing(Network())
