@@ -77,7 +77,7 @@ def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(app):
     features = app.program.connection.source.features
     features.write("ExposureTime", -5.0)
     app.until(lambda: app.errors)
-    assert "ExposureTime=-5.0" in app.errors[0]
+    assert "ExposureTime=-5: out of range" in app.errors[0]
     button = app.window.messages.closeButton
     app.until(button.isVisible)
     app.qtbot.mouseClick(button, Qt.LeftButton)
