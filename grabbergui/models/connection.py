@@ -308,6 +308,8 @@ class Connection:
             if source in self._sources and source.lost_since is not None:
                 self._link_messages.back(source, time.monotonic() - source.lost_since, reason)
             source.lost_since = None
+            if source.features is not None:
+                source.features.reload()
 
     def _reach(self, source: OpenSource, state: LinkState) -> bool:
         """Set the state that a call resulted in, unless the source was lost before the call ended."""

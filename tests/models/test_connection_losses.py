@@ -11,6 +11,7 @@ from grabbergui.core.errors import (
     SourceNotFoundError,
     TransportError,
 )
+from grabbergui.core.features import Category, FeatureDescription, FeatureKind
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.connection import Connection
@@ -42,6 +43,21 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
         (said,) = bench.said()
         assert said.startswith("Back after ") and "s, set as before" in said
     assert len(bench.failures) == 2
+
+
+def test_a_source_that_returns_with_other_features_shows_these(bench):
+    """A driver node that was started with other parameters, or a camera with new firmware."""
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    features, shown = bench.link.source.features, []
+    features.structure_changed.connect(lambda: shown.append(features.root))
+    lose(bench)
+    come_back(bench)
+    bench.source.tree = Category("Root", members=(FeatureDescription(name="Gamma", kind=FeatureKind.FLOAT),))
+    lose(bench)
+    come_back(bench)
+    until(lambda: shown)
+    assert shown == [bench.source.tree], "once, as the first return changed nothing"
 
 
 @pytest.mark.parametrize("call", ["open", "start", "stop"])

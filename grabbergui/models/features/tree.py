@@ -97,7 +97,7 @@ class FeatureTreeModel:
         self.favourites: tuple[str, ...] = tuple(name for name in found if name is not None)
 
     def reload(self) -> None:
-        """Ask the grabber for its tree again; `structure_changed` follows."""
+        """Ask the grabber for its tree again, as after a loss; `structure_changed` follows if it differs."""
         self._worker.submit(self._load_anew, key="reload features", failed=self._fail)
 
     def close(self) -> None:
@@ -204,6 +204,8 @@ class FeatureTreeModel:
 
     # -- on the worker ---------------------------------------------------------------------------
     def _load_anew(self) -> None:
+        if self._grabber.feature_tree() == self.root:
+            return
         self._load()
         with self._lock:
             self._features.clear()

@@ -199,6 +199,7 @@ def test_a_control_is_released_after_the_tree_was_reloaded(stage):
     s.model.hold("Gain")
     s.model.request(["Gain"])
     s.settle()
+    s.grabber.tree = Category("Root", members=(number("Gain"), number("A")))
     s.model.reload()
     s.settle()
     s.model.release("Gain")

@@ -27,6 +27,7 @@ from grabbergui.core.errors import (  # noqa: E402
     UsageError,
 )
 from grabbergui.core.features import FeatureKind  # noqa: E402
+from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink, not_found, publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE  # noqa: E402
@@ -86,6 +87,22 @@ def test_parameters_become_controls(driver, opened):
     awb, flicker = remote.feature("awb"), remote.feature("anti_flicker")
     assert [entry.name for entry in awb.entries] == ["off", "auto", "daylight"] and awb.value == "auto"
     assert [entry.name for entry in flicker.entries] == ["0", "50", "60"] and flicker.value == "50"
+
+
+def test_a_driver_that_is_started_with_other_parameters_has_these(driver, drive, opened):
+    driver.node.declare_parameter("gain", 3)
+    remote = opened("ros2:/other")
+    states = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: states.put(state))
+    assert remote.has_feature("gain")
+    remote.start()
+
+    driver.close()
+    assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+    drive().node.declare_parameter("gamma", 1.0)
+
+    assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+    assert [description.name for description in remote.feature_tree().descriptions()] == ["gamma"]
 
 
 def test_a_node_that_does_not_say_whether_it_set_a_parameter(driver, opened, monkeypatch):
