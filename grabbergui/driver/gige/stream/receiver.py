@@ -18,6 +18,7 @@ from collections.abc import Callable
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.priority import RealtimeThread
+from grabbergui.driver.device import deliver_or_log
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
@@ -408,9 +409,6 @@ class StreamReceiver:
             frame = self._builder.build(block)
             if block.complete:
                 self._rate.add(len(block.payload))
-            try:
-                self._deliver(frame)
-            except Exception:
-                log.exception("a consumer of frames failed")
+            deliver_or_log(self._deliver, frame)
         if self._source.realtime:
             time.sleep(HAND_OVER)
