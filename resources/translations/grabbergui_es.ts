@@ -604,7 +604,7 @@ It {1}.</source>
         <translation>Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/change_tracking.py" line="168"/>
+        <location filename="../../grabbergui/models/change_tracking.py" line="167"/>
         <source>{0} of {1}: {2}</source>
         <translation>{0} {1}: {2}</translation>
     </message>
@@ -4541,42 +4541,42 @@ It {1}.</source>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="148"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="149"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="247"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="248"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="287"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="288"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="291"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="292"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="263"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="264"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="224"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="162"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="163"/>
         <source>interrupted: {0}</source>
         <translation>interrumpido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="217"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="218"/>
         <source>the camera was lost during this write: it may have either value</source>
         <translation>la cámara se perdió durante esta escritura: puede tener cualquiera de los dos valores</translation>
     </message>
@@ -4907,8 +4907,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="51"/>
-        <source>A real camera appears here automatically once it is on this network. If it does not, type its address above.</source>
-        <translation>Una cámara real aparece aquí sola cuando está en esta red. Si no aparece, escriba arriba su dirección.</translation>
+        <source>A real camera appears here once it is plugged in. If it does not, type its address above.</source>
+        <translation>Una cámara real aparece aquí cuando se conecta. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
@@ -5032,7 +5032,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="146"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -5126,47 +5126,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="305"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="309"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="349"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="353"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="349"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="353"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="355"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="359"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="357"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="361"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="359"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="363"/>
         <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="390"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="394"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="392"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="396"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="393"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="397"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5303,7 +5303,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="368"/>
+        <location filename="../../grabbergui/models/tuning.py" line="367"/>
         <source>no frame arrived to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -5378,12 +5378,12 @@ It {1}.</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="384"/>
+        <location filename="../../grabbergui/models/tuning.py" line="383"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="388"/>
+        <location filename="../../grabbergui/models/tuning.py" line="387"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>

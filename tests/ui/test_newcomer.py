@@ -11,6 +11,7 @@ from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton
 
 from grabbergui.models.open_source import LinkState
+from grabbergui.sources import discover_kind
 from grabbergui.ui.run.window import first_source
 from grabbergui.ui.views.settings_dialogs import SettingsReport
 from grabbergui.ui.views.source_list import SOURCE_ROLE
@@ -105,7 +106,9 @@ class Newcomer:
 
 
 @pytest.fixture
-def newcomer(app):
+def newcomer(app, monkeypatch):
+    # Other tests simulate cameras on this machine's network at the same time.
+    monkeypatch.setattr(app.program.source_list, "_discover", lambda seconds: discover_kind("sim", seconds))
     app.program.begin(first_source(None, app.preferences))
     app.until(lambda: app.program.connection.state is LinkState.STREAMING)
     app.watch()
@@ -121,7 +124,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     window = newcomer.window
     newcomer.until(lambda: any("Simulated" in s.info.model and s.connected for s in listed(newcomer)))
     newcomer.until(lambda: newcomer.reads("Live"))
-    assert newcomer.reads("a real camera appears here automatically"), "how to find a real one is said"
+    assert newcomer.reads("a real camera appears here"), "how to find a real one is said"
     newcomer.press("Disconnect")
     newcomer.until(lambda: newcomer.reads("Nothing is connected"))
     assert newcomer.reads("choose a source on the left")
@@ -133,6 +136,14 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     newcomer.press("Connect")
     newcomer.until(lambda: newcomer.reads("Live"))
     newcomer.app.watch()
+
+
+def test_the_hint_about_real_cameras_goes_once_one_is_listed(newcomer):
+    newcomer.until(lambda: newcomer.reads("a real camera appears here"))
+    newcomer.app.program.source_list.add("gige:192.0.2.7")
+    newcomer.until(lambda: not newcomer.reads("a real camera appears here"))
+    newcomer.app.program.source_list.remove("gige:192.0.2.7")
+    newcomer.until(lambda: newcomer.reads("a real camera appears here"))
 
 
 def test_the_image_is_made_brighter(newcomer):

@@ -9,6 +9,7 @@ from functools import partial
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.core.errors import UsageError
+from grabbergui.core.uri import SIMULATED
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Diagnosis, Observation, Stage, diagnose
 from grabbergui.models.error_text import error_text
@@ -17,7 +18,6 @@ from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Seve
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
-from grabbergui.sources import SourceKind
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
@@ -71,7 +71,7 @@ class SourcesController(QObject):
         view.forgetRequested.connect(self._on_view_forget_requested)
         view.setRecent(preferences.recent)
         self._restore()
-        view.setSources(model.sources)
+        self._show()
 
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source, and `start` it. A malformed URI is posted as a message."""
@@ -115,7 +115,12 @@ class SourcesController(QObject):
                 log.info("a remembered source is left out: %s", error)
 
     def _on_model_changed(self, _: tuple[ListedSource, ...]) -> None:
-        self._view.setSources(self._model.sources)  # the emitted ones may be older
+        self._show()  # the emitted ones may be older
+
+    def _show(self) -> None:
+        lines = self._model.sources
+        self._view.setSources(lines)
+        self._view.hintLabel.setVisible(all(line.info.uri.startswith(SIMULATED) for line in lines))
 
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         source = self._connection.source
@@ -127,7 +132,6 @@ class SourcesController(QObject):
         if state is LinkState.OPEN and source is not None:
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
-        self._view.hintLabel.setVisible(source is None or source.uri.scheme == SourceKind.SIM)
 
     def _on_connection_pending_changed(self, pending: OpenSource | None) -> None:
         if self._row is not None:
