@@ -4,8 +4,15 @@ from pathlib import Path
 import pytest
 from yarp_transcripts import read
 
-from grabbergui.core.errors import LocalProtocolError, SourceNotFoundError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import (
+    LocalProtocolError,
+    RemoteProtocolError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    UsageError,
+)
 from grabbergui.net.yarp.os import name_client, name_server
+from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import (
     PORT_NAME_LIMIT,
     TCP,
@@ -22,6 +29,7 @@ from grabbergui.net.yarp.os.name_server import (
     NameDatabase,
     NameServer,
 )
+from grabbergui.net.yarp.os.outputs import RpcClient
 
 
 def test_our_name_database_answers_as_yarps_does():
@@ -101,6 +109,21 @@ def test_a_name_is_registered_found_listed_and_given_up():
         assert names.query("tcp://10.0.0.9:77/").address == ("10.0.0.9", 77)
     with pytest.raises(SourceUnavailableError, match="yarp-server"):
         names.query("/x")
+
+
+def test_bot_is_answered_with_a_bottle_and_everything_else_with_text():
+    """As by yarpserver, where a binary request for a list gets text that `yarp rpc` cannot read."""
+    with NameServer(port=0) as server, RpcClient(server.place()) as client:
+        names = NameClient(server.contact)
+        names.register("/x_y", ip="127.0.0.5", port=1234)
+        found = [["name", "/x_y"], ["ip", "127.0.0.5"], ["port_number", 1234], ["carrier", "tcp"]]
+        assert client.call(Bottle(["bot", "query", "/x_y"])) == ["port", *found]
+        listed = client.call(Bottle(["bot", "list"]))
+        assert listed[0] == "ports" and ["port", *found] in listed
+        assert listed.to_text() + "\r\n" == server.ask("bot list", "127.0.0.1")
+        assert client.call(Bottle(["bot", "query", "/z"])) == ["port", ["error", -2, "port not known"]]
+        with pytest.raises(RemoteProtocolError):
+            client.call(Bottle(["list"]))
 
 
 @pytest.mark.parametrize("port", ["0", "65536", "9" * 5000], ids=["none", "too large", "endless"])

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands, encode_page
+from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import PORT_NAME_LIMIT
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import (
@@ -80,7 +83,7 @@ class NameDatabase:
         """Return the reply to one command, line ends included; `asker` is the sender's address."""
         words = command.split()
         if words[:1] == ["bot"]:
-            return self._bot(words[1:], asker) + "\r\n"
+            return _as_text(self.bot(words[1:], asker)) + "\r\n"
         if words[:1] == ["announce"]:
             return "[ok]\r\n"
         lines = self._lines(words, asker) if words else []
@@ -180,23 +183,38 @@ class NameDatabase:
         values = sorted(self._properties.get(name, {}).get(key, ()))
         return f"port {name} property {key} = {' '.join(values)}"
 
-    def _bot(self, words: list[str], asker: str) -> str:
+    def bot(self, words: list[str], asker: str) -> list[Contact] | Contact | None:
+        """Carry out a `bot` command; return a list's contacts, or the one asked for, None if not known."""
         verb, name = [*words, "", ""][:2]
         if verb == "list":
-            return " ".join(("ports", *(f"({_as_bottle(contact)})" for contact in self._list(name))))
+            return self._list(name)
         if verb == "register":
-            contact = self._register(words[1:], asker)
-        else:
-            contact = self._contacts.get(name)
-            if verb == "unregister":
-                self._unregister(name)
-        return _as_bottle(contact) if contact else 'port (error -2 "port not known")'
+            return self._register(words[1:], asker)
+        contact = self._contacts.get(name)
+        if verb == "unregister":
+            self._unregister(name)
+        return contact
 
 
-def _as_bottle(contact: Contact) -> str:
-    """Return a registration as a Bottle's text; directly, since lists are long."""
-    name, host, carrier = map(quoted, (contact.name, contact.host, contact.carrier))
-    return f"port (name {name}) (ip {host}) (port_number {contact.port}) (carrier {carrier})"
+def _as_text(found: list[Contact] | Contact | None) -> str:
+    """Return the reply to a `bot` command as a Bottle's text; directly, since lists are long."""
+    if isinstance(found, list):
+        return " ".join(("ports", *(f"({_as_text(contact)})" for contact in found)))
+    if found is None:
+        return 'port (error -2 "port not known")'
+    name, host, carrier = map(quoted, (found.name, found.host, found.carrier))
+    return f"port (name {name}) (ip {host}) (port_number {found.port}) (carrier {carrier})"
+
+
+def _as_bottle(found: list[Contact] | Contact | None) -> Bottle:
+    """Return the same reply in binary form."""
+    if isinstance(found, list):
+        return Bottle(["ports", *map(_as_bottle, found)])
+    if found is None:
+        return Bottle(["port", ["error", -2, "port not known"]])
+    name, host = Bottle(["name", found.name]), Bottle(["ip", found.host])
+    port, carrier = Bottle(["port_number", found.port]), Bottle(["carrier", found.carrier])
+    return Bottle(["port", name, host, port, carrier])
 
 
 log = logging.getLogger(__name__)
@@ -251,16 +269,25 @@ class NameServer(Port):
 
     def ask(self, command: str, asker: str) -> str:
         """Return the answer to one command, line ends included. `asker` is the IP address of the peer."""
+        with self._open_database() as database:
+            return database.answer(command, asker)
+
+    @contextmanager
+    def _open_database(self) -> Iterator[NameDatabase]:
         with self._database_lock:
             assert self._database, "the server was not opened"
-            return self._database.answer(command, asker)
+            yield self._database
 
     def deliver(self, request: Request) -> Reply:
-        """Answer a request in text or binary form, both with plain text."""
+        """Answer a request in text or binary form: `bot` with a Bottle, all others with plain text."""
         items = [word(item) or str(item) for item in request.bottle()]
         if items[:1] == [PREFIX.strip()]:
             del items[0]
-        return self.ask(" ".join(items), request.info.address[0])
+        asker = request.info.address[0]
+        if items[:1] != ["bot"]:
+            return self.ask(" ".join(items), asker)
+        with self._open_database() as database:
+            return _as_bottle(database.bot(items[1:], asker))
 
 
 class _Commands(PortCommands):
