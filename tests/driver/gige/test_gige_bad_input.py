@@ -188,7 +188,7 @@ def test_an_unavailable_description_is_reported_in_one_line(
 ) -> None:
     memory = simulated.control.memory
     for field in (FIRST_URL, SECOND_URL):
-        memory._bytes[field.address] = url.encode().ljust(field.length, b"\0")
+        memory._values[field.address] = url
     with pytest.raises(TransportError, match=says) as error:
         grabber.open()
     assert "\n" not in str(error.value)
@@ -212,9 +212,9 @@ def test_a_description_that_cannot_be_used_is_refused_and_control_given_back(
 ) -> None:
     memory = simulated.control.memory
     memory._blocks = [(gev.XML_ADDRESS, xml.ljust(4096, b"\0"))]
-    url = f"Local:a.xml;{gev.XML_ADDRESS:x};1000".encode()
+    url = f"Local:a.xml;{gev.XML_ADDRESS:x};1000"
     for field in (FIRST_URL, SECOND_URL):
-        memory._bytes[field.address] = url.ljust(field.length, b"\0")
+        memory._values[field.address] = url
     before = set(threading.enumerate())
     with pytest.raises(GrabberError):
         grabber.open()

@@ -20,6 +20,7 @@ class Registers:
     """A control link to registers in memory; `refusals` raise instead of an answer, one after the other."""
 
     lost: str | None = None
+    abandoned = False
 
     def __init__(self, *refusals: GrabberError, **values: int) -> None:
         self.refusals = list(refusals)
