@@ -226,7 +226,8 @@ class Camera(FrameGrabber):
                 self._open_events()
             assert self._writer is not None
             if not restart:
-                return self._writer.write(feature, value)
+                with nodes.exclusive():  # one lock for all its steps
+                    return self._writer.write(feature, value)
             with self._acquisition.paused():
                 result = self._writer.write(feature, value)
             # A stream that runs again locks features.
