@@ -145,7 +145,9 @@ def test_two_cameras_and_two_channels_have_a_ring_each(monkeypatch: pytest.Monke
         queue.close()
         assert channels == {0, 1}
         for grabber in (first, second):
-            assert grabber.statistics().packets_ignored == grabber.statistics().packets_duplicate == 0
+            statistics = grabber.statistics()
+            assert statistics.packets_ignored == 0
+            assert statistics.packets_duplicate < statistics.packets / 10  # late ones, asked for again
 
 
 def test_a_camera_that_starts_again_has_a_ring_again(monkeypatch: pytest.MonkeyPatch) -> None:
