@@ -125,7 +125,7 @@ class XmlDevice(Device):
     """A device that consists of a description and a register memory full of zeros."""
 
     def __init__(self, xml: bytes) -> None:
-        self.info = DeviceInfo("xml:", vendor="Acme", model="Register file", bus="Memory")
+        super().__init__(DeviceInfo("xml:", vendor="Acme", model="Register file", bus="Memory"))
         self.xml = xml
         self.memory: dict[int, int] = {}
         "Byte address to byte; what is missing is zero."
@@ -149,9 +149,3 @@ class XmlDevice(Device):
 
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         raise GrabberError("a register file has no stream")
-
-    def close_stream(self) -> None:
-        pass
-
-    def stream_statistics(self) -> StreamStatistics:
-        return StreamStatistics()

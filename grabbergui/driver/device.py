@@ -15,6 +15,7 @@ import logging
 import os
 import re
 import stat
+import threading
 import zipfile
 import zlib
 from abc import ABC, abstractmethod
@@ -51,14 +52,22 @@ class StreamRequest:
     "Whether frames with missing packets are delivered (with their status) or only counted."
 
 
+class Stream(Protocol):
+    """Receives from its construction until it is closed."""
+
+    def close(self) -> None:
+        """Stop. Nothing is delivered after return."""
+
+    def statistics(self) -> StreamStatistics:
+        """Return a snapshot of the counters. Any thread."""
+
+
 class Device(ABC):
     """One camera on one transport. Registers are addressed in bytes; their content is as on the device.
 
     Register calls may come from any thread and are serialised by the caller (`Camera`); stream callbacks
     run on the device's own receiving thread.
     """
-
-    info: DeviceInfo
 
     on_lost: Callable[[str], None] | None = None
     """Called once, from any thread, with the reason, when the device is gone or has lost us as controller."""
@@ -77,6 +86,15 @@ class Device(ABC):
 
     interrupted = False
     """Set by `interrupt`; cleared before an `open` that is wanted."""
+
+    def __init__(self, info: DeviceInfo) -> None:
+        self.info = info
+        self.lost = ""
+        "Reason for the loss of the camera; empty while it is connected. Each `open` clears it."
+        self._reporting = threading.Lock()
+        "Protects `lost`: the stream and a register access may detect a loss at the same time."
+        self._receiving: Stream | None = None
+        self._last_statistics = StreamStatistics()
 
     def interrupt(self) -> None:
         """Let an `open` in progress on another thread, and the next one, fail soon. Any thread; never waits.
@@ -120,56 +138,26 @@ class Device(ABC):
         Called before AcquisitionStart. Resets the counters.
         """
 
-    @abstractmethod
     def close_stream(self) -> None:
         """Stop receiving; called after AcquisitionStop. `deliver` is not called after return."""
-
-    @abstractmethod
-    def stream_statistics(self) -> StreamStatistics:
-        """Return a snapshot of the current or last stream's counters. Any thread; never waits."""
-
-
-# -- transports with one object per stream -------------------------------------------------------
-class Stream(Protocol):
-    """Receives from its construction until it is closed."""
-
-    def close(self) -> None:
-        """Stop. Nothing is delivered after return."""
-
-    def statistics(self) -> StreamStatistics:
-        """Return a snapshot of the counters. Any thread."""
-
-
-class StreamSlot:
-    """Holds the current stream and the statistics of the last one.
-
-    One thread puts and closes streams; any thread may read the statistics, without waiting.
-    """
-
-    def __init__(self) -> None:
-        self._stream: Stream | None = None
-        self._last = StreamStatistics()
-
-    @property
-    def taken(self) -> bool:
-        """Whether a stream runs."""
-        return self._stream is not None
-
-    def put(self, stream: Stream) -> None:
-        """Make `stream` the current one."""
-        self._stream = stream
-
-    def close(self) -> None:
-        """Close the stream, if there is one. May be called twice."""
-        stream, self._stream = self._stream, None
+        stream, self._receiving = self._receiving, None
         if stream is not None:
             stream.close()
-            self._last = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+            self._last_statistics = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
 
-    def statistics(self) -> StreamStatistics:
-        """Return the statistics of the current or the last stream."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else replace(self._last)
+    def stream_statistics(self) -> StreamStatistics:
+        """Return a snapshot of the current or last stream's counters. Any thread; never waits."""
+        stream = self._receiving
+        return stream.statistics() if stream is not None else replace(self._last_statistics)
+
+    def report_lost(self, reason: str) -> None:
+        """Note that an open camera is lost, and call `on_lost` the first time. Any thread."""
+        with self._reporting:
+            if self.lost:
+                return
+            self.lost = reason
+        if self.on_lost is not None:
+            self.on_lost(reason)
 
 
 MAX_PAYLOAD_BYTES = 1 << 30

@@ -25,7 +25,6 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, differs, distinct_names, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
@@ -40,7 +39,7 @@ from grabbergui.driver.aravis.library import (
     load,
 )
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot, with_texts
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.gige.bootstrap import Control, Register
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
@@ -53,28 +52,23 @@ class AravisDevice(Device):
     """
 
     def __init__(self, name: str, info: DeviceInfo) -> None:
-        self.info = info
+        super().__init__(info)
         self._name = name
         self._library: Any = None
         self._device: int | None = None
-        self._slot = StreamSlot()
         self._writable = False
         self._identified = False
         "Whether `info` comes from the camera itself."
         # The signal's handler must live as long as the device.
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
         self._handler = 0
-        self._lost = ""
-        "Reason for the loss of the camera; empty while it is connected."
-        self._reporting = threading.Lock()
-        "Protects `_lost`: Aravis and a register access may detect a loss at the same time."
 
     # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
         """Open the camera. Aravis always takes control; for MONITOR access it is released again."""
         self.close()
-        self._library, self._lost = load(), ""
+        self._library, self.lost = load(), ""
         found = None if is_ip_address(self._name) else self._find()
         # Aravis opens any of several cameras with the same id; an address is unique.
         name = found.address_or_id if found else self._name
@@ -164,15 +158,11 @@ class AravisDevice(Device):
         # A thread of Aravis must not wait for us, and Python would keep a thread object for it forever.
         reason = "Aravis lost control: the camera does not answer, or another application has it"
         arguments = (reason, device)
-        threading.Thread(target=self._report_lost, args=arguments, name="aravis-lost", daemon=True).start()
+        threading.Thread(target=self._report_loss_of, args=arguments, name="aravis-lost", daemon=True).start()
 
-    def _report_lost(self, reason: str, device: int | None) -> None:
-        with self._reporting:
-            if self._lost or device is None or device != self._device:
-                return
-            self._lost = reason
-        if self.on_lost is not None:
-            self.on_lost(reason)
+    def _report_loss_of(self, reason: str, device: int) -> None:
+        if device == self._device:
+            self.report_lost(reason)
 
     # -- registers -------------------------------------------------------------------------------
     @override
@@ -203,10 +193,11 @@ class AravisDevice(Device):
 
         Aravis reports a loss itself, but late: its heartbeat waits while accesses are retried.
         """
+        self._library_of_open()
         try:
             yield
         except DeviceLostError as error:
-            self._report_lost(str(error), self._device)
+            self.report_lost(str(error))
             raise
         except (AckTimeoutError, DeviceStatusError) as error:
             if writing or isinstance(error, AckTimeoutError):
@@ -226,7 +217,7 @@ class AravisDevice(Device):
             if not gige or not self._writable or control & (Control.CONTROL | Control.EXCLUSIVE):
                 return
             reason = "the camera took our control back; its heartbeat may have expired, or it has restarted"
-        self._report_lost(reason, self._device)
+        self.report_lost(reason)
         raise DeviceLostError(f"the camera is lost: {reason}") from cause
 
     @override
@@ -246,21 +237,13 @@ class AravisDevice(Device):
             raise AccessDeniedError("Aravis receives images only with control of the camera")
         self.close_stream()
         assert self._device is not None
-        self._slot.put(AravisStream(library, self._device, request, deliver))
-
-    @override
-    def close_stream(self) -> None:
-        self._slot.close()
-
-    @override
-    def stream_statistics(self) -> StreamStatistics:
-        return self._slot.statistics()
+        self._receiving = AravisStream(library, self._device, request, deliver)
 
     def _library_of_open(self) -> Any:
         if self._device is None:
             raise DeviceLostError(f"{self.info.title} is not open")
-        if self._lost:
-            raise DeviceLostError(f"the camera is lost: {self._lost}")
+        if self.lost:
+            raise DeviceLostError(f"the camera is lost: {self.lost}")
         return self._library
 
 

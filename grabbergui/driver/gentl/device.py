@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -33,12 +32,11 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, StreamSlot, fetch_description, with_texts
+from grabbergui.driver.device import Device, StreamRequest, fetch_description, with_texts
 from grabbergui.driver.gentl.producer import (
     FoundCamera,
     GentlStream,
@@ -71,18 +69,14 @@ class GentlDevice(Device):
     """
 
     def __init__(self, producer: Path, name: str, info: DeviceInfo) -> None:
-        self.info = info
+        super().__init__(info)
         self._path = producer
         self._name = name
         self._producer: Producer | None = None
         self._device: Any = None
-        self._slot = StreamSlot()
         self._writable = False
         self._identified = False
         "Whether `info` comes from the camera itself."
-        self._loss_reported = False
-        self._reporting = threading.Lock()
-        "Protects `_loss_reported`: the stream and a register access may detect a loss at the same time."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -99,7 +93,7 @@ class GentlDevice(Device):
             raise
         self._producer, self._device = producer, device
         self._writable = access is Access.CONTROL
-        self._loss_reported = False
+        self.lost = ""
         try:
             info = self._identify(device, found)
         except BaseException:
@@ -191,17 +185,9 @@ class GentlDevice(Device):
     # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        if self._slot.taken:
+        if self._receiving is not None:
             raise LocalProtocolError("the stream is open already")
-        self._slot.put(GentlStream(self._opened(), request, deliver, self._report_lost))
-
-    @override
-    def close_stream(self) -> None:
-        self._slot.close()
-
-    @override
-    def stream_statistics(self) -> StreamStatistics:
-        return self._slot.statistics()
+        self._receiving = GentlStream(self._opened(), request, deliver, self.report_lost)
 
     # -- inside ----------------------------------------------------------------------------------
     def _opened(self) -> Any:
@@ -217,29 +203,22 @@ class GentlDevice(Device):
         Many producers report a timeout for a camera that is gone, as for a slow one. A camera that does not
         answer a read of its first register either counts as lost.
         """
+        self._opened()
         try:
             yield
         except DeviceLostError as error:
-            self._report_lost(str(error))
+            self.report_lost(str(error))
             raise
         except AckTimeoutError as error:
             try:
                 with answering("reading the first register"):
                     self._opened().remote_port.read(0, 4)
             except (AckTimeoutError, DeviceLostError):
-                self._report_lost(str(error))
+                self.report_lost(str(error))
                 raise DeviceLostError(str(error)) from error
             except DeviceStatusError:
                 pass
             raise
-
-    def _report_lost(self, reason: str) -> None:
-        with self._reporting:
-            if self._device is None or self._loss_reported:
-                return
-            self._loss_reported = True
-        if self.on_lost is not None:
-            self.on_lost(reason)
 
 
 def create(uri: SourceUri) -> FrameGrabber:

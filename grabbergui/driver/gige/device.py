@@ -82,9 +82,10 @@ class GigeDevice(Device):
     event_layout = DataLayout.GIGE_VISION
 
     def __init__(self, name: str = "", options: GigeOptions | None = None) -> None:
+        address = name if is_ip_address(name) else ""
+        super().__init__(DeviceInfo(f"gige:{name}", bus="GigE Vision", address=address))
         self.name = name
         self.options = options or GigeOptions()
-        self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if is_ip_address(name) else "")
         self.identity: Identity | None = None
         "The camera's identity, once opened."
         self.interface: Interface | None = None
@@ -96,7 +97,6 @@ class GigeDevice(Device):
         self._stream: Streams | None = None
         self._messages: MessageChannel | None = None
         self._tick_frequency = 0
-        self._last_statistics = StreamStatistics()
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
@@ -117,7 +117,7 @@ class GigeDevice(Device):
                 privilege.offer(link, camera, memory.capability)
                 holder = privilege.holder_of(link, memory.capability)
             timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
-            link.on_lost = self._on_link_lost
+            self.lost, link.on_lost = "", self.report_lost
             controlling = access is Access.CONTROL
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
             indices = chosen_channels(memory, self.options.stream_channel)
@@ -254,10 +254,6 @@ class GigeDevice(Device):
         """Return the identity from DISCOVERY, or from registers if a router drops DISCOVERY."""
         found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
-
-    def _on_link_lost(self, reason: str) -> None:
-        if self.on_lost is not None:
-            self.on_lost(reason)
 
     # -- memory ----------------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:

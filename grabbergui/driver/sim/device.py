@@ -64,7 +64,7 @@ class SimulatedDevice(Device):
     event_layout = DataLayout.GIGE_VISION
 
     def __init__(self, info: DeviceInfo, model: CameraModel) -> None:
-        self.info = info
+        super().__init__(info)
         self.model = model
         self._open = False
         self._granted = Access.MONITOR

@@ -8,7 +8,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import logging
-import threading
 import weakref
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -26,7 +25,6 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.uri import SourceUri, U3vOptions, read_options
@@ -72,7 +70,7 @@ class U3vDevice(Device):
 
         The name selects a camera only the first time; reopening finds the same unit or fails.
         """
-        self.info = DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision")
+        super().__init__(DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision"))
         self._identified = False
         "True once `info` comes from the camera itself."
         self._name = name
@@ -86,15 +84,10 @@ class U3vDevice(Device):
         self._registers: RegisterAccess | None = None
         self._watcher: Watcher | None = None
         self._queue: TransferQueue | None = None
-        self._receiver: StreamReceiver | None = None
-        self._statistics = StreamStatistics()
         self._manifest_address = 0
         self._sirm_address = 0
         self._eirm_address = 0
         self._has_clock = False
-        self._lost = ""
-        "Reason for the loss of the camera; empty while it is connected."
-        self._lost_lock = threading.Lock()
         self._at_exit: Callable[[], None] | None = None
 
     # -- connection ------------------------------------------------------------------------------
@@ -104,7 +97,7 @@ class U3vDevice(Device):
         if self._handle is not None:
             return self._access
         camera = find_camera(self._name, self._backend, self.info if self._identified else None)
-        self._lost = ""
+        self.lost = ""
         handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
         try:
             handle.claim(camera.control.number)
@@ -172,26 +165,17 @@ class U3vDevice(Device):
             longest = registers.read_u32(self._eirm_address + Eirm.MAXIMUM_EVENT_TRANSFER)
             registers.write_u32(self._eirm_address + Eirm.CONTROL, Eirm.EVENT_ENABLE)
         self._watcher = Watcher(
-            handle, event, longest, self._on_device_event, self._on_gone, self._synchronise_clock
+            handle, event, longest, self._on_device_event, self.report_lost, self._synchronise_clock
         )
-        self._watcher.start()
 
     def _disable_events(self) -> None:
-        if self._eirm_address and not self._lost and self._registers is not None:
+        if self._eirm_address and not self.lost and self._registers is not None:
             with contextlib.suppress(GrabberError):
                 self._registers.write_u32(self._eirm_address + Eirm.CONTROL, 0)
 
     def _on_device_event(self, event_id: int, packet: bytes) -> None:
         if self.on_event is not None:
             self.on_event(event_id, packet)
-
-    def _on_gone(self, reason: str) -> None:
-        with self._lost_lock:
-            if self._lost:
-                return
-            self._lost = reason
-        if self.on_lost is not None:
-            self.on_lost(reason)
 
     def _synchronise_clock(self) -> None:
         if not self._has_clock:
@@ -232,19 +216,19 @@ class U3vDevice(Device):
         try:
             yield registers
         except DeviceLostError as error:
-            self._on_gone(str(error))
+            self.report_lost(str(error))
             raise
         except TransportError as error:
             # Unplugging during a transfer causes the same error as a disturbance on the bus.
             if handle is None or handle.is_present():
                 raise
             reason = f"{self.info.title} was unplugged"
-            self._on_gone(reason)
+            self.report_lost(reason)
             raise DeviceLostError(reason) from error
 
     def _opened(self) -> RegisterAccess:
-        if self._lost:
-            raise DeviceLostError(self._lost)
+        if self.lost:
+            raise DeviceLostError(self.lost)
         if self._registers is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._registers
@@ -279,16 +263,15 @@ class U3vDevice(Device):
         self._synchronise_clock()
         self._queue = open_queue(camera, handle, self._transfers_in_flight)
         self._queue.reset_endpoint()
-        self._receiver = StreamReceiver(
+        self._receiving = StreamReceiver(
             self._queue,
             plan,
             packet_size,
             self._clock,
             deliver,
-            self._on_gone,
+            self.report_lost,
             deliver_incomplete=request.deliver_incomplete,
         )
-        self._receiver.start()
         registers.write_u32(sirm + Sirm.CONTROL, Sirm.STREAM_ENABLE)
 
     def _requirements(self, registers: RegisterAccess) -> StreamRequirements:
@@ -311,21 +294,13 @@ class U3vDevice(Device):
     @override
     def close_stream(self) -> None:
         """Never raises."""
-        receiver, self._receiver = self._receiver, None
-        if receiver is not None:
-            receiver.stop()
-            self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
+        super().close_stream()
         queue, self._queue = self._queue, None
         if queue is not None:
             queue.close()
-            if not self._lost and self._registers is not None:
+            if not self.lost and self._registers is not None:
                 with contextlib.suppress(GrabberError):
                     self._registers.write_u32(self._sirm_address + Sirm.CONTROL, 0)
-
-    @override
-    def stream_statistics(self) -> StreamStatistics:
-        receiver = self._receiver
-        return receiver.statistics() if receiver is not None else replace(self._statistics)
 
 
 def _close_at_exit(reference: weakref.ref[U3vDevice]) -> None:

@@ -85,7 +85,7 @@ CLOCK_PERIOD = 10.0
 
 
 class Watcher:
-    """The watching thread. Calls `on_event` and `on_lost`."""
+    """The watching thread, from construction until `stop`. Calls `on_event` and `on_lost`."""
 
     def __init__(
         self,
@@ -110,15 +110,12 @@ class Watcher:
         room = round_up(min(max(longest_event, packet_size), LARGEST_EVENT), packet_size)
         self._inbox = np.zeros(room, np.uint8)
         self._thread = threading.Thread(target=self._run, name="u3v-watch", daemon=True)
-
-    def start(self) -> None:
-        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
         """End the thread and wait for it. No function is called after return."""
         self._stopping.set()
-        if self._thread is not threading.current_thread() and self._thread.ident is not None:
+        if self._thread is not threading.current_thread():
             self._thread.join()
 
     def _run(self) -> None:
@@ -194,12 +191,13 @@ class StreamReceiver:
         *,
         deliver_incomplete: bool = False,
     ) -> None:
+        """Start the thread and wait until the first requests are in flight."""
         self._queue = queue
         self._clock = clock
         self._deliver = deliver
         self._on_lost = on_lost
         self._deliver_incomplete = deliver_incomplete
-        self._assembler = BlockAssembler(plan, self._take_buffer, packet_size)
+        self._assembler = BlockAssembler(plan, lambda: self._pool.take(), packet_size)
         self._pool = BufferPool(self._assembler.buffer_size)
         self._reader = PayloadReader()
         self._statistics = StreamStatistics()
@@ -209,17 +207,14 @@ class StreamReceiver:
         self._stopping = threading.Event()
         self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name="u3v-stream", daemon=True)
-
-    def start(self) -> None:
-        """Start the thread and wait until the first requests are in flight."""
         self._thread.start()
         self._ready.wait(2.0)
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """End the thread and cancel its requests. Nothing is delivered after return."""
         self._stopping.set()
         self._queue.wake()
-        if self._thread is not threading.current_thread() and self._thread.ident is not None:
+        if self._thread is not threading.current_thread():
             self._thread.join()
 
     def statistics(self) -> StreamStatistics:
@@ -227,9 +222,6 @@ class StreamReceiver:
         snapshot = self._statistics.snapshot(self._meter)
         snapshot.packets_ignored = self._assembler.ignored
         return snapshot
-
-    def _take_buffer(self) -> NDArray[np.uint8] | None:
-        return self._pool.take()
 
     def _run(self) -> None:
         try:

@@ -34,7 +34,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, StreamSlot, deliver_or_log
+from grabbergui.driver.device import Device, StreamRequest, deliver_or_log
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
 from grabbergui.driver.v4l2.video import (
@@ -68,17 +68,13 @@ class V4l2Device(Device):
         self, name: str, info: DeviceInfo, opener: Callable[[str], VideoDevice] = VideoDevice
     ) -> None:
         """`name`: a path, a serial number, a bus or a model's name; empty means the first found."""
-        self.info = info
+        super().__init__(info)
         self._name = name
         self._opener = opener
         self._video: VideoDevice | None = None
         self._layout = Layout(b"")
         self._known: DeviceInfo | None = None
-        self._stream = StreamSlot()
         self._locked = 0
-        self._loss_reported = False
-        self._reporting = threading.Lock()
-        "Protects `_loss_reported`: the stream and a register access may detect a loss at the same time."
 
     @override
     def open(self, access: Access) -> Access:
@@ -94,7 +90,7 @@ class V4l2Device(Device):
         except BaseException:
             video.close()
             raise
-        self._video, self._known, self._loss_reported = video, info, False
+        self._video, self._known, self.lost = video, info, ""
         self.info = replace(info, uri=self.info.uri)
         return access
 
@@ -227,34 +223,18 @@ class V4l2Device(Device):
     # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        self._stream.put(V4l2Stream(self._opened(), request, deliver, self._on_gone))
-
-    @override
-    def close_stream(self) -> None:
-        self._stream.close()
-
-    @override
-    def stream_statistics(self) -> StreamStatistics:
-        return self._stream.statistics()
+        self._receiving = V4l2Stream(self._opened(), request, deliver, self.report_lost)
 
     # -- loss ------------------------------------------------------------------------------------
     @contextmanager
     def _detecting_loss(self) -> Iterator[None]:
         """Report the loss of a device that was unplugged. Without a stream nothing else notices it."""
+        self._opened()
         try:
             yield
         except DeviceLostError as error:
-            self._on_gone(str(error))
+            self.report_lost(str(error))
             raise
-
-    def _on_gone(self, reason: str) -> None:
-        """Report a loss once for each connection."""
-        with self._reporting:
-            if self._video is None or self._loss_reported:
-                return
-            self._loss_reported = True
-        if self.on_lost is not None:
-            self.on_lost(reason)
 
 
 _NAMES = {address: name for name, address in REGISTERS.items()}

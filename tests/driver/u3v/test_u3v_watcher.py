@@ -55,7 +55,6 @@ def watch(monkeypatch) -> Iterator[Watch]:
         watchers.append(
             Watcher(handle, EVENTS, 64, lambda number, _: events.append(number), lost.append, lambda: None)
         )
-        watchers[-1].start()
         return events, lost
 
     yield begin
