@@ -12,7 +12,7 @@ from enum import Enum
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import Role, frame_period
 from grabbergui.models.features.numbers import quantity_text
 from grabbergui.models.language import counted, localized, translate
@@ -161,6 +161,8 @@ class CameraFacts:
     "Whether TriggerSoftware triggers it with the present settings."
     playing: bool | None = None
     "Whether a recording plays; None for a camera."
+    brightened_by: frozenset[Role] = frozenset()
+    "Exposure and gain: those that the camera has and that may be changed from here."
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
@@ -168,6 +170,7 @@ class CameraFacts:
         trigger = _value(grabber, "TriggerMode") == "On"
         exposure = _of_role(grabber, Role.EXPOSURE)
         playing = _value(grabber, "PlaybackActive")
+        controlled = grabber.access is not Access.MONITOR
         return cls(
             trigger_source=str(_value(grabber, "TriggerSource") or translate("Diagnosis", "an input"))
             if trigger
@@ -182,6 +185,11 @@ class CameraFacts:
             and _value(grabber, "TriggerSource") in (None, "Software")
             and grabber.has_feature("TriggerSoftware"),
             playing=bool(playing) if playing is not None else None,
+            brightened_by=frozenset(
+                role
+                for role in (Role.EXPOSURE, Role.GAIN)
+                if controlled and role.find(grabber.has_feature) is not None
+            ),
         )
 
 
@@ -236,14 +244,7 @@ def diagnose(seen: Observation) -> Diagnosis | None:
             translate("Diagnosis", "See the log."),
         )
     if seen.mean is not None and seen.mean < BLACK:
-        exposure = f" ({seen.facts.exposure})" if seen.facts.exposure else ""
-        return Diagnosis(
-            Stage.DISPLAY,
-            translate("Diagnosis", "The image is black: the exposure{0} may be too short.").format(exposure),
-            translate(
-                "Diagnosis", "Raise exposure or gain, press auto, open the iris, or take the lens cap off."
-            ),
-        )
+        return _black(seen.facts)
     return None
 
 
@@ -291,6 +292,23 @@ def _silent(seen: Observation) -> Diagnosis:
             ),
         )
     return _no_packets(seen)
+
+
+def _black(facts: CameraFacts) -> Diagnosis:
+    """Blame a black image on the exposure if the camera has one; advise what it, and the user, can do."""
+    if facts.playing is not None:
+        return Diagnosis(Stage.DISPLAY, translate("Diagnosis", "The recorded image is black."), "")
+    summary = translate("Diagnosis", "The image is black.")
+    if facts.exposure:
+        summary = translate("Diagnosis", "The image is black: the exposure ({0}) may be too short.")
+        summary = summary.format(facts.exposure)
+    advice = translate("Diagnosis", "Open the iris, or take the lens cap off.")
+    brighter = {
+        frozenset({Role.EXPOSURE, Role.GAIN}): translate("Diagnosis", "Raise exposure or gain, or press E."),
+        frozenset({Role.EXPOSURE}): translate("Diagnosis", "Raise the exposure, or press E."),
+        frozenset({Role.GAIN}): translate("Diagnosis", "Raise the gain, or press E."),
+    }.get(facts.brightened_by)
+    return Diagnosis(Stage.DISPLAY, summary, f"{brighter} {advice}" if brighter else advice)
 
 
 def _no_packets(seen: Observation) -> Diagnosis:

@@ -891,124 +891,149 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="232"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="224"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="232"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="233"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
-        <source>The image is black: the exposure{0} may be too short.</source>
-        <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="240"/>
-        <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
-        <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="266"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="297"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="302"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="320"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="304"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="322"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="325"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="329"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="313"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="331"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="253"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="268"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="281"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="171"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="174"/>
         <source>an input</source>
         <translation>una entrada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <source>The recorded image is black.</source>
+        <translation>La imagen grabada es negra.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
+        <source>The image is black.</source>
+        <translation>La imagen es negra.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="303"/>
+        <source>The image is black: the exposure ({0}) may be too short.</source>
+        <translation>La imagen es negra: la exposición ({0}) puede ser demasiado corta.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="305"/>
+        <source>Open the iris, or take the lens cap off.</source>
+        <translation>Abra el iris o quite la tapa del objetivo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
+        <source>Raise exposure or gain, or press E.</source>
+        <translation>Aumente la exposición o la ganancia, o pulse E.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="308"/>
+        <source>Raise the exposure, or press E.</source>
+        <translation>Aumente la exposición o pulse E.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
+        <source>Raise the gain, or press E.</source>
+        <translation>Aumente la ganancia o pulse E.</translation>
     </message>
 </context>
 <context>

@@ -8,10 +8,13 @@ from fakes import ScriptedGrabber
 from grabbergui.core.errors import TransportError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import Access
+from grabbergui.core.sfnc import Role
 from grabbergui.models import language
 from grabbergui.models.diagnosis import WINDOW, CameraFacts, Health, HealthMeter, Observation, Stage, diagnose
 
 BEFORE = {"frames": 100, "packets": 100_000}
+BY_EXPOSURE = frozenset({Role.EXPOSURE})
 NOW = {"frames": 200, "packets": 200_000}
 
 
@@ -122,6 +125,34 @@ def test_a_black_image_is_blamed_on_the_exposure_with_its_value():
     assert "exposure (10 us) may be too short" in found.summary
 
 
+@pytest.mark.parametrize(
+    ("features", "advice"),
+    [
+        (("ExposureTime", "Gain"), "Raise exposure or gain, or press E. Open"),
+        (("Shutter",), "Raise the exposure, or press E. Open"),
+        (("GainRaw",), "Raise the gain, or press E. Open"),
+        ((), "Open the iris, or"),
+    ],
+)
+def test_only_what_the_camera_can_do_is_advised_for_a_black_image(features, advice):
+    grabber = ScriptedGrabber(
+        [
+            Feature(name=name, kind=FeatureKind.FLOAT, value=1.0, access=AccessMode.READ_WRITE)
+            for name in features
+        ]
+    )
+    found = diagnose(replace(RUNNING, mean=0.4, facts=CameraFacts.read(grabber)))
+    assert found.advice.startswith(advice)
+    grabber.open(Access.MONITOR)
+    found = diagnose(replace(RUNNING, mean=0.4, facts=CameraFacts.read(grabber)))
+    assert found.advice == "Open the iris, or take the lens cap off."
+
+
+def test_a_black_recording_needs_no_lens_cap_taken_off():
+    found = diagnose(replace(RUNNING, mean=0.4, facts=CameraFacts(playing=True)))
+    assert (found.summary, found.advice) == ("The recorded image is black.", "")
+
+
 def test_frames_that_are_not_painted():
     assert diagnose(replace(RUNNING, painted=0, mean=None)).stage is Stage.DISPLAY
 
@@ -140,7 +171,9 @@ def test_facts_are_read_under_the_names_that_the_camera_has(monkeypatch):
             feature("AcquisitionFrameRateAbs", 4.0, FeatureKind.FLOAT, "Hz"),
         ]
     )
-    assert CameraFacts.read(grabber) == CameraFacts("Line1", 50010, 1400, "12.5 µs", 0.25)
+    assert CameraFacts.read(grabber) == CameraFacts(
+        "Line1", 50010, 1400, "12.5 µs", 0.25, brightened_by=BY_EXPOSURE
+    )
     grabber.failures["TriggerSource"] = TransportError("no answer")
     assert CameraFacts.read(grabber).trigger_source == "an input"
     monkeypatch.setattr(language, "_translator", lambda context, text: f"<{text}>")
