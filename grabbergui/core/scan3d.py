@@ -273,7 +273,7 @@ class PointCloud:
 
         Raises PixelFormatError if the frame has none, or the camera does not report enough.
         """
-        image = _range_component(frame)
+        image = range_image(frame)
         if image is None:
             raise PixelFormatError(
                 f"a frame of {frame.pixel_format} has no range image;"
@@ -305,7 +305,7 @@ class PointCloud:
         return "\n".join([*header, ""]).encode("ascii") + vertices.tobytes()
 
 
-def _range_component(frame: Frame) -> Component | None:
+def range_image(frame: Frame) -> Component | None:
     """Return the first component of coordinates, if there is any."""
     return next((part for part in frame.components if part.pixel_format.is_coordinate), None)
 

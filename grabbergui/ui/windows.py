@@ -19,7 +19,7 @@ from typing import Any
 
 from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
-from PyQt5.QtWidgets import QFileDialog, QScrollArea, QWidget
+from PyQt5.QtWidgets import QAction, QFileDialog, QFrame, QScrollArea, QWidget
 
 from grabbergui.ui.theme import apply_icons
 
@@ -122,6 +122,21 @@ class FileDialogs:
         return Path(chosen) if chosen else None
 
 
+# -- actions -------------------------------------------------------------------------------------
+_PURPOSE = "purpose"
+"The property of an action that keeps the tooltip it has while it is available."
+
+
+def set_available(action: QAction, why_not: str = "") -> None:
+    """Enable an action, or disable it and give the reason in its tooltip."""
+    purpose = action.property(_PURPOSE)
+    if purpose is None:
+        purpose = action.toolTip()
+        action.setProperty(_PURPOSE, purpose)
+    action.setEnabled(not why_not)
+    action.setToolTip(f"{purpose}\n{why_not}" if why_not else purpose)
+
+
 # -- the Tab key ---------------------------------------------------------------------------------
 LINE_HEIGHT = 12
 "Pixels of height within which controls stand on one line."
@@ -209,6 +224,34 @@ class StopKeys(QObject):
                     self.pressed.emit()
                 return True
         return super().eventFilter(watched, event)
+
+
+class Popup(QFrame):
+    """A popup that closes on a shortcut of its window and triggers the action; Qt ignores the key."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent, Qt.WindowType.Popup)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._window = parent.window()
+
+    def event(self, event: QEvent | None) -> bool:
+        """Take the keys of application-wide shortcuts, too, so that the popup closes first."""
+        if event is not None and event.type() == QEvent.Type.ShortcutOverride:
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Trigger the action of a shortcut."""
+        if event is not None and self._window is not None:
+            pressed = QKeySequence(int(event.modifiers()) | event.key())
+            for action in self._window.findChildren(QAction):
+                everywhere = action.shortcutContext() != Qt.ShortcutContext.WidgetWithChildrenShortcut
+                if everywhere and action.isEnabled() and action.shortcut() == pressed:
+                    self.close()
+                    action.trigger()
+                    return
+        super().keyPressEvent(event)
 
 
 class WheelGuard(QObject):

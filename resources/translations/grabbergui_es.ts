@@ -4,7 +4,7 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="109"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="110"/>
         <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
@@ -12,6 +12,16 @@
         <location filename="../../grabbergui/ui/controllers/image.py" line="178"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="194"/>
+        <source>There is no frame yet: start the camera first.</source>
+        <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="196"/>
+        <source>The frame has no range image: enable the component Range, if there is one.</source>
+        <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
     </message>
 </context>
 <context>
@@ -2477,27 +2487,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="304"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -3127,317 +3137,317 @@ It {1}.</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>Show the whole image</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>One screen pixel for each pixel of the image</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>Pause the image; the last frames can be stepped through</source>
         <translation>Pausar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>Show the previous frame; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>Show the next frame</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>Mark the middle of the image</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>Divide the image into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="434"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="443"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="458"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="462"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="467"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="476"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="508"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="509"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="509"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="512"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="513"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="516"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="517"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="520"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="521"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="524"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="525"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
@@ -3467,67 +3477,67 @@ It {1}.</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>Set exposure time and gain by the whole image, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>Set the white balance by the whole image, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
@@ -3557,67 +3567,67 @@ It {1}.</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>Draw the part of the sensor that the camera sends; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="486"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
         <source>Read a camera_info file, and show the image without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="492"/>
         <source>Show the image without the lens&apos;s distortion; the camera and saved frames do not change</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="495"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
         <source>Open the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="499"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="504"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
         <source>Check this computer for the usual problems with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
@@ -3764,7 +3774,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="247"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="246"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -4278,17 +4288,17 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="216"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="218"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="209"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="211"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="192"/>
         <source>there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
@@ -5239,7 +5249,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="369"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="368"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
@@ -5446,24 +5456,49 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="92"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="96"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="97"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="113"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="115"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="69"/>
+        <source>The source has neither exposure time nor gain.</source>
+        <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="73"/>
+        <source>The source has no white balance.</source>
+        <translation>La fuente no tiene balance de blancos.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="148"/>
+        <source>Wait until the present run has ended.</source>
+        <translation>Espere a que termine el ajuste en curso.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="150"/>
+        <source>Start the camera first.</source>
+        <translation>Inicie antes la cámara.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="152"/>
+        <source>The source is open for reading only.</source>
+        <translation>La fuente está abierta solo para lectura.</translation>
     </message>
 </context>
 <context>

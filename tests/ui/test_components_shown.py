@@ -33,10 +33,13 @@ def point_at(app, x, y):
 
 def test_components_are_tabs_and_the_range_is_read_in_millimetres(app):
     app, image = app, app.window.image
+    save_points = app.window.actionPointCloud
+    assert not save_points.isEnabled() and "start the camera" in save_points.toolTip()
     app.connect()
     for name, value in (("Width", 320), ("Height", 240)):
         app.grabber.write_feature(name, value)
     app.watch(1)
+    assert not save_points.isEnabled() and "no range image" in save_points.toolTip()
     assert not image.componentTabs.isVisible() and not image.scaleBar.isVisible()
 
     send_components(app.grabber, "Range", "Confidence")
@@ -52,7 +55,8 @@ def test_components_are_tabs_and_the_range_is_read_in_millimetres(app):
     point_at(app, 300, 5)
     app.until(lambda: " mm  (" in image.cursorLabel.text())
 
-    app.window.actionPointCloud.trigger()
+    assert save_points.isEnabled() and "no range" not in save_points.toolTip()
+    save_points.trigger()
     folder = app.preferences.snapshot_folder
     app.until(lambda: [path for path in folder.glob("*.ply") if path.stat().st_size > 1000])
 

@@ -121,3 +121,6 @@ def test_not_for_a_recording(app, tmp_path):
     app.qtbot.wait(200)
     for name in ("actionExpose", "actionBalance", "actionExposeRegion", "actionBalanceRegion"):
         assert not getattr(app.window, name).isEnabled()
+    assert "neither exposure time nor gain" in app.window.actionExpose.toolTip()
+    assert "no white balance" in app.window.actionBalanceRegion.toolTip()
+    assert app.window.menuView.toolTipsVisible()

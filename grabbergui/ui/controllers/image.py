@@ -10,7 +10,7 @@ from PyQt5.QtCore import QObject, QPointF, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.core import scan3d
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import Scan3d, range_image
 from grabbergui.models.connection import Connection
 from grabbergui.models.image.components import (
     CameraWatch,
@@ -42,6 +42,7 @@ from grabbergui.ui.views.bases import (
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.measuring_panels import HistogramPanel
 from grabbergui.ui.widgets.image_items import LEGIBLE_ZOOM
+from grabbergui.ui.windows import set_available
 
 CURSOR_INTERVAL_MS = 200
 "Milliseconds between two readings of the pixel under the cursor."
@@ -133,8 +134,7 @@ class AcquisitionController(QObject):
         self._view.setScale(None if shown.quantity is None else shown.quantity.scale)
         self._view.setBeside(shown.others)
         self._show_values(shown)
-        if not self._actions.actionSnapshot.isEnabled():
-            self._enable_actions()
+        self._enable_saving()
 
     def _show_values(self, shown: ShownImage) -> None:
         """Show the sensor's values on pixels that are large enough."""
@@ -185,8 +185,17 @@ class AcquisitionController(QObject):
         actions.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
         actions.actionStart.setEnabled(state is LinkState.OPEN)
         actions.actionStop.setEnabled(state is LinkState.STREAMING)
-        for action in (actions.actionSnapshot, actions.actionPointCloud):
-            action.setEnabled(self._shown is not None and self._image.frame is not None)
+        self._enable_saving()
+
+    def _enable_saving(self) -> None:
+        frame = self._image.frame if self._shown is not None else None
+        no_frame = no_range = ""
+        if frame is None:
+            no_frame = no_range = self.tr("There is no frame yet: start the camera first.")
+        elif range_image(frame) is None:
+            no_range = self.tr("The frame has no range image: enable the component Range, if there is one.")
+        set_available(self._actions.actionSnapshot, no_frame)
+        set_available(self._actions.actionPointCloud, no_range)
 
 
 class DisplayController(QObject):

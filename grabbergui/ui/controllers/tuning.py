@@ -34,6 +34,7 @@ from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
 from grabbergui.ui.widgets.image_canvas import Purpose
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
+from grabbergui.ui.windows import set_available
 
 
 class TuningController(QObject):
@@ -66,15 +67,15 @@ class TuningController(QObject):
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         self._abilities = {
             CameraAbility(self, connection, can_expose): (
-                actions.actionExpose,
-                actions.actionExposeRegion,
+                self.tr("The source has neither exposure time nor gain."),
+                (actions.actionExpose, actions.actionExposeRegion),
             ),
             CameraAbility(self, connection, can_balance): (
-                actions.actionBalance,
-                actions.actionBalanceRegion,
+                self.tr("The source has no white balance."),
+                (actions.actionBalance, actions.actionBalanceRegion),
             ),
         }
-        "The actions that need each ability."
+        "What a source lacks without each ability, and the actions that need it."
         for ability in self._abilities:
             ability.changed.connect(self._enable)
         # Not over the bridge: work in progress has to stop before the camera is closed.
@@ -142,15 +143,16 @@ class TuningController(QObject):
 
     def _enable(self) -> None:
         source = self._connection.source
-        possible = (
-            self._connection.state is LinkState.STREAMING
-            and source is not None
-            and not source.read_only
-            and self._row is None
-        )
-        for ability, actions in self._abilities.items():
+        why_not = ""
+        if self._row is not None:
+            why_not = self.tr("Wait until the present run has ended.")
+        elif self._connection.state is not LinkState.STREAMING:
+            why_not = self.tr("Start the camera first.")
+        elif source is None or source.read_only:
+            why_not = self.tr("The source is open for reading only.")
+        for ability, (lacks, actions) in self._abilities.items():
             for action in actions:
-                action.setEnabled(possible and ability.present)
+                set_available(action, why_not or ("" if ability.present else lacks))
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:

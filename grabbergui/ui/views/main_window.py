@@ -396,7 +396,9 @@ class MainWindow(QMainWindow):
             self.showNormal()
 
     def _explain_shortcuts(self) -> None:
-        """Add each action's shortcut to its tooltip."""
+        """Show tooltips in menus, too, and add each action's shortcut to its own."""
+        for menu in self.findChildren(QMenu):
+            menu.setToolTipsVisible(True)
         for action in self.findChildren(QAction):
-            if not action.shortcut().isEmpty():
+            if not action.shortcut().isEmpty() and action.toolTip() != action.text().replace("&", ""):
                 action.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
