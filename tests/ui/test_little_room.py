@@ -300,6 +300,35 @@ def test_the_list_of_messages_stays_on_the_screen_and_scrolls_where_it_must(app,
     popup.close()
 
 
+def test_the_keys_of_the_window_work_while_the_list_of_messages_is_open(app):
+    window, closed = app.window, []
+    window.closing.connect(lambda: closed.append(True))
+    app.connect()
+    app.program.messages.error("a failure " * 30)
+    app.until(lambda: window.messages.messages and window.actionStop.isEnabled())
+
+    def press(*key):
+        window.messages.showAll()
+        popup = QApplication.activePopupWidget()
+        app.qtbot.keyClick(popup, Qt.Key_Shift)
+        assert QApplication.activePopupWidget() is popup
+        app.qtbot.keyClick(popup, *key)
+        assert QApplication.activePopupWidget() is None
+
+    press(Qt.Key_F7)
+    app.until(lambda: window.actionStart.isEnabled())
+    press(Qt.Key_Q, Qt.ControlModifier)
+    assert closed
+
+
+def test_ctrl_q_ends_the_program_from_a_window_beside_the_main_window(app):
+    closed = []
+    app.window.closing.connect(lambda: closed.append(True))
+    app.window.actionShowPoints.trigger()
+    app.qtbot.keyClick(app.program.points.dialog, Qt.Key_Q, Qt.ControlModifier)
+    app.until(lambda: closed)
+
+
 def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(app):
     window, pressed = app.window, []
     offers = (Offer("Do it", lambda: pressed.append(1)),)

@@ -23,7 +23,7 @@ from grabbergui.models.messages import Message, MessageModel, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import Popup, load_form
 
 # -- in full -------------------------------------------------------------------------------------
 _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
@@ -193,8 +193,7 @@ class MessageLine(QFrame):
 
     def showAll(self) -> None:
         """Open the list of all messages above the line; it scrolls if there is not enough room."""
-        popup = QFrame(self, Qt.WindowType.Popup)
-        popup.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        popup = Popup(self)
         popup.setProperty("messages", True)
         layout = QVBoxLayout(popup)
         layout.setContentsMargins(1, 1, 1, 1)
