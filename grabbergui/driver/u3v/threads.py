@@ -225,10 +225,11 @@ class StreamReceiver:
 
     def _run(self) -> None:
         try:
+            self._fill()
+            self._ready.set()
             while not self._stopping.is_set():
-                self._fill()
-                self._ready.set()
                 self._step()
+                self._fill()
         except GrabberError as error:
             if not self._stopping.is_set():
                 if not isinstance(error, DeviceLostError):

@@ -185,7 +185,8 @@ class LibusbQueue(TransferQueue):
         self._stream = stream
         self._prepared: dict[tuple[int, int], Any] = {}
         "Idle transfers by the address and length of their memory."
-        self._in_flight: deque[tuple[Any, Request]] = deque()
+        self._in_flight: deque[tuple[Any, Request, tuple[int, int]]] = deque()
+        "Transfers in order, with the address and length of their memory."
         self._finished: set[Any] = set()
         usb1.loadLibrary(ctypes.CDLL(library))
         self._context: Any = usb1.USBContext().open()
@@ -202,11 +203,12 @@ class LibusbQueue(TransferQueue):
 
     def submit(self, request: Request) -> bool:
         """Queue a request; False where the kernel's memory for USB is used up."""
-        transfer = self._transfer(request)
+        place = _place(request.view)
+        transfer = self._transfer(request, place)
         try:
             transfer.submit()
         except (usb1.USBErrorNoMem, usb1.USBErrorIO) as error:
-            self._keep(transfer, request)
+            self._keep(transfer, place)
             if self._in_flight:
                 return False
             raise TransportError(
@@ -214,9 +216,9 @@ class LibusbQueue(TransferQueue):
                 "raise /sys/module/usbcore/parameters/usbfs_memory_mb, to 1000 say"
             ) from error
         except usb1.USBError as error:
-            self._keep(transfer, request)
+            self._keep(transfer, place)
             raise self._ours(error) from error
-        self._in_flight.append((transfer, request))
+        self._in_flight.append((transfer, request, place))
         self._count(request, 1)
         return True
 
@@ -224,7 +226,7 @@ class LibusbQueue(TransferQueue):
         """Return the oldest request, completed."""
         if not self._in_flight:
             return None
-        transfer, request = self._in_flight[0]
+        transfer, request, _ = self._in_flight[0]
         if transfer not in self._finished:
             self._handle_events(timeout)
             if transfer not in self._finished:
@@ -241,7 +243,7 @@ class LibusbQueue(TransferQueue):
     def cancel(self) -> None:
         """Cancel all transfers and wait for them."""
         # Newest first: otherwise the kernel would start the next one while the oldest is cancelled.
-        for transfer, _ in reversed(self._in_flight):
+        for transfer, *_ in reversed(self._in_flight):
             with contextlib.suppress(usb1.USBError):
                 transfer.cancel()
         deadline = time.monotonic() + CANCEL_TIME
@@ -284,20 +286,19 @@ class LibusbQueue(TransferQueue):
         self._context.close()
         self._context = None
 
-    def _transfer(self, request: Request) -> Any:
+    def _transfer(self, request: Request, place: tuple[int, int]) -> Any:
         """Return a transfer into the request's memory, an idle one if that memory was used before.
 
         Setting up a transfer takes half of the time that python-libusb1 spends on it.
         """
-        transfer = self._prepared.pop(_place(request.view), None)
+        transfer = self._prepared.pop(place, None)
         if transfer is None:
             transfer = self._handle.getTransfer()
             transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._finished.add)
         return transfer
 
-    def _keep(self, transfer: Any, request: Request) -> None:
+    def _keep(self, transfer: Any, place: tuple[int, int]) -> None:
         """Keep an idle transfer for the next request into its memory; drop the oldest of too many."""
-        place = _place(request.view)
         if place in self._prepared:  # two requests used the scratch buffer of dropped frames
             transfer.close()
             return
@@ -321,11 +322,11 @@ class LibusbQueue(TransferQueue):
 
     def _collect(self) -> tuple[int, int]:
         """Remove the oldest transfer, which has finished; return its libusb status and length."""
-        transfer, request = self._in_flight.popleft()
+        transfer, request, place = self._in_flight.popleft()
         self._finished.discard(transfer)
         self._count(request, -1)
         result = transfer.getStatus(), transfer.getActualLength()
-        self._keep(transfer, request)
+        self._keep(transfer, place)
         return result
 
     def _ours(self, error: usb1.USBError) -> AccessDeniedError | TransportError:
