@@ -103,6 +103,9 @@ class FrameGrabber(ABC):
     """The new state, and the reason as display text."""
     noticed = Signal(str)
     """A sentence, during a connection: why no images arrive, or what changed at the other end."""
+    held_changed = Signal(bool)
+    """Whether another application has control, while this one may only read: at first, and on a change.
+    Only of cameras that report it."""
     event_received = Signal(DeviceEvent)
     """The camera sent an event, such as the end of an exposure, which must be switched on."""
     unlike_before: tuple[str, ...] = ()

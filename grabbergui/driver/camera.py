@@ -74,6 +74,7 @@ class Camera(FrameGrabber):
                 return
             self.connection_changed.emit(ConnectionState.OPENING, "")
             self.device.on_lost = self._on_lost
+            self.device.on_held = self.held_changed.emit
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
             self._events_open, self._lost_while_opening, self._loss = False, "", ""

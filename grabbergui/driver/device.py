@@ -72,6 +72,10 @@ class Device(ABC):
     on_lost: Callable[[str], None] | None = None
     """Called once, from any thread, with the reason, when the device is gone or has lost us as controller."""
 
+    on_held: Callable[[bool], None] | None = None
+    """Called from any thread during read-only access with whether an application has control: at first, and
+    when that changes. Only some transports can."""
+
     on_event: Callable[[int, bytes], None] | None = None
     """Called on any thread with each event's id and the message that carried it; must not wait."""
 

@@ -235,6 +235,7 @@ class Connection:
             lambda state, reason: self._on_grabber_connection_changed(source, state, reason),
             check_nargs=False,
         )
+        grabber.held_changed.connect(lambda held: self._on_held_changed(source, held), check_nargs=False)
         grabber.noticed.connect(lambda text: self.messages.notice(text, source), check_nargs=False)
         try:
             grabber.open(source.access)
@@ -310,6 +311,12 @@ class Connection:
             source.lost_since = None
             if source.features is not None:
                 source.features.reload()
+
+    def _on_held_changed(self, source: OpenSource, held: bool) -> None:
+        if source.note_held(held) and source.state.connected:
+            self.messages.end(source, Cause.ACCESS)  # show the new reason even if the old one was dismissed
+            if source is self._source:
+                self._link_messages.ready(source, self.take_control)
 
     def _reach(self, source: OpenSource, state: LinkState) -> bool:
         """Set the state that a call resulted in, unless the source was lost before the call ended."""

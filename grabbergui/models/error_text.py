@@ -75,9 +75,16 @@ def _listed(sentences: Sequence[str]) -> str:
     return shown
 
 
-def held_text(denied: AccessDeniedError) -> str:
-    """Return why a source was opened for reading only."""
-    return translate("Errors", "another application controls it") if is_translated() else str(denied)
+def held_text(denied: AccessDeniedError | None = None) -> str:
+    """Return that another program controls a source, with its name if the driver knows it."""
+    if denied is not None and not is_translated():
+        return str(denied)
+    return translate("Errors", "another application controls it")
+
+
+def free_text() -> str:
+    """Return that the program which controlled a source does so no more."""
+    return translate("Errors", "no other application controls it any more")
 
 
 def _about_feature(error: FeatureError, feature: Feature | None) -> str:

@@ -263,7 +263,7 @@ class LinkMessages:
             return
         reason, _, _ = source.read_only.partition(";")  # the button offers the remedy
         text = translate("Connection", "read only: {0}; values follow here but cannot be changed")
-        if source.access is Access.TAKE_OVER:
+        if source.access is Access.TAKE_OVER and source.held:
             text = translate("Connection", "control was not given: {0}; still read only")
         offer = Offer(translate("Connection", "Take control"), take_control)
         self.model.post(Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,)))

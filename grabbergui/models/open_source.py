@@ -12,7 +12,7 @@ from grabbergui.core.identity import DeviceInfo, is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
-from grabbergui.models.error_text import held_text
+from grabbergui.models.error_text import free_text, held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 
@@ -55,6 +55,8 @@ class OpenSource:
         "The history of its features."
         self.read_only = ""
         "Reason for read-only access as display text; empty if values can be changed."
+        self.held = True
+        "Whether another program controls it, while access is read-only."
         self.losses = 0
         "Number of losses since it was opened."
         self.lost_since: float | None = None
@@ -99,12 +101,22 @@ class OpenSource:
     def open_read_only(self, denied: AccessDeniedError) -> None:
         """Open a source for reading only, because another program controls it. Raises `denied` on failure."""
         assert self.grabber is not None
+        self.read_only = held_text(denied)  # before the camera reports that control is free by now
         try:
             self.grabber.open(Access.MONITOR)
         except GrabberError as error:
+            self.read_only = ""
             log.info("%s, for reading only: %s", self.uri, error)
             raise denied from error
-        self.read_only = held_text(denied)
+
+    def note_held(self, held: bool) -> bool:
+        """Note whether another program controls it. Return whether `read_only` gives another reason now."""
+        if not self.read_only or held is self.held:
+            return False
+        self.held = held
+        self.read_only = held_text() if held else free_text()
+        self.no_frames = ""  # the reason named the program
+        return True
 
     def load_features(self) -> None:
         """Create the operator's handle and the feature tree of the open grabber."""

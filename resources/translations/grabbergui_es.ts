@@ -822,7 +822,7 @@ It {1}.</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="291"/>
+        <location filename="../../grabbergui/models/connection.py" line="292"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -1380,82 +1380,82 @@ It {1}.</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="80"/>
+        <location filename="../../grabbergui/models/error_text.py" line="82"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="86"/>
+        <location filename="../../grabbergui/models/error_text.py" line="93"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="90"/>
+        <location filename="../../grabbergui/models/error_text.py" line="97"/>
         <source>{0} does not take this value; allowed: {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="92"/>
+        <location filename="../../grabbergui/models/error_text.py" line="99"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="101"/>
+        <location filename="../../grabbergui/models/error_text.py" line="108"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="103"/>
+        <location filename="../../grabbergui/models/error_text.py" line="110"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="105"/>
+        <location filename="../../grabbergui/models/error_text.py" line="112"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="107"/>
+        <location filename="../../grabbergui/models/error_text.py" line="114"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="113"/>
+        <location filename="../../grabbergui/models/error_text.py" line="120"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="98"/>
+        <location filename="../../grabbergui/models/error_text.py" line="105"/>
         <source>{0} may be another camera than the one you named: {1}</source>
         <translation>{0} puede no ser la cámara que indicó: {1}</translation>
     </message>
@@ -1478,6 +1478,11 @@ It {1}.</source>
         <location filename="../../grabbergui/models/error_text.py" line="67"/>
         <source>; changed meanwhile, not by us: {0}</source>
         <translation>; cambiado entretanto, no por nosotros: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="87"/>
+        <source>no other application controls it any more</source>
+        <translation>ninguna otra aplicación la controla ya</translation>
     </message>
 </context>
 <context>

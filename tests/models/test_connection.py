@@ -135,6 +135,41 @@ def said(bench):
     return [message.text for message in bench.link.messages.shown(bench.link.source)]
 
 
+def test_a_program_that_controls_the_camera_no_more_is_no_longer_named(bench):
+    bench.source = source = Held()
+    bench.link.connect_to("fake:")
+    bench.until(S.OPEN)
+    until(lambda: bench.link.source.no_frames)
+    source.held_changed.emit(True)
+    assert "10.0.0.5" in said(bench)[0], "what is known already changes nothing"
+    bench.link.messages.dismiss(bench.link.messages.shown(bench.link.source)[0])
+
+    source.held_changed.emit(False)
+    (message,) = bench.link.messages.shown(bench.link.source)
+    assert message.text.startswith("read only: no other application controls it any more; values")
+    assert [offer.label for offer in message.offers] == ["Take control"]
+    assert not bench.link.source.no_frames
+
+    source.held_changed.emit(True)
+    assert said(bench)[0].startswith("read only: another application controls it; values")
+    source.held = False
+    bench.link.take_control()
+    bench.until(S.STREAMING)
+    source.held_changed.emit(False)
+    assert not bench.link.source.read_only
+
+
+def test_control_that_is_freed_while_a_camera_is_opened_for_reading_is_offered(bench):
+    class Freed(Held):
+        def open(self, access=Access.CONTROL):
+            super().open(access)
+            self.held_changed.emit(False)
+
+    bench.source = Freed()
+    bench.link.connect_to("fake:")
+    until(lambda: said(bench) and "no other application" in said(bench)[0])
+
+
 def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     bench.source = source = Held()
     bench.link.connect_to("fake:")

@@ -253,6 +253,8 @@ class Heartbeat:
         """`holder` is our address as the device sees it, read after control was taken; None if unknown."""
         self.lost: str | None = None
         "Why the camera is lost, as display text; None while it is not."
+        self.held: bool | None = None
+        "Whether an application has control, as of the last beat; None before the first."
         self._channel = channel
         self._pulse = pulse
         self._controlling = controlling
@@ -296,9 +298,10 @@ class Heartbeat:
             privilege, *holder = self.request.decode_ack(payload)
         except RemoteProtocolError:
             return
+        self.held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
         if not self._controlling:
             return
-        if not privilege & (Control.CONTROL | Control.EXCLUSIVE):
+        if not self.held:
             self.lost = (
                 "the camera took our control back; its heartbeat may have expired, or it has restarted"
             )

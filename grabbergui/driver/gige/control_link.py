@@ -55,6 +55,8 @@ class ControlLink:
     def __init__(self, ip: str, port: int = GVCP_PORT, timing: ControlTiming | None = None) -> None:
         self.on_lost: Callable[[str], None] | None = None
         "Called once, on the heartbeat's thread, when the camera is lost."
+        self.on_held: Callable[[bool], None] | None = None
+        "Called on the same thread with whether an application has control: at first, and when that changes."
         self._channel = ControlChannel(timing)
         self._heartbeat: Heartbeat | None = None
         self._lock = threading.Lock()
@@ -186,7 +188,10 @@ class ControlLink:
         heartbeat = self._heartbeat
         assert heartbeat is not None
         while heartbeat.lost is None and not self._awake.wait(self._pause(heartbeat)):
+            held = heartbeat.held
             self._beat(heartbeat)
+            if heartbeat.held is not None and heartbeat.held is not held and self.on_held is not None:
+                self.on_held(heartbeat.held)
         if heartbeat.lost and not self._resting:
             log.info("camera lost: %s", heartbeat.lost)
             if self.on_lost is not None:

@@ -119,6 +119,8 @@ class GigeDevice(Device):
             timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
             self.lost, link.on_lost = "", self.report_lost
             controlling = access is Access.CONTROL
+            if not controlling:
+                link.on_held = self.on_held
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
             indices = chosen_channels(memory, self.options.stream_channel)
         except BaseException:

@@ -20,6 +20,7 @@ from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import WriteReg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import until
 
 ADDRESS = f"127.85.{os.getpid() % 250 + 1}.1"
 TAKE = WriteReg(((Register.CCP, Control.CONTROL),))
@@ -116,3 +117,16 @@ def test_exclusive_control_refuses_reading_too(simulated: GigeCamera, access: Ac
             AccessDeniedError, match=r"another application has exclusive control .*; close it"
         ):
             device.open(access)
+
+
+def test_a_reader_is_told_who_has_control_at_first_and_when_that_changes(simulated: GigeCamera) -> None:
+    told: list[bool] = []
+    with closing(GigeDevice(ADDRESS)) as device, closing(GigeDevice(ADDRESS)) as controller:
+        device.on_held = controller.on_held = told.append
+        controller.open(Access.CONTROL)
+        device.open(Access.MONITOR)
+        until(lambda: told == [True])
+        controller.close()
+        until(lambda: told == [True, False])
+        controller.open(Access.CONTROL)
+        until(lambda: told == [True, False, True])
