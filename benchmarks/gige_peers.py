@@ -53,9 +53,9 @@ READING = [
     "completed. At full speed the camera does not wait for a receiver.",
     "Resent packets are lost at the same rate as others.",
     "*latency*: from the moment the last payload packet leaves the camera to the frame in the consumer's "
-    "hands; Aravis's through its Python binding. It is negative where the frame was there before the camera's "
-    "program, which notes the moment, ran on. *memory*: the largest resident size; ours includes Python and "
-    "NumPy.",
+    "hands; Aravis's through its Python binding. It is negative where the frame was there before the "
+    "camera's program, which notes the moment, ran on. *memory*: the largest resident size; ours includes "
+    "Python and NumPy.",
 ]
 
 
