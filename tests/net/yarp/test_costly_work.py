@@ -6,11 +6,11 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.errors import RemoteProtocolError, UsageError
+from grabbergui.core.priority import REST, CostlyWork
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
-from grabbergui.net.yarp.os.registry import REST, CostlyWork
 from grabbergui.terminal import remote_terminal
 from patience import PATIENCE, until
 

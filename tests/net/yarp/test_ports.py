@@ -19,7 +19,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import ports, registry, sockets
+from grabbergui.net.yarp.os import ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
@@ -154,7 +154,7 @@ def test_a_source_that_hangs_does_not_hold_up_the_end_of_its_reader(names):
 def test_udp_readers_are_notified_of_the_end_at_the_same_time(names, monkeypatch):
     """One after another, each that hangs would hold up the end of its source."""
     together = threading.Barrier(4)
-    monkeypatch.setattr(registry, "report_end", lambda *_: together.wait(PATIENCE / 4))
+    monkeypatch.setattr("grabbergui.net.yarp.os.port.report_end", lambda *_: together.wait(PATIENCE / 4))
     with OutputPort("/out", names) as output, ExitStack() as stack:
         for number in range(together.parties):
             reader = stack.enter_context(InputPort(f"/in{number}", names))
@@ -302,7 +302,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):
             output.write_bottle(Bottle([number]))
-            until(lambda sent=number + 1: output._registry.outputs[0].sent == sent)
+            until(lambda sent=number + 1: output._registry.outputs[0].messages == sent)
         assert Bottle.decode(reader.read(PATIENCE)[0]) == [4] and reader.overwritten == 4
         with pytest.raises(FrameTimeoutError):
             reader.read(0.01)

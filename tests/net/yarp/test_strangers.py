@@ -21,6 +21,7 @@ from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, until
@@ -119,7 +120,7 @@ def test_a_reader_of_mjpeg_counts_by_what_it_is_sent(few):
         reader = stack.enter_context(connect(output, greeting=b"GET /?action=stream\n\n\r\n"))
         until(lambda: output.connections, "the reader")
         (sender,) = output._registry.outputs
-        sender.sent, sender.active = 3, float("inf")  # as if images went there all the time
+        sender.messages, sender.active = 3, float("inf")  # as if images went there all the time
         for _ in range(20):
             stack.enter_context(connect(output))
         until(lambda: len(output._registry.inputs) + len(output._registry.outputs) == 5, "the limit")
@@ -128,20 +129,20 @@ def test_a_reader_of_mjpeg_counts_by_what_it_is_sent(few):
 
 
 def test_a_reader_of_mjpeg_counts_so_as_soon_as_it_is_listed(few, monkeypatch):
-    attach, crowd_is_there = registry.Readers.attach, threading.Event()
+    attach, crowd_is_there = Port.attach, threading.Event()
 
     def slow_attach(self, *args, **options):
         attached = attach(self, *args, **options)
         crowd_is_there.wait(PATIENCE)
         return attached
 
-    monkeypatch.setattr(registry.Readers, "attach", slow_attach)
+    monkeypatch.setattr(Port, "attach", slow_attach)
     with OutputPort("/out") as output, ExitStack() as stack:
         reader = stack.enter_context(connect(output, greeting=b"GET /?action=stream\n\n\r\n"))
         until(lambda: output.connections, "the reader")
         ((accepted,), (sender,)) = output._registry.inputs, output._registry.outputs
         stack.callback(crowd_is_there.set)
-        sender.sent, sender.active = 3, float("inf")
+        sender.messages, sender.active = 3, float("inf")
         crowd = [stack.enter_context(connect(output)) for _ in range(20)]
         assert all(gone(sock) for sock in crowd[:17])
         assert accepted in output._registry.inputs

@@ -21,6 +21,7 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
+from grabbergui.core.priority import costly_work
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted
@@ -31,7 +32,6 @@ from grabbergui.net.yarp.os.connection import Connection
 from grabbergui.net.yarp.os.framing import Reassembler
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.outputs import Output
-from grabbergui.net.yarp.os.registry import costly_work
 from grabbergui.net.yarp.os.values import Dialect
 
 log = logging.getLogger(__name__)
@@ -197,7 +197,7 @@ class Input:
         """Start to read."""
         self._thread.start()
 
-    def close(self) -> None:
+    def abort(self) -> None:
         """Shut the connection down. Any thread; may be called twice; does not wait."""
         self._closed = True
         with suppress(OSError):

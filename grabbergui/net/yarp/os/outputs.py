@@ -90,8 +90,8 @@ class Output:
         self.carrier_text = carrier_text or carrier.name
         "With its modifiers."
         self.modifiers = modifiers_of(self.carrier_text)
-        self.sent = 0
-        "Messages."
+        self.messages = 0
+        "Messages sent."
         self.dropped = 0
         "Messages that newer ones replaced before they were sent."
         self.active = time.monotonic()
@@ -125,11 +125,6 @@ class Output:
         with self._changed:
             return self._changed.wait_for(lambda: self._next is None, timeout)
 
-    @property
-    def messages(self) -> int:
-        """Messages sent."""
-        return self.sent
-
     def abort(self) -> None:
         """Stop sending and shut down, without waiting for the thread. Any thread; may be called twice."""
         with self._changed:
@@ -148,7 +143,7 @@ class Output:
         try:
             while message := self._take():
                 self._send(message)
-                self.sent += 1
+                self.messages += 1
                 self.active = time.monotonic()
         except GrabberError as error:
             if not self._closed:

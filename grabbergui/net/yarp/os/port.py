@@ -1,17 +1,17 @@
 """A port: a name, a listening socket, and its connections in both directions.
 
 Threads: one accepts, one keeps the name registered, each connection has its own. All public methods may be
-called from any thread. `Listener` accepts, `Readers` sends, `Input` receives, `Registry` limits both, and
+called from any thread. `Listener` accepts, `Input` receives, `Output` sends, `Registry` limits both, and
 `PortCommands` answers administrative requests.
 """
 
 from __future__ import annotations
 
-import selectors
+import logging
 import socket
-import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
@@ -28,20 +28,25 @@ from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name, literal_address
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
-from grabbergui.net.yarp.os.link import Link
+from grabbergui.net.yarp.os.link import Link, report_end, tell_all
 from grabbergui.net.yarp.os.name_client import Contact, NameClient, Registration
-from grabbergui.net.yarp.os.outputs import Output
-from grabbergui.net.yarp.os.registry import Readers, Registry, StrangerLog
+from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
+from grabbergui.net.yarp.os.registry import Listener, Registry, StrangerLog
 from grabbergui.net.yarp.os.values import Item
 
 if TYPE_CHECKING:
     from grabbergui.core.frame import BufferPool
+
+log = logging.getLogger(__name__)
 
 NO_OUTPUT: Final = "Outputs not allowed"
 """YARP's answer of a port that sends nothing."""
 
 END_SECONDS: Final = 5.0
 """Longest wait for requests in progress when a port closes, all of them together."""
+
+REPORT_SECONDS: Final = 1.0
+"""Longest wait for udp readers when a port closes; one that hangs must not hold up the end of a program."""
 
 _POOLED: Final = 1 << 16
 """Size in bytes from which the memory of bodies is reused."""
@@ -82,7 +87,6 @@ class Port:
         self._strangers = StrangerLog(self.name)
         self._address = (bind, port)
         self._registry = Registry(self._strangers)
-        self._readers = Readers(self.name, self._registry, self.locate, allowed, self.key)
         self._listener = Listener(self.name, self._welcome, self._registry.free_resources)
         self._registration: Registration | None = None
         self._pool: BufferPool | None = None
@@ -122,9 +126,9 @@ class Port:
             return
         self._listener.stop()
         inputs = self._registry.close()
-        self._readers.close()
+        self._close_outputs()
         for connection in inputs:
-            connection.close()
+            connection.abort()
         deadline = time.monotonic() + END_SECONDS
         for connection in inputs:
             connection.join(deadline)
@@ -178,7 +182,7 @@ class Port:
     @property
     def connections(self) -> int:
         """Number of connected readers; without any, no message needs to be prepared."""
-        return len(self._readers)
+        return len(self._registry.outputs)
 
     @property
     def sources(self) -> list[str]:
@@ -188,11 +192,13 @@ class Port:
     @property
     def dropped(self) -> int:
         """Messages for which connected readers were too slow, in total."""
-        return self._readers.dropped
+        return sum(output.dropped for output in self._registry.outputs)
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
         """Return the carrier of each connection, by the name at its other end."""
-        return self._registry.carriers(outgoing=outgoing)
+        if outgoing:
+            return {output.reader: output.carrier_text for output in self._registry.outputs}
+        return {source.peer: source.carrier for source in self._registry.inputs if source.peer}
 
     def locate(self, name: str) -> tuple[str, int]:
         """Return host and port of a name. Raises SourceNotFoundError, SourceUnavailableError."""
@@ -218,9 +224,28 @@ class Port:
         if pull:
             self._pull(target)
         elif self.sends:
-            self._readers.connect(target, self.contact.host)
+            self._connect(target)
         else:
             raise TransportError(NO_OUTPUT)
+
+    def _connect(self, target: Target) -> None:
+        carrier = wire.by_name(target.carrier)
+        address = self.locate(target.name)
+        if not self._allowed.allows(address[0], self.contact.host):
+            raise TransportError(f"{address[0]} is not among the allowed addresses ({self._allowed})")
+        self.remove_output(target.name)
+        link = connect(self.name, target.sender(self.name), target.name, address, carrier, self.key)
+        self._start(
+            Output(
+                self.name,
+                target.name,
+                carrier,
+                link,
+                carrier_text=target.carrier,
+                listens_at=address,
+                on_close=self._registry.remove,
+            )
+        )
 
     def _pull(self, target: Target) -> None:
         raise TransportError(
@@ -229,18 +254,26 @@ class Port:
 
     def remove_output(self, name: str) -> bool:
         """Close the connections to `name`; return whether there were any."""
-        return self._readers.disconnect(name)
+        found = [output for output in self._registry.outputs if output.reader == name]
+        for output in found:
+            output.close()
+            self._registry.remove(output)
+            self._report_end(output)
+        return bool(found)
 
     def remove_input(self, name: str) -> bool:
         """Close the connections from `name`; return whether there were any."""
-        found = self._registry.inputs_from(name)
+        found = self._inputs_from(name)
         for connection in found:
-            connection.close()
+            connection.abort()
         return bool(found)
+
+    def _inputs_from(self, sender: str) -> list[Input]:
+        return [connection for connection in self._registry.inputs if connection.peer == sender]
 
     def asked_for(self, modifier: str) -> frozenset[str]:
         """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
-        return self._readers.asked_for(modifier)
+        return frozenset(output.modifiers.get(modifier, "") for output in self._registry.outputs)
 
     def send(
         self, parts: Sequence[Buffer], envelope: str = "", *, only: tuple[str, str] | None = None
@@ -249,19 +282,59 @@ class Port:
 
         Never waits, and holds `parts` until all readers have it.
         """
-        self._readers.send(parts, envelope, only=only)
+        outputs = self._registry.outputs
+        if only is not None:
+            modifier, value = only
+            outputs = [output for output in outputs if output.modifiers.get(modifier, "") == value]
+        if outputs:
+            message = Outgoing(parts, envelope)
+            for output in outputs:
+                output.put(message)
 
     def wait_sent(self, timeout: float) -> bool:
         """Wait until no message waits for a reader; return whether that was so within `timeout` seconds."""
-        return self._readers.wait_sent(timeout)
+        deadline = time.monotonic() + timeout
+        return all(output.wait_taken(deadline - time.monotonic()) for output in self._registry.outputs)
+
+    def _start(self, output: Output, replaces: Input | None = None) -> None:
+        try:
+            self._registry.add(output, replaces=replaces)
+            output.start()
+        except GrabberError:
+            output.abort()
+            self._registry.remove(output)
+            raise
+
+    def _close_outputs(self) -> None:
+        """Close all at once. Waits for udp readers that hang, REPORT_SECONDS at most."""
+        outputs = self._registry.outputs
+        for output in outputs:
+            output.abort()
+        for output in outputs:
+            output.close()
+            self._registry.remove(output)
+        ends = {
+            f"yarp {self.name} leaves {output.reader}": partial(self._report_end, output)
+            for output in outputs
+        }
+        tell_all(ends, REPORT_SECONDS)
+
+    def _report_end(self, output: Output) -> None:
+        """Notify a udp reader, which cannot notice the end. Never raises."""
+        if not output.carrier.datagrams or output.listens_at is None:
+            return
+        try:
+            report_end(self.name, output.listens_at, self.key)
+        except GrabberError as error:
+            log.debug("%s: %s does not know of the end: %s", self.name, output.reader, error)
 
     # -- owner of its inputs ---------------------------------------------------------------------
     def register(self, connection: Input) -> None:
         """Accept a connection whose sender is known, and close any older connection from the same port."""
         if connection.peer.startswith("/"):
-            for other in self._registry.inputs_from(connection.peer):
+            for other in self._inputs_from(connection.peer):
                 if other is not connection:
-                    other.close()
+                    other.abort()
 
     def unregister(self, connection: Input) -> None:
         """Forget a connection that has ended."""
@@ -305,95 +378,10 @@ class Port:
         if not self.sends:
             link.close()
             raise TransportError(f"{self.name} sends nothing")
-        return self._readers.attach(reader, carrier, link, replaces=replaces, on_made=on_made)
-
-
-_PAUSE_SECONDS: Final = 0.2
-"""Pause before the next connection is accepted after descriptors or threads ran out."""
-
-# Neither needs a descriptor of its own, and poll has no highest one.
-_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
-
-
-class Listener:
-    """Accepts connections until closed.
-
-    `on_connection` is called with a socket and the peer's IP address, on the listener's thread. If it raises
-    ResourceExhaustedError, or there is no descriptor for a connection, `on_shortage` is called with the
-    reason, and the listener pauses.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        on_connection: Callable[[socket.socket, str], None],
-        on_shortage: Callable[[str], None],
-    ) -> None:
-        self._name = name
-        self._on_connection = on_connection
-        self._on_shortage = on_shortage
-        self._closing = threading.Event()
-        self._socket: socket.socket | None = None
-        self._wake: tuple[socket.socket, socket.socket] | None = None
-        self._thread: threading.Thread | None = None
-
-    @property
-    def is_open(self) -> bool:
-        """Whether it listens."""
-        return self._socket is not None
-
-    def open(self, address: tuple[str, int]) -> int:
-        """Listen, and return the port number. Connections wait until `start`. Raises TransportError."""
-        self._socket = sockets.listen(address)
-        self._socket.setblocking(False)
-        try:
-            self._wake = socket.socketpair()
-        except OSError as error:
-            self.close()
-            raise ResourceExhaustedError.of(error) or TransportError(sockets.reason(error)) from error
-        self._closing.clear()
-        return int(self._socket.getsockname()[1])
-
-    def start(self) -> None:
-        """Accept connections from now on."""
-        self._thread = threading.Thread(target=self._accept, name=f"yarp {self._name}", daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop accepting connections, but keep the address. Waits for the thread."""
-        self._closing.set()
-        if self._wake:
-            self._wake[1].send(b"x")
-        if self._thread:
-            self._thread.join(10)
-
-    def close(self) -> None:
-        """Give the address up. May be called twice."""
-        for sock in (self._socket, *(self._wake or ())):
-            if sock is not None:
-                sock.close()
-        self._socket = self._wake = self._thread = None
-
-    def _accept(self) -> None:
-        listener, wake = self._socket, self._wake
-        assert listener and wake
-        with _Selector() as selector:
-            selector.register(listener, selectors.EVENT_READ)
-            selector.register(wake[0], selectors.EVENT_READ)
-            while not self._closing.is_set():
-                selector.select()
-                try:
-                    sock, address = listener.accept()
-                except OSError as error:
-                    if failure := ResourceExhaustedError.of(error):
-                        self._pause(str(failure))
-                    continue
-                sock.setblocking(True)
-                try:
-                    self._on_connection(sock, address[0])
-                except ResourceExhaustedError as error:
-                    self._pause(str(error))
-
-    def _pause(self, reason: str) -> None:
-        self._on_shortage(reason)
-        self._closing.wait(_PAUSE_SECONDS)
+        output = Output(self.name, reader, carrier, link, on_close=self._registry.remove)
+        if replaces is not None:
+            output.active = replaces.active
+        if on_made is not None:
+            on_made(output)
+        self._start(output, replaces)
+        return output
