@@ -16,6 +16,7 @@ from grabbergui.cli import count, counted, positive, wait_time
 from grabbergui.cli.features import assignment, write
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.process import stop_on_signals
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import (
     FeatureError,
@@ -27,7 +28,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
@@ -183,7 +184,7 @@ def _save(frame: Frame, folder: Path, grabber: FrameGrabber, scan: Scan3d | None
 def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     if options.ply and options.out is None:
         raise UsageError("--ply saves into the folder of --out; name one")
-    scan = Scan3d.read(source.grabber) if options.ply else None
+    scan = read_scan3d(source.grabber) if options.ply else None
     first: Frame | None = None
     payload_bytes = 0
     for so_far in range(options.frames):

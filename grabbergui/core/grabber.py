@@ -10,11 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from psygnal import Signal
 
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import Calibration, Scan3d
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import (
     AccessMode,
@@ -28,9 +27,6 @@ from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistic
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, is_on
-
-if TYPE_CHECKING:
-    from grabbergui.core.scan3d import Scan3d
 
 log = logging.getLogger(__name__)
 
@@ -369,7 +365,7 @@ class FrameGrabber(ABC):
     def recorded_coordinates(self) -> Scan3d | None:
         """Return the meaning of 3D data as it was recorded with them; None if the features report it.
 
-        Any thread; never waits. `Scan3d.read` prefers it to the features.
+        Any thread; never waits. `read_scan3d` prefers it to the features.
         """
         return None
 

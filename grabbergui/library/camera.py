@@ -22,7 +22,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.scan3d import PointCloud, Scan3d
+from grabbergui.core.scan3d import PointCloud, read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.settle import instances_of
 from grabbergui.core.sfnc import frame_period, frame_wait
@@ -335,7 +335,7 @@ class Camera(FeatureAccess):
         `camera.points(frame).points` is (n, 3) float32 in millimetres, `colours` the intensity there. Raises
         PixelFormatError if the frame has no range image, or the camera does not report enough.
         """
-        return PointCloud.of(frame, Scan3d.read(self._grabber))
+        return PointCloud.of(frame, read_scan3d(self._grabber))
 
     def save_points(self, frame: Frame, path: str | Path) -> None:
         """Write the points of a frame's range image to a PLY file, binary and little-endian, in millimetres.
@@ -346,7 +346,7 @@ class Camera(FeatureAccess):
 
     def distances(self, component: Frame | Component) -> NDArray[np.float32]:
         """Return a range image in millimetres: (height, width) float32, NaN where nothing was measured."""
-        scan = Scan3d.read(self._grabber)
+        scan = read_scan3d(self._grabber)
         return scan.distances(component.raw(), component.pixel_format)
 
     def save_settings(self, path: str | Path) -> None:

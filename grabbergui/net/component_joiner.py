@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import (
     Component,
     ComponentKind,
@@ -21,7 +22,6 @@ from grabbergui.core.component import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import Scan3d
 
 WAIT: Final = 0.1
 """Seconds that an image waits for a component that was in time for earlier images."""

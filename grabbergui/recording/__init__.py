@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.core.scan3d import Scan3d
 
 DEFAULT_RATE = 25.0
 "Frames per second of a recording without times."

@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core import ros_image
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_image import IMAGE_NAME, TIME_NAME, RosImage, decode_time_reference
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import (
     FrameNote,
     Recording,

@@ -12,13 +12,13 @@ from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
 from grabbergui.core import ros_image
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import Component, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_image import RosImage
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import unpacked
 from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
 from grabbergui.recording.writer import RecordingWriter

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
 from grabbergui.core.features import (
@@ -28,7 +29,6 @@ from grabbergui.core.features import (
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
 from grabbergui.recording import Recording, open_recording

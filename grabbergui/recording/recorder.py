@@ -15,12 +15,13 @@ from pathlib import Path
 
 from psygnal import Signal
 
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.sfnc import Role
 from grabbergui.recording import (
     DiskFullError,
@@ -276,7 +277,7 @@ def create_recorder(
 
     Raises RecordingError if the path is taken or cannot be made.
     """
-    scan = Scan3d.read(grabber)
+    scan = read_scan3d(grabber)
     rate = frame_rate(grabber)
     return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan), limits)
 

@@ -11,10 +11,11 @@ import pytest
 from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui import sources
+from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import Coordinate, FollowedScan3d, Scan3d
+from grabbergui.core.scan3d import FollowedScan3d, read_scan3d
 from grabbergui.core.uri import SourceUri
 from patience import PATIENCE, until
 
@@ -52,7 +53,7 @@ def test_the_coordinates_of_a_camera_whose_invalid_value_is_nan_can_be_recorded(
         )
         for name, value in values.items()
     )
-    scan = Scan3d.read(camera)
+    scan = read_scan3d(camera)
     assert Scan3d.from_json(scan.as_json()) == scan
     assert scan.coordinates[2].scale == 0.5
 
@@ -126,7 +127,7 @@ def test_each_coordinate_is_read_under_its_selector_which_is_restored():
     )
     grabber = ScriptedGrabber([selector, scale])
 
-    scan = Scan3d.read(grabber)
+    scan = read_scan3d(grabber)
     assert scan.calibrated and [axis.scale for axis in scan.coordinates] == [0.25] * 3
     assert [write[1] for write in grabber.writes if write[0] == selector.name][:2] == [
         "CoordinateB",
@@ -139,12 +140,12 @@ def test_the_simulated_camera_reports_its_range():
     grabber = sources.create(SourceUri.parse("sim:"))
     grabber.open()
     try:
-        scan = Scan3d.read(grabber)
+        scan = read_scan3d(grabber)
     finally:
         grabber.close()
     assert scan.calibrated and scan.coordinates[2] == Coordinate(0.1, 0.0, 0.0)
     assert (scan.focal_length, scan.principal_point) == (2000.0, (2048.0, 1080.0))
-    assert Scan3d.read(ScriptedGrabber()) == Scan3d()
+    assert read_scan3d(ScriptedGrabber()) == Scan3d()
 
 
 def test_a_change_during_the_first_read_is_not_overwritten_by_it(monkeypatch):
@@ -160,7 +161,7 @@ def test_a_change_during_the_first_read_is_not_overwritten_by_it(monkeypatch):
 
     changed = frozenset({"Scan3dCoordinateScale"})
     change = threading.Thread(target=camera.features_changed.emit, args=(changed,))
-    monkeypatch.setattr(Scan3d, "read", read)
+    monkeypatch.setattr("grabbergui.core.scan3d.read_scan3d", read)
     followed = FollowedScan3d(camera)
     change.join(PATIENCE)
     assert followed.value == C_ONLY
@@ -177,7 +178,7 @@ def test_a_change_is_followed_while_whoever_reports_it_holds_the_camera(monkeypa
         with grabber.exclusive():
             return C_ONLY
 
-    monkeypatch.setattr(Scan3d, "read", read)
+    monkeypatch.setattr("grabbergui.core.scan3d.read_scan3d", read)
     changed = frozenset({"Scan3dCoordinateScale"})
 
     def write():

@@ -4,12 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
+from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import Coordinate, PointCloud, Scan3d
+from grabbergui.core.scan3d import PointCloud
 from grabbergui.recording import snapshot
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="Depth", serial="GV01")

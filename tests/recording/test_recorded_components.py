@@ -8,12 +8,13 @@ from mcap.reader import make_reader
 
 from frames import frame_of
 from grabbergui import sources
+from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import Coordinate, Scan3d
+from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import RecordingKind, open_recording
 from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
@@ -136,7 +137,7 @@ def test_a_camera_is_recorded_and_its_range_measured_again(tmp_path, kind, name,
         recorder.start()
         camera.start()
         assert recorder.wait(PATIENCE)
-        expected = Scan3d.read(camera)
+        expected = read_scan3d(camera)
     finally:
         camera.close()
     assert recorder.progress.error is None and recorder.progress.left_out == left_out
@@ -149,7 +150,7 @@ def test_a_camera_is_recorded_and_its_range_measured_again(tmp_path, kind, name,
         frame = queue.get(PATIENCE)
         assert len(frame.components) == 2 - left_out
         if not left_out:
-            assert Scan3d.read(player) == expected
+            assert read_scan3d(player) == expected
             distance = expected.distances(frame.components[1].raw(), frame.components[1].pixel_format)
             assert 550 < np.nanmin(distance) < np.nanmax(distance) < 1500
     finally:

@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc, unpacking
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import Calibration, Scan3d
 from grabbergui.core.colour import halved
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.pixels import DisplayImage, Region, for_display
-from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.image.quantities import (
     Levels,
     PolarisedView,

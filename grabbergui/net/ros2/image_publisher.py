@@ -22,12 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.core.calibration import Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
-from grabbergui.core.scan3d import CurrentScan3d, PointCloud, Scan3d
+from grabbergui.core.scan3d import CurrentScan3d, PointCloud
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
 from grabbergui.net.ros2.image_messages import describe, fill_camera_info, message_bytes, pixels_of
 from grabbergui.net.ros2.runtime import quality_of_service

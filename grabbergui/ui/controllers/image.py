@@ -9,8 +9,8 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QPointF, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QAction, QWidget
 
-from grabbergui.core import scan3d
-from grabbergui.core.scan3d import Scan3d, range_image
+from grabbergui.core.calibration import Scan3d
+from grabbergui.core.scan3d import may_change, range_image, read_scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.image.components import (
     CameraWatch,
@@ -273,7 +273,7 @@ class ComponentController(QObject):
         self._actions = actions
         self._histogram = histogram
         self._image = image
-        self._coordinates = CameraWatch(connection, Scan3d.read, scan3d.may_change)
+        self._coordinates = CameraWatch(connection, read_scan3d, may_change)
         self._polarisation = CameraWatch(connection, is_polarised)
         view.componentChosen.connect(self._on_component_chosen)
         view.sideBySideToggled.connect(self._on_side_by_side_toggled)

@@ -1,8 +1,8 @@
 import numpy as np
 
 from frames import frame_of
+from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.models.image.components import ShownImage, cursor_text, value_texts
 from grabbergui.models.image.rendering import DisplaySettings, Orientation, render
 

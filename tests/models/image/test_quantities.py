@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from frames import frame_of
+from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.pixels import Region
-from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.models.image.quantities import NO_DATA, ColourScale, Levels, PolarisedView, quantity_of
 from grabbergui.models.image.rendering import DisplaySettings, render
 

@@ -290,7 +290,7 @@ def stands_still(frames):
 
 
 def test_a_frame_has_all_components_that_the_server_publishes(server, camera, opened):
-    from grabbergui.core.scan3d import Scan3d
+    from grabbergui.core.scan3d import read_scan3d
 
     for name in ("Range", "Confidence"):
         camera.write_feature("ComponentSelector", name)
@@ -301,7 +301,7 @@ def test_a_frame_has_all_components_that_the_server_publishes(server, camera, op
     frame = until(lambda: len((seen := frames.get(PATIENCE)).components) == 3 and seen)
 
     assert [part.name for part in frame.components] == ["intensity", "range", "confidence"]
-    distances, scan = frame.components[1], Scan3d.read(remote)
+    distances, scan = frame.components[1], read_scan3d(remote)
     assert scan.unit_of(distances.pixel_format) == "mm"
     found = scan.distances(distances.raw(), distances.pixel_format)
     assert np.isnan(found).any() and 550 < np.nanmin(found) < np.nanmax(found) < 1500

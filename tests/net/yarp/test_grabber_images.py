@@ -12,7 +12,7 @@ from grabber_stage import Stage, connect
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import ConnectionState
-from grabbergui.core.scan3d import Scan3d
+from grabbergui.core.scan3d import read_scan3d
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.os import carrier
@@ -136,8 +136,8 @@ def test_a_frame_has_all_components_that_the_server_sends(ranging: Stage) -> Non
             frame = until(lambda: len((seen := queue.get(PATIENCE)).components) == 3 and seen)
             assert components_of(frame) == ["intensity", "range", "confidence"]
             local = ranging.grabber.open_queue(1)
-            theirs = Scan3d.read(ranging.grabber)
-            mine = Scan3d.read(remote)
+            theirs = read_scan3d(ranging.grabber)
+            mine = read_scan3d(remote)
             wanted = next(part for part in local.get(PATIENCE).components if part.name == "range")
             part = frame.components[1]
             assert part.pixel_format.is_coordinate and mine.unit_of(part.pixel_format) == "mm"
