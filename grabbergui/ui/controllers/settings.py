@@ -135,17 +135,29 @@ class SettingsFilesController(QObject):
         self, path: Path, only: Collection[SettingKey] | None = None, source: OpenSource | None = None
     ) -> None:
         """Load settings, all or some of them, and show the outcome of each. `source`: the current one."""
-        source = source or self._work.source
-        title = self.tr("Loaded {0}").format(path.name)
 
+        def read(grabber: ChangeTrackingGrabber) -> FeatureSet:
+            return files.load(path, grabber.selectors.of)
+
+        self._load(path.name, read, only, source, apply=path)
+
+    def _load(
+        self,
+        name: str,
+        read: Callable[[ChangeTrackingGrabber], FeatureSet],
+        only: Collection[SettingKey] | None,
+        source: OpenSource | None = None,
+        apply: Path | None = None,
+    ) -> None:
         def work(
             grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
         ) -> LoadReport:
-            features = files.load(path, grabber.selectors.of)
-            return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
+            return load_onto(grabber, read(grabber).only(only), progress=progress, cancelled=cancelled)
 
-        show = partial(self._show, title, source, apply=path)
-        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name, source=source)
+        source = source or self._work.source
+        title = self.tr("Loaded {0}").format(name)
+        show = partial(self._show, title, source, apply=apply)
+        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=name, source=source)
 
     def compare(self, path: Path) -> None:
         """Show what loading would change, and offer to load it."""
@@ -210,24 +222,14 @@ class SettingsFilesController(QObject):
             return
         dialog = SettingsDifference(self._window)
         dialog.setDifferences((first.name, second.name), compare(one, other), source is not None)
-        dialog.firstRequested.connect(partial(self._apply, first.name, one))
-        dialog.secondRequested.connect(partial(self._apply, second.name, other))
+        dialog.firstRequested.connect(partial(self._load, first.name, lambda _: one))
+        dialog.secondRequested.connect(partial(self._load, second.name, lambda _: other))
         dialog.finished.connect(self._on_difference_finished)
         self.difference = dialog
         dialog.open()
 
     def _on_difference_finished(self, _: int) -> None:
         self.difference = None
-
-    def _apply(self, name: str, features: FeatureSet, only: list[SettingKey]) -> None:
-        def work(
-            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
-        ) -> LoadReport:
-            return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
-
-        title = self.tr("Loaded {0}").format(name)
-        show = partial(self._show, title, self._work.source)
-        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=name)
 
 
 def _dropped(event: QDropEvent) -> Path | None:
