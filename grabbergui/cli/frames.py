@@ -113,6 +113,8 @@ class _AwaitedSource:
                 "whether smaller packets arrive (?packet_size=1400 behind the source), or longer pauses help"
             )
             look += " (?packet_delay=20us)"
+        elif scheme == "yarp" and counters.packets_ignored and not counters.frames:
+            look = f"whether it is a camera's port: {counters.packets_ignored} messages of it were no images"
         elif scheme in ("yarp", "ros2"):
             look = "whether its server hangs, and whether the camera waits for a trigger there"
         elif self.grabber.access is Access.MONITOR:

@@ -202,7 +202,10 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
 
     # -- loss and return -------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> tuple[GrabberLink, Features]:
-        names.query(self._name)
+        if names.query(self._name).address == names.server.address or self._name == names.server.name:
+            raise TransportError(
+                f"{self._name} is the name server, not a camera; `grabbergui list` shows the cameras"
+            )
         link = GrabberLink(self._name, names)
         try:
             self._recognise(link.info(self.info))
@@ -320,6 +323,7 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
 
 
 _RPC = "/rpc"
+_IMAGE_CARRIERS = [carrier.name for carrier in wire.CARRIERS.values() if not carrier.text]
 _AT_ONCE = 16
 _MOST = 64
 """Ports that one discovery examines."""
@@ -329,18 +333,17 @@ def create(uri: SourceUri) -> FrameGrabber:
     """Return the grabber for a port. Raises UsageError."""
     name = uri.name or "/grabber"
     options = read_options(YarpOptions, uri)
-    try:
-        check_port_name(name)
-        if wire.by_name(options.carrier).text:
-            raise UsageError(f"'{uri}': images cannot travel over {options.carrier}")
-    except UsageError:
-        raise
-    except GrabberError as error:
-        raise UsageError(f"'{uri}': {error}") from error
+    check_port_name(name)
+    carrier = options.carrier.replace(" ", "+")  # as a query spells it
+    base = carrier.partition("+")[0]
+    if base not in _IMAGE_CARRIERS:
+        raise UsageError(f"'{uri}': images arrive over {', '.join(_IMAGE_CARRIERS)}, not over '{base}'")
+    if plug_in := wire.modifiers_of(carrier).get("recv"):
+        raise UsageError(f"'{uri}': this end runs no plug-ins; choose a carrier without +recv.{plug_in}")
     return YarpGrabber(
         name,
         nameserver=options.nameserver,
-        carrier=options.carrier,
+        carrier=carrier,
         bind=options.bind,
         components=options.components,
         uri=str(uri),

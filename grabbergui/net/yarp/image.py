@@ -92,7 +92,9 @@ class ImageHeader:
     def decode(cls, data: Buffer) -> ImageHeader:
         """Read and check the 60 bytes. Raises RemoteProtocolError."""
         if len(data) < HEADER.size:
-            raise RemoteProtocolError(f"image of {len(data)} bytes, its header alone has {HEADER.size}")
+            raise RemoteProtocolError(
+                f"message of {len(data)} bytes is no image, whose header alone has {HEADER.size}"
+            )
         values = HEADER.unpack_from(data)
         layout = (*values[:4], values[4], *values[6:8], values[13])
         if layout != (LIST, 4, VOCAB, _MAT, VOCAB, LIST + INT32, 5, BLOB):

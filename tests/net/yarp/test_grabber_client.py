@@ -209,11 +209,29 @@ def test_a_missing_port_or_name_server_is_reported(scene: Stage) -> None:
         gone.open()
 
 
-def test_a_uri_with_an_unknown_port_name_carrier_or_option_is_refused() -> None:
+def test_a_uri_with_an_unknown_port_name_or_option_is_refused() -> None:
     assert client.create(SourceUri.parse("yarp:")).info.address == "/grabber"
-    for bad in ("yarp:grabber", "yarp:/g?carrier=pigeon", "yarp:/g?carrier=text", "yarp:/g?speed=3"):
+    for bad in ("yarp:grabber", "yarp:/g?speed=3"):
         with pytest.raises(UsageError, match=r"yarp:|begin with /"):
             client.create(SourceUri.parse(bad))
+
+
+@pytest.mark.parametrize("carrier", ["pigeon", "mcast", "text", "text_ack", ""])
+def test_a_carrier_without_images_is_refused_with_those_that_have_them(carrier: str) -> None:
+    wanted = f"images arrive over tcp, fast_tcp, udp, mjpeg, not over '{carrier}'"
+    with pytest.raises(UsageError, match=wanted):
+        client.create(SourceUri.parse(f"yarp:/g?carrier={carrier}"))
+
+
+def test_plug_ins_run_at_the_other_end_only() -> None:
+    with pytest.raises(UsageError, match=r"runs no plug-ins; choose a carrier without \+recv\.bayer"):
+        client.create(SourceUri.parse("yarp:/g?carrier=tcp+recv.bayer"))
+    client.create(SourceUri.parse("yarp:/g?carrier=tcp+send.portmonitor+type.lua"))
+
+
+def test_the_name_server_is_no_camera(scene: Stage) -> None:
+    with pytest.raises(TransportError, match="/root is the name server, not a camera"):
+        connect(scene, "yarp:/root").open()
 
 
 def test_discovery_lists_the_served_cameras_of_the_name_server(

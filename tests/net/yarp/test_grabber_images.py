@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from grabber_stage import Stage, connect
 
+from grabbergui.cli import main
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import ConnectionState
@@ -16,6 +18,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
 from grabbergui.net.yarp.os.ports import OutputPort
 from patience import PATIENCE, until
@@ -61,6 +64,20 @@ def test_a_port_that_only_sends_images(scene: Stage) -> None:
         port.write(*image.encode(pixels, "rgb"))
         assert queue.get(PATIENCE).complete
         remote.close()
+
+
+def test_grab_says_that_a_port_sends_no_images(scene: Stage, capsys: pytest.CaptureFixture[str]) -> None:
+    over = threading.Event()
+
+    def speak() -> None:
+        while not over.wait(0.05):
+            port.write_bottle(Bottle(["words"]))
+
+    with OutputPort("/words", scene.names) as port, ThreadPoolExecutor(1) as pool:
+        pool.submit(speak)
+        assert main(["grab", f"yarp:/words?nameserver={scene.address}", "--timeout", "2"]) == 1
+        over.set()
+    assert "messages of it were no images" in capsys.readouterr().err
 
 
 def waiting(over: threading.Event) -> None:

@@ -151,7 +151,7 @@ class InputPort(Port):
         if not reply or reply[0] != 0:
             text = str(reply[1]).strip() if len(reply) > 1 else "no reason given"
             if text.endswith(NO_OUTPUT):
-                raise TransportError(f"{source} is no port of images: it only answers requests")
+                raise TransportError(f"{source} is no port of images: it sends nothing")
             raise TransportError(f"{source} does not connect to {self.name} over {carrier}: {text}")
 
     def disconnect(self, source: str) -> None:
