@@ -22,11 +22,10 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import ports, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Header, Target
-from grabbergui.net.yarp.os.framing import LINE_LIMIT
 from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.outputs import Outgoing, RpcClient
+from grabbergui.net.yarp.os.outputs import TEXT_LIMIT, Outgoing, RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
 from patience import PATIENCE, attempts, until
@@ -185,8 +184,8 @@ def test_a_port_that_hangs_or_is_gone_is_named(names):
         RpcClient("/rpc", names).call(Bottle([1]))
 
 
-def test_a_port_that_only_answers_requests_is_no_source(names):
-    refused = pytest.raises(TransportError, match="/rpc is no port of images: it only answers requests")
+def test_a_port_that_sends_nothing_is_no_source(names):
+    refused = pytest.raises(TransportError, match="/rpc is no port of images: it sends nothing")
     with RpcServer("/rpc", echo, names), InputPort("/in", names) as reader, refused:
         reader.connect("/rpc")
 
@@ -291,10 +290,35 @@ def test_a_message_that_waits_for_a_slow_reader_is_waited_for_until_it_is_taken(
 def test_a_message_is_compressed_once_for_all_readers_and_refused_as_text_if_too_long():
     message = Outgoing(image.encode(IMAGE, "rgb"), "1 2")
     assert message.jpeg() is message.jpeg()
+    assert message.text() is message.text()
     with pytest.raises(
-        LocalProtocolError, match=rf"a message of {LINE_LIMIT + 1} bytes is too long for text"
+        LocalProtocolError, match=rf"a message of {TEXT_LIMIT + 1} bytes is too long for text"
     ):
-        Outgoing([bytes(LINE_LIMIT + 1)]).text()
+        Outgoing([bytes(TEXT_LIMIT + 1)]).text()
+
+
+@pytest.mark.parametrize(("carrier", "greeting"), [("text", b"CONNECT"), ("text_ack", b"CONNACK")])
+def test_a_text_reader_gets_images_of_any_size_in_numbers(carrier, greeting):
+    """As from a YARP port: somebody may look at it."""
+    pixels = np.arange(300 * 400 * 3, dtype=np.uint32).astype(np.uint8).reshape(300, 400, 3)
+    with OutputPort("/out") as output, socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(PATIENCE)
+        with ThreadPoolExecutor(1) as pool:
+            place = f"{carrier}://127.0.0.1:{server.getsockname()[1]}/"
+            adding = pool.submit(output.add, Target.parse(place))
+            sock, _ = server.accept()
+            with closing(sock), sock.makefile("rb") as lines:
+                assert lines.readline() == greeting + b" /out\r\n"
+                sock.sendall(b"Welcome /out\r\n")
+                adding.result(PATIENCE)
+                for number in range(2):
+                    output.write(*image.encode(pixels, "rgb"), f"{number} 2.5")
+                    assert lines.readline() == f"D {number} 2.5\r\n".encode()
+                    header, _, numbers = lines.readline().partition(b" {")
+                    assert header == b"[mat] [rgb] (3 360000 8 400 300)"
+                    assert bytes(map(int, numbers.rstrip(b"}\r\n").split())) == pixels.tobytes()
+                    if carrier == "text_ack":
+                        sock.sendall(b"<ACK>\r\n")
 
 
 def test_only_the_newest_is_kept_for_a_slow_owner():

@@ -9,6 +9,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from grabbergui.core.errors import (
     AckTimeoutError,
@@ -22,7 +23,7 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Header, Message, Reply, literal_address, modifiers_of
-from grabbergui.net.yarp.os.framing import LINE_LIMIT, split_datagrams
+from grabbergui.net.yarp.os.framing import split_datagrams
 from grabbergui.net.yarp.os.link import Link, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.values import Dialect
@@ -31,8 +32,12 @@ log = logging.getLogger(__name__)
 
 
 # -- readers -------------------------------------------------------------------------------------
+TEXT_LIMIT: Final = 1 << 26
+"""Largest message in bytes that is sent as text, about four times as long. YARP, too, sends images so."""
+
+
 class Outgoing:
-    """A message to any number of readers; the JPEG form is made once. Thread-safe."""
+    """A message to any number of readers; its text and JPEG are made once. Thread-safe."""
 
     def __init__(self, parts: Sequence[Buffer], envelope: str = "") -> None:
         self.parts = parts
@@ -40,6 +45,7 @@ class Outgoing:
         self._envelope = envelope
         self._lock = threading.Lock()
         self._jpeg: list[Buffer] | None = None
+        self._text: Message | None = None
 
     def binary(self) -> Message:
         """Return the message in binary form, for tcp, fast_tcp and udp."""
@@ -55,18 +61,17 @@ class Outgoing:
             return self._jpeg
 
     def text(self) -> Message:
-        """Return the message for text and text_ack. Raises LocalProtocolError for an image, like YARP."""
-        size = sum(len(part) for part in self.parts)
-        if size > LINE_LIMIT:
-            raise LocalProtocolError(
-                f"a message of {size} bytes is too long for text; choose another carrier"
-            )
-        line = Bottle.decode(b"".join(self.parts)).to_text()
-        if len(line) > LINE_LIMIT:
-            raise LocalProtocolError(
-                f"a message of {len(line)} characters is too long for text; choose another carrier"
-            )
-        return Message(self.command, text=line)
+        """Return the message for text and text_ack. Raises LocalProtocolError where it is too long."""
+        with self._lock:
+            if self._text is None:
+                size = sum(len(part) for part in self.parts)
+                if size > TEXT_LIMIT:
+                    raise LocalProtocolError(
+                        f"a message of {size} bytes is too long for text; choose another carrier"
+                    )
+                line = Bottle.decode(b"".join(self.parts)).to_text()
+                self._text = Message(self.command, text=line)
+            return self._text
 
 
 class Output:

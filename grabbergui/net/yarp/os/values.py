@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Union
@@ -353,7 +353,17 @@ def _render_item(item: Item) -> str:
         return _render_float(item)
     if isinstance(item, str):
         return quoted(item)
-    return "{" + " ".join(str(byte) for byte in bytes(item)) + "}"
+    return "{" + " ".join(_render_bytes(bytes(item))) + "}"
+
+
+_DECIMALS: Final = [str(number) for number in range(256)]
+_AT_ONCE: Final = 1 << 16
+"""Bytes that are rendered without letting other threads run, about 2 ms."""
+
+
+def _render_bytes(blob: bytes) -> Iterator[str]:
+    for start in range(0, len(blob), _AT_ONCE):
+        yield " ".join(map(_DECIMALS.__getitem__, blob[start : start + _AT_ONCE]))
 
 
 def _render_float(value: float) -> str:
