@@ -118,6 +118,18 @@ class Connection:
         if (source := self._pending) is not None and self._drop(source):
             self.pending_changed.emit(None)
 
+    def play(self, uri: str) -> None:
+        """Make a recording current, and keep the camera that was current open; a recording is replaced.
+
+        Raises UsageError for a malformed URI.
+        """
+        parsed, before = SourceUri.parse(uri), self._source
+        if before is None or before.uri.scheme == parsed.scheme or self._in_background(parsed) is not None:
+            self.connect_to(uri)
+            return
+        self.messages.end(None, Cause.OPENING)
+        self.make_current(self._begin(parsed, start=True, current=False))
+
     def open_additional(self, uri: str, *, start: bool = True) -> None:
         """Open one more source and keep the current one. Raises UsageError for a malformed URI."""
         parsed = SourceUri.parse(uri)
@@ -137,7 +149,9 @@ class Connection:
             self._end(source, "")
             self._begin(source.exact_uri, start=True, current=True, access=Access.TAKE_OVER)
 
-    def _begin(self, uri: SourceUri, start: bool, *, current: bool, access: Access = Access.CONTROL) -> None:
+    def _begin(
+        self, uri: SourceUri, start: bool, *, current: bool, access: Access = Access.CONTROL
+    ) -> OpenSource:
         source = OpenSource(uri, access)
         with self._lock:
             self._sources = (*self._sources, source)
@@ -145,6 +159,7 @@ class Connection:
                 self._source = source
         self._change(source, LinkState.OPENING, f"Connecting to {uri}")
         self._submit_opening(source, start)
+        return source
 
     def _begin_pending(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
         source = OpenSource(uri)

@@ -100,6 +100,27 @@ def test_another_source_replaces_the_first(bench):
     assert first.calls[-1] == "close"
 
 
+def test_a_recording_is_played_and_the_camera_stays_open_also_if_it_cannot_be(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    camera, bench.source = bench.link.source, Source()
+    bench.link.play("file:/one.mcap")
+    until(lambda: bench.link.source is not camera and bench.link.state is S.STREAMING)
+    bench.source = Source()
+    bench.link.play("file:/two.mcap")
+    until(lambda: bench.link.source.uri.name == "/two.mcap" and bench.link.state is S.STREAMING)
+    assert len(bench.link.sources) == 2, "one recording replaces another"
+    bench.link.disconnect()
+    assert bench.link.source is camera
+
+    bench.source = Source()
+    bench.source.problem = AccessDeniedError("no such file")
+    bench.link.play("file:/three.mcap")
+    until(lambda: bench.failures == ["no such file"])
+    until(lambda: bench.link.sources == (camera,) and bench.link.source is camera)
+    assert camera.state is S.STREAMING
+
+
 def test_twenty_connections_leave_no_thread(bench):
     before = threading.active_count()
     for _ in range(20):

@@ -185,10 +185,16 @@ def test_a_recording_is_made_and_played_back(app, monkeypatch):
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)
     assert not bar.recordButton.isChecked()
+    camera = app.program.connection.source
     app.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
     app.until(lambda: str(app.program.connection.source.uri).startswith("file:"))
     app.watch()
+    played = app.program.connection.source
     assert app.grabber.feature("PlaybackFrameCount").value >= 1
+    app.program.connection.disconnect()
+    app.until(lambda: app.program.connection.source not in (played, None))
+    assert app.program.connection.sources == (camera,) == (app.program.connection.source,)
+    assert camera.state is LinkState.STREAMING, "it was never closed"
 
 
 def test_a_recording_ends_with_its_camera(app):

@@ -82,6 +82,13 @@ class SourcesController(QObject):
         else:
             self._confirm([replaced], lambda: self._connection.connect_to(uri, start=start))
 
+    def play(self, uri: str) -> None:
+        """Play a recording, and keep the current source open. A malformed URI is posted as a message."""
+        try:
+            self._connection.play(uri)
+        except UsageError as error:
+            self._messages.error(error_text(error))
+
     def disconnect_current(self) -> None:
         """Close the current source."""
         self._confirm([self._connection.source], self._connection.disconnect)

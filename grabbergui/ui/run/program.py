@@ -202,7 +202,7 @@ class Program(QObject):
         window.messages.dismissed.connect(self.messages.dismiss)
         window.actionPause.toggled.connect(self._on_pause_toggled)
         for player in (self.settings_files, self.recording):
-            player.playRequested.connect(self.sources.connect_to)
+            player.playRequested.connect(self.sources.play)
         self.settings_files.accept_drops()
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
         self.recording.availableChanged.connect(window.actionRecord.setEnabled)
