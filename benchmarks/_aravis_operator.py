@@ -1,6 +1,7 @@
 """Drives Aravis as an operator would: open, start, stop, change format and region, write the gain.
 
-Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_operator.py ADDRESS WRITES PAUSE
+The format and the region are as before when it ends. Runs in the system's Python, which has PyGObject:
+/usr/bin/python3 _aravis_operator.py ADDRESS WRITES PAUSE
 Prints seconds as JSON: one number an action, a list for the writes.
 """
 
@@ -8,6 +9,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gi
@@ -57,7 +59,13 @@ class Operator:
 
     def change(self, name: str, write: Callable[[], object]) -> None:
         """Change settings as a viewer does, until the first frame with the new ones."""
-        self.timed(name, self.stop, write, self.start, self.frame)
+        self.timed(name, partial(self.write_stopped, write), self.frame)
+
+    def write_stopped(self, write: Callable[[], object]) -> None:
+        """Stop, write and start again."""
+        self.stop()
+        write()
+        self.start()
 
 
 def main(address: str, writes: int, pause: float) -> None:
@@ -71,8 +79,11 @@ def main(address: str, writes: int, pause: float) -> None:
         began = time.monotonic()
         operator.device.set_float_feature_value("Gain", float(number % 2))
         gains.append(time.monotonic() - began)
-    operator.change("pixel format", lambda: operator.device.set_string_feature_value("PixelFormat", "Mono16"))
-    operator.change("region", lambda: operator.device.set_integer_feature_value("Height", 768))
+    device = operator.device
+    operator.change("pixel format", lambda: device.set_string_feature_value("PixelFormat", "Mono16"))
+    operator.write_stopped(lambda: device.set_string_feature_value("PixelFormat", "Mono8"))
+    operator.change("region", lambda: device.set_integer_feature_value("Height", 768))
+    operator.write_stopped(lambda: device.set_integer_feature_value("Height", 1536))
     operator.timed("stop", operator.stop)
     operator.timed("start and stop", operator.start, operator.stop)
     print(json.dumps({**operator.took, "writes": gains}))
