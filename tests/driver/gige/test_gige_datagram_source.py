@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import socket
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -18,7 +19,8 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
 from grabbergui.driver.gige.stream.in_place import Received
 from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource
-from patience import attempts
+from grabbergui.driver.gige.stream.sockets import Waits
+from patience import PATIENCE, attempts
 
 DEVICE = "127.0.0.7"
 UDP_SEGMENT = 103
@@ -50,6 +52,7 @@ class Wire:
 
         self.device, self.stranger, self.receiver = bound(DEVICE), bound("127.0.0.8"), bound("127.0.0.1")
         self.source = kind(self.receiver, DEVICE)  # type: ignore[call-arg]
+        stack.callback(self.source.close)
 
     def send(self, datagrams: list[bytes], sender: socket.socket | None = None) -> None:
         for datagram in datagrams:
@@ -68,6 +71,25 @@ class Wire:
 def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
     with ExitStack() as stack:
         yield Wire(stack, request.param)
+
+
+def test_a_wait_for_packets_ends_when_the_stream_does(wire: Wire) -> None:
+    waiting = threading.Thread(target=wire.source.receive, args=(Bench().assembler, 600.0))
+    waiting.start()
+    wire.source.wake()
+    waiting.join(PATIENCE)
+    assert not waiting.is_alive()
+
+
+def test_a_pause_ends_when_the_stream_does() -> None:
+    waits = Waits()
+    pausing = threading.Thread(target=waits.rest, args=(600.0,))
+    pausing.start()
+    waits.end()
+    pausing.join(PATIENCE)
+    waits.rest(600.0)  # nor does a later one last
+    waits.close()
+    assert not pausing.is_alive()
 
 
 @pytest.mark.parametrize("extended", [False, True])

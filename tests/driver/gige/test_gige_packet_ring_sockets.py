@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
 import time
 from collections.abc import Iterator
 
@@ -127,6 +128,19 @@ def test_frames_come_through_the_ring_once_and_the_socket_is_emptied(stand: Stan
     assert stand.socket_is_empty()
     assert stand.assembler.statistics.packets == 3 * len(block(1))
     assert stand.assembler.statistics.packets_duplicate == 0
+
+
+@pytest.mark.parametrize("proved", [False, True])
+def test_a_wait_for_packets_ends_when_the_stream_does(stand: Stand, proved: bool) -> None:
+    """Whether the UDP socket still receives all, or the trailers only."""
+    for block_id in range(1, packet_ring.PROOF // len(block(1)) + 2 if proved else 1):
+        stand.send(block(block_id))
+        stand.expect(block_id)
+    waiting = threading.Thread(target=stand.ring.receive, args=(stand.assembler, 600.0))
+    waiting.start()
+    stand.ring.wake()
+    waiting.join(PATIENCE)
+    assert not waiting.is_alive()
 
 
 def test_each_full_round_of_the_ring_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from typing import Any
 
 import numpy as np
@@ -163,9 +163,9 @@ def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.
     monkeypatch.setattr(sockets, "_attach", refuse)
     assert widen(port.receiver, WANTED, 1400) == [] and opened
     bench = Bench()
-    source = BatchSource(port.receiver, DEVICE)
-    port.send(block(1))
-    assert ids(drain(source, bench)) == [1]
+    with closing(BatchSource(port.receiver, DEVICE)) as source:
+        port.send(block(1))
+        assert ids(drain(source, bench)) == [1]
 
 
 def test_a_stretch_is_half_of_what_a_socket_holds() -> None:

@@ -22,7 +22,7 @@ from grabbergui.driver.gige.stream.recvmmsg import (
     hand_over_joined,
     join_packets,
 )
-from grabbergui.driver.gige.stream.sockets import buffer_bytes, waiter
+from grabbergui.driver.gige.stream.sockets import buffer_bytes
 
 BATCHES = 8
 "Reads before timers and finished frames have their turn."
@@ -52,7 +52,7 @@ class BatchSource(PacedSource):
             join_packets(each)
         self._slots = MessageSlots(device_ip)
         self._in_place = InPlaceReader(device_ip)
-        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), waiter(sockets))
+        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), sockets)
         self._newest = 0
         "Index of the socket that the last packets were read from."
         self._held = 0
@@ -78,6 +78,7 @@ class BatchSource(PacedSource):
 
     def close(self) -> None:
         """Close the further sockets."""
+        super().close()
         for each in self._more:
             each.close()
 

@@ -41,7 +41,6 @@ from grabbergui.driver.gige.stream.sockets import (
     detach,
     kernel_bytes,
     stream_filter,
-    waiter,
 )
 
 log = logging.getLogger(__name__)
@@ -165,9 +164,9 @@ class PacketRing(PacedSource):
         "Packets through the ring since the UDP socket receives all, too; None while it does not."
         self._last_packet = time.monotonic()
         pace = Pace(int(size.slots * kernel_bytes(packet_size)), size.slots)
-        super().__init__(pace, waiter([self._socket]))
-        self._wait_for_trailer = waiter([receiver])
-        self._wait_for_both = waiter([self._socket, receiver])
+        super().__init__(pace, [self._socket])
+        self._wait_for_trailer = self._waits.waiter([receiver])
+        self._wait_for_both = self._waits.waiter([self._socket, receiver])
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Take packets from the ring, or once it has failed, from the reserve."""
@@ -179,8 +178,15 @@ class PacketRing(PacedSource):
         if self._trailers_only and self._flowing and not assembler.block_in_progress:
             _empty(self._receiver)
 
+    def wake(self) -> None:
+        """Let `receive` return, also that of the reserve."""
+        super().wake()
+        if self._reserve is not None:
+            self._reserve.wake()
+
     def close(self) -> None:
         """Release the memory."""
+        super().close()
         self._release()
         if self._reserve is not None:
             self._reserve.close()

@@ -13,7 +13,7 @@ import socket
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
@@ -22,7 +22,7 @@ from grabbergui.driver.device import deliver_or_log
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.sockets import kernel_bytes, readable
+from grabbergui.driver.gige.stream.sockets import Waits, kernel_bytes
 
 log = logging.getLogger(__name__)
 
@@ -38,18 +38,27 @@ class DatagramSource(ABC):
     realtime = False
     "Whether the thread wakes without delay when packets arrive."
 
+    def __init__(self) -> None:
+        self._waits = Waits()
+
     @abstractmethod
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Wait at most `timeout` seconds for a datagram, then take what is there. Raises OSError."""
 
-    def close(self) -> None:  # noqa: B027 - most own nothing
+    def wake(self) -> None:
+        """Let `receive` return at once from now on. Any thread, once."""
+        self._waits.end()
+
+    def close(self) -> None:
         """Close what the source opened itself."""
+        self._waits.close()
 
 
 class PlainSource(DatagramSource):
     """A system call for each datagram: runs everywhere."""
 
     def __init__(self, receiver: socket.socket, device_ip: str) -> None:
+        super().__init__()
         self._socket = receiver
         self._device_ip = device_ip
         self._scratch = memoryview(bytearray(MAX_DATAGRAM))
@@ -64,7 +73,7 @@ class PlainSource(DatagramSource):
             except BlockingIOError:
                 if count:
                     return
-                readable([self._socket], timeout)
+                self._waits.readable(self._socket, timeout)
                 continue
             if source == device_ip:
                 assembler.receive(scratch[:size], time.monotonic())
@@ -240,10 +249,12 @@ which all waiting packets are discarded: a full buffer makes holes in every fram
 class PacedSource(DatagramSource):
     """Takes packets in batches. One thread."""
 
-    def __init__(self, pace: Pace, wait: Callable[[float], list[int]]) -> None:
-        """`wait` waits for at most the given seconds; it returns the descriptors of sockets with packets."""
+    def __init__(self, pace: Pace, sockets: Sequence[socket.socket]) -> None:
+        """`sockets` are those with the packets."""
+        super().__init__()
         self._pace = pace
-        self._wait = wait
+        self._wait = self._waits.waiter(sockets)
+        "Waits for at most the given seconds and returns the descriptors of sockets with packets."
         self._drained = True
         "Whether the last read emptied the buffer."
         self._busy_since = 0.0
@@ -329,7 +340,7 @@ class PacedSource(DatagramSource):
 
     def _rest(self, seconds: float) -> bool:
         """Wait; return False if that ended early, because a block did."""
-        time.sleep(seconds)
+        self._waits.rest(seconds)
         return True
 
 
@@ -369,6 +380,7 @@ class StreamReceiver:
     def stop(self) -> None:
         """End the thread and close the socket; nothing is delivered any more on return."""
         self._stopping = True
+        self._source.wake()
         if self._thread is not threading.current_thread():
             self._thread.join()
         self._source.close()
