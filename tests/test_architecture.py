@@ -22,7 +22,7 @@ HOMES = {
         "driver/sim/contents.py",
     ),
     "numba": ("core/pixel_loops.py",),
-    "psutil": ("driver/gige",),
+    "psutil": ("driver/gige", "net/yarp/os"),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
     **dict.fromkeys(QT, ("ui",)),

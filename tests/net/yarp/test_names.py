@@ -135,7 +135,7 @@ def test_numbers_that_are_no_port_are_no_address(port):
 
 
 def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
-    for name in ("YARP_CONF", "XDG_CONFIG_HOME", "YARP_NAMESPACE"):
+    for name in ("XDG_CONFIG_HOME", "YARP_NAMESPACE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path / "nowhere"))
@@ -161,7 +161,7 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
 @pytest.mark.parametrize("text", ["robot 99999 yarp", "[NAME]\nport 7", "[ROBOT]\nhost here", "a:b 10000"])
 def test_a_configuration_without_an_address_is_named(tmp_path, monkeypatch, text):
     monkeypatch.delenv("YARP_NAMESPACE", raising=False)
-    monkeypatch.setenv("YARP_CONF", str(tmp_path))
+    monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     (tmp_path / "yarp.conf").write_text(text)
     with pytest.raises(UsageError, match=r"/yarp\.conf: '.*' is no address of a name server; `yarp conf"):
         NameClient.find()
@@ -171,7 +171,7 @@ def test_a_configuration_that_may_not_be_read_is_named_and_not_passed_over(tmp_p
     def refused(path, *arguments, **options):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    monkeypatch.setenv("YARP_CONF", str(tmp_path))
+    monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     (tmp_path / "auth.conf").touch()
     monkeypatch.setattr(Path, "read_text", refused)
     with pytest.raises(SourceUnavailableError, match=r"auth\.conf could not be read: Permission denied"):

@@ -8,8 +8,8 @@ from http.client import HTTPConnection
 
 import pytest
 
-from grabbergui.core.errors import SourceNotFoundError, TransportError
-from grabbergui.net.yarp.os import name_client, ports
+from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError
+from grabbergui.net.yarp.os import name_client, ports, sockets
 from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
@@ -186,3 +186,60 @@ def test_ports_that_belong_together_are_all_open_or_none(names, monkeypatch):
 def test_a_second_name_server_refers_to_the_first(names):
     with pytest.raises(TransportError, match=r"runs at 127\.0\.0\.1:\d+ already: use that one"):
         NameServer(port=names.server.port).open()
+
+
+def test_the_environment_renames_ports_as_yarp_does(names, monkeypatch):
+    monkeypatch.setenv("YARP_RENAME_left_rpc", "/requests")
+    monkeypatch.setenv("YARP_PORT_PREFIX", "/robot")
+    with OutputPort("/left", names) as output, RpcServer("/left/rpc", lambda request: None, names) as server:
+        assert (output.name, server.name) == ("/robot/left", "/robot/requests")
+        assert names.query("/robot/requests").address == server.contact.address
+    with NameServer(port=0) as name_server:
+        assert name_server.name == "/root"
+
+
+def test_the_environment_chooses_the_number_of_a_port(monkeypatch):
+    with OutputPort("/left") as output:
+        number = output.port_number
+    monkeypatch.setenv("YARP_PORTNUMBER_left", str(number))
+    monkeypatch.setenv("YARP_RENAME_left", "/right")
+    with OutputPort("/left") as output:
+        assert (output.name, output.port_number) == ("/right", number)
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "reason"),
+    [
+        ("YARP_RENAME_left", "right", "YARP_RENAME_left=right: 'right' cannot name a port"),
+        ("YARP_PORT_PREFIX", "robot", "YARP_PORT_PREFIX=robot: 'robot/left' cannot name a port"),
+        ("YARP_PORTNUMBER_left", "65536", "YARP_PORTNUMBER_left=65536 is no TCP port"),
+        ("YARP_PORTNUMBER_left", "ten", "YARP_PORTNUMBER_left=ten is no TCP port"),
+        ("YARP_IP", "999", "YARP_IP=999 begins no address of this machine: .*127"),
+    ],
+)
+def test_a_variable_that_cannot_be_obeyed_is_named(names, monkeypatch, variable, value, reason):
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(UsageError, match=reason):
+        OutputPort("/left", names).open()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "bind", "registered", "listens"),
+    [
+        ("127", "", "127.0.0.1", "127.0.0.1"),
+        ("127.22.0.3", "", "127.22.0.3", "127.22.0.3"),
+        ("192.0.2.7", "0.0.0.0", "192.0.2.7", "0.0.0.0"),
+        ("192.0.2.7", "127.22.0.4", "127.22.0.4", "127.22.0.4"),
+    ],
+    ids=["beginning", "whole", "forwarded", "option"],
+)
+def test_the_environment_chooses_the_address_that_is_registered(
+    names, monkeypatch, wanted, bind, registered, listens
+):
+    monkeypatch.setattr(sockets, "local_addresses", lambda: ["10.0.0.1", "127.0.0.1"])
+    monkeypatch.setenv("YARP_IP", wanted)
+    listening = []
+    listen = sockets.listen
+    monkeypatch.setattr(sockets, "listen", lambda address: listening.append(address[0]) or listen(address))
+    with OutputPort("/left", names, bind=bind):
+        assert names.query("/left").host == registered and listening == [listens]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import logging
 import os
 import re
@@ -83,7 +84,7 @@ def namespace() -> str:
 def name_server() -> Contact | None:
     """Return the name server that the configuration names. Raises UsageError if it names none properly."""
     name = namespace()
-    file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else re.sub(r"[^0-9A-Za-z]", "_", name) + ".conf"
+    file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else _safe(name) + ".conf"
     text = _read(file_name)
     if not text.strip():
         return None
@@ -125,11 +126,7 @@ def require_authentication() -> None:
 
 def _path(name: str) -> Path | None:
     """Return the place of a file of YARP's configuration. Raises SourceUnavailableError."""
-    override = os.environ.get("YARP_CONF", "")
-    places = [folder / name for folder in (*([Path(override)] if override else []), *config_folders())]
-    if name == "yarp.conf" and override:
-        places.insert(0, Path(override))
-    for path in places:
+    for path in (folder / name for folder in config_folders()):
         try:
             if path.is_file():
                 return path
@@ -158,6 +155,54 @@ def _section(text: str, name: str) -> Mapping[str, str]:
         if section.name.lower() == name:
             return {key.lower(): value for key, value in section.values.items()}
     return {}
+
+
+# -- YARP's environment variables for the ports of a program --------------------------------------
+def port_name(name: str) -> str:
+    """Return the name of a port that the program calls `name`: YARP_RENAME_x, then YARP_PORT_PREFIX.
+
+    For `/grabber/rpc` x is `grabber_rpc`. Raises UsageError for what names no port.
+    """
+    variables = {key: os.environ.get(key, "") for key in ("YARP_PORT_PREFIX", f"YARP_RENAME{_safe(name)}")}
+    prefix, renamed = variables.values()
+    try:
+        return check_port_name(prefix + (renamed or name))
+    except UsageError as error:
+        causes = " and ".join(f"{key}={value}" for key, value in variables.items() if value)
+        raise UsageError(f"{causes}: {error}" if causes else str(error)) from error
+
+
+def port_number(name: str) -> int:
+    """Return the TCP port for the port that the program calls `name`, 0 for any: YARP_PORTNUMBER_x."""
+    variable = f"YARP_PORTNUMBER{_safe(name)}"
+    text = os.environ.get(variable) or "0"
+    number = int(text) if re.fullmatch(r"\d{1,5}", text, re.ASCII) else 65536
+    if number > 65535:
+        raise UsageError(f"{variable}={text} is no TCP port")
+    return number
+
+
+def registered_address() -> str:
+    """Return the address under which to register ports if YARP_IP names one, otherwise an empty string.
+
+    A beginning stands for this machine's first address with it. Raises UsageError.
+    """
+    wanted = os.environ.get("YARP_IP", "")
+    if not wanted:
+        return ""
+    try:
+        return str(ipaddress.ip_address(wanted))
+    except ValueError:
+        local = sockets.local_addresses()
+    for address in local:
+        if address.startswith(wanted):
+            return address
+    raise UsageError(f"YARP_IP={wanted} begins no address of this machine: {', '.join(local)}")
+
+
+def _safe(name: str) -> str:
+    """Return a name as it is part of variables and file names."""
+    return re.sub(r"[^0-9A-Za-z]", "_", name)
 
 
 # -- requests ------------------------------------------------------------------------------------
@@ -199,8 +244,7 @@ class NameClient:
 
     def register(self, name: str, carrier: str = "tcp", ip: str | None = None, port: int = 0) -> Contact:
         """Register a port, replacing an older one. The server chooses the parts of the contact not given."""
-        ip = ip or os.environ.get("YARP_IP") or "..."
-        return self._one(f"register {_checked(name)} {carrier} {ip} {port or '...'}")
+        return self._one(f"register {_checked(name)} {carrier} {ip or '...'} {port or '...'}")
 
     def query(self, name: str) -> Contact:
         """Return where a port is; `tcp://HOST:PORT/` needs no server. Raises SourceNotFoundError."""

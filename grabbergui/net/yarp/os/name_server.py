@@ -224,6 +224,7 @@ class NameServer(Port):
     """Serves names until closed. Any thread."""
 
     sends = False
+    obeys_environment = False
 
     def __init__(
         self,

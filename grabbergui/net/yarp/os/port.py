@@ -29,7 +29,14 @@ from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name, literal_address
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import Link, report_end, tell_all
-from grabbergui.net.yarp.os.name_client import Contact, NameClient, Registration
+from grabbergui.net.yarp.os.name_client import (
+    Contact,
+    NameClient,
+    Registration,
+    port_name,
+    port_number,
+    registered_address,
+)
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
 from grabbergui.net.yarp.os.registry import Listener, Registry, StrangerLog
 from grabbergui.net.yarp.os.values import Item
@@ -57,6 +64,8 @@ class Port:
 
     sends = True
     "Whether readers may be connected to it."
+    obeys_environment = True
+    "Whether YARP's environment variables change its name and TCP port."
 
     def __init__(
         self,
@@ -68,12 +77,14 @@ class Port:
         limit: int = wire.MESSAGE_LIMIT,
         allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
-        """Make a port; `open` starts it.
+        """Make a port; `open` starts it. YARP's environment variables may change `name` and `port`.
 
         Without `names` it is reached as `tcp://HOST:PORT/` only. `bind` is the address to listen at; by
         default the one from which the name server is reached, or loopback without a name server. Peers that
         are not `allowed` are neither answered nor sent to.
         """
+        if self.obeys_environment:
+            name, port = port_name(name), port_number(name) or port
         self.name = check_port_name(name)
         self.limit = limit
         self.properties: dict[str, Item] = {}
@@ -94,14 +105,9 @@ class Port:
     # -- life ------------------------------------------------------------------------------------
     def open(self) -> None:
         """Listen and register. Leaves nothing open if it raises SourceUnavailableError or TransportError."""
-        bind, port = self._address
-        if not bind:
-            bind = sockets.local_address_towards(*self._names.server.address) if self._names else "127.0.0.1"
-        host = bind
-        if self._names and bind in ("0.0.0.0", "::"):
-            host = sockets.local_address_towards(*self._names.server.address)
+        bind, host = self._addresses()
         try:
-            self.contact = Contact(self.name, host, self._listener.open((bind, port)))
+            self.contact = Contact(self.name, host, self._listener.open((bind, self._address[1])))
         except TransportError as error:
             raise TransportError(f"{self.name} {error}") from error
         try:
@@ -114,6 +120,16 @@ class Port:
         self._listener.start()
         if self._registration:
             self._registration.announce()
+
+    def _addresses(self) -> tuple[str, str]:
+        """Return the address to listen at and the one to register. Raises GrabberError."""
+        bind = self._address[0]
+        if bind not in ("", "0.0.0.0", "::"):
+            return bind, bind
+        if self._names is None:
+            return bind or "127.0.0.1", bind or "127.0.0.1"
+        host = registered_address() or sockets.local_address_towards(*self._names.server.address)
+        return bind or host, host
 
     def give_up_name(self) -> None:
         """Start to unregister the name, so that a later `close` hardly waits. Returns immediately."""

@@ -289,6 +289,14 @@ def local_address_towards(host: str, port: int) -> str:
         raise TransportError(f"'{host}' is no name of a host") from error
 
 
+def local_addresses() -> list[str]:
+    """Return this machine's IP addresses."""
+    import psutil  # takes a while, and few need it
+
+    found = [address for addresses in psutil.net_if_addrs().values() for address in addresses]
+    return [address.address for address in found if address.family in (socket.AF_INET, socket.AF_INET6)]
+
+
 # -- datagrams -----------------------------------------------------------------------------------
 _BUFFER_BYTES = 4 << 20
 """Buffer size of a socket for datagrams; the kernel sizes those of TCP itself."""
