@@ -8,9 +8,10 @@ from PyQt5.QtWidgets import QApplication, QWidget
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.models.recording import PlaybackState
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import create_writer
-from grabbergui.ui.views.recording_bars import RecordingBar
+from grabbergui.ui.views.recording_bars import PlaybackBar, RecordingBar
 
 FRAMES, STEP_NS = 21, 50_000_000
 DIRECT = Qt.FindDirectChildrenOnly
@@ -56,6 +57,18 @@ def test_a_camera_has_no_bar(app):
     app.connect()
     app.watch()
     assert not bar_of(app).isVisible()
+
+
+def test_the_slider_keeps_its_length_with_another_digit(qtbot):
+    bar = PlaybackBar()
+    qtbot.addWidget(bar)
+    bar.show()
+    lengths = set()
+    for position in (0, 50, 500, 999):
+        bar.setState(PlaybackState(True, position, 1000, position / 20, 50.0, 1.0, True))
+        QApplication.processEvents()
+        lengths.add(bar.slider.width())
+    assert len(lengths) == 1
 
 
 def test_it_plays_holds_and_steps(player):

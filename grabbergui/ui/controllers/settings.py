@@ -90,7 +90,10 @@ class SettingsFilesController(QObject):
     # -- asking ----------------------------------------------------------------------------------
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
-        if path := self._files.to_save(self.tr("Save settings"), "settings.yaml", self._kinds):
+        source = self._connection.source
+        camera = source.grabber.info.file_name if source is not None and source.grabber is not None else ""
+        name = f"{camera or 'settings'}.yaml"
+        if path := self._files.to_save(self.tr("Save settings"), name, self._kinds):
             self.save(path)
 
     def ask_load(self) -> None:

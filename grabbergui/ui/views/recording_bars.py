@@ -242,6 +242,7 @@ class PlaybackBar(QWidget):
         super().__init__(parent)
         load_form("playback_bar", self)
         self._playing = False
+        self._longest = ""
         for speed in SPEEDS:
             self.speedBox.addItem(_times(speed), speed)
         self.backButton.clicked.connect(lambda: self.stepRequested.emit(-1))
@@ -266,10 +267,17 @@ class PlaybackBar(QWidget):
             if not self.slider.isSliderDown():
                 self.slider.setValue(state.position)
         self.slider.setPageStep(max(1, state.frames // 10))
-        figures = f"{_clock(state.time)} / {_clock(state.duration)}   {state.position + 1} / {state.frames}"
-        self.placeLabel.setText(figures)
+        self._keep_width(_place(state.duration, state.duration, state.frames, state.frames))
+        self.placeLabel.setText(_place(state.time, state.duration, state.position + 1, state.frames))
         self._show_speed(state.speed)
         self.loopButton.setChecked(state.loop)
+
+    def _keep_width(self, longest: str) -> None:
+        """Leave room for the longest text: with each digit more, the slider would jump under the mouse."""
+        if longest != self._longest:
+            self._longest = longest
+            self.placeLabel.setText(longest)
+            self.placeLabel.setMinimumWidth(self.placeLabel.sizeHint().width())
 
     def _on_speed_chosen(self, index: int) -> None:
         self.speedChosen.emit(self.speedBox.itemData(index))
@@ -280,6 +288,10 @@ class PlaybackBar(QWidget):
             self.speedBox.addItem(_times(speed), speed)
             index = self.speedBox.count() - 1
         self.speedBox.setCurrentIndex(index)
+
+
+def _place(time: float, duration: float, frame: int, frames: int) -> str:
+    return f"{_clock(time)} / {_clock(duration)}   {frame} / {frames}"
 
 
 def _times(speed: float) -> str:
