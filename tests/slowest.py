@@ -27,7 +27,7 @@ def name(path: str, test: str) -> str:
 def first(items: Iterable[T]) -> list[T]:
     """Return the tests with the slowest at the beginning."""
     seconds = remembered()
-    return sorted(items, key=lambda item: -seconds.get(name(str(item.path), item.name), 0.0))
+    return sorted(items, key=lambda item: -seconds.get(f"{item.path.stem}::{item.name}", 0.0))
 
 
 def remembered() -> dict[str, float]:
