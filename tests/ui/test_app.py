@@ -24,13 +24,18 @@ from grabbergui.models.sources import SourceListModel
 SourceListModel.start = lambda self: None
 """
 """Other sources are not looked for: to import each kind takes as long as all that these tests look at."""
+SMALL = "sim:?width=640&height=480&fps=10"
 
 
-def run(code, tmp_path):
+def run(code, tmp_path, window=CODE):
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
     environment.pop("QT_QPA_PLATFORM", None)
     return subprocess.run(
-        [sys.executable, "-c", CODE + code], capture_output=True, text=True, timeout=PROGRAM, env=environment
+        [sys.executable, "-c", window + code],
+        capture_output=True,
+        text=True,
+        timeout=PROGRAM,
+        env=environment,
     )
 
 
@@ -45,7 +50,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
     for seconds in (3, 9, 40):  # on a busy machine the first frame comes late
         begun = time.monotonic()
         done = run(
-            ALONE + f"sys.exit(window.run('sim:', offscreen=True, duration={seconds},"
+            ALONE + f"sys.exit(window.run({SMALL!r}, offscreen=True, duration={seconds},"
             f" screenshot=Path({json.dumps(str(target))})))",
             tmp_path,
         )
@@ -62,7 +67,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
 def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path):
     done = run(
         ALONE + f"folder = Path({json.dumps(str(tmp_path))})\n"
-        "print([window.run('sim:', offscreen=True, theme=theme, screenshot=folder / f'{theme}.png')"
+        f"print([window.run({SMALL!r}, offscreen=True, theme=theme, screenshot=folder / f'{{theme}}.png')"
         " for theme in ('light', 'dark')])",
         tmp_path,
     )
@@ -157,6 +162,7 @@ def test_what_qt_warns_of_is_logged(tmp_path):
         "from PyQt5.QtCore import qWarning; from grabbergui.ui.application import log_qt_messages\n"
         "log_qt_messages(); qWarning(b'a real one'); qWarning(b'This plugin does not support raise()')",
         tmp_path,
+        window="",
     )
     assert done.stderr == "WARNING Qt a real one\n"
 
