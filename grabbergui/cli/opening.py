@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from grabbergui import sources
 from grabbergui.cli import wait_time
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
-from grabbergui.core.features import Category
 from grabbergui.setup.completion import Seen, somebody_types
 
 if TYPE_CHECKING:  # help needs no numpy
@@ -52,18 +51,10 @@ def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> I
         _take_control(grabber, reading=reading, hint="" if monitor is None else ", or look on with --monitor")
     try:
         if somebody_types():
-            Seen().keep_features(uri, sorted(_feature_names(grabber.feature_tree())))
+            Seen().keep_features(uri, sorted(each.name for each in grabber.feature_tree().descriptions()))
         yield grabber
     finally:
         grabber.close()
-
-
-def _feature_names(category: Category) -> Iterator[str]:
-    for member in category.members:
-        if isinstance(member, Category):
-            yield from _feature_names(member)
-        else:
-            yield member.name
 
 
 def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:

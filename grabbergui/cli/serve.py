@@ -8,7 +8,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -209,10 +209,8 @@ def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
 
     shown = ReadOnlyGrabber(grabber)
     shown.open()
-    try:
+    with closing(shown):
         yield shown
-    finally:
-        shown.close()
 
 
 def _nth_camera(index: int) -> str:
@@ -299,11 +297,8 @@ def _on_yarp(
             terminal=remote_terminal(grabber),
             calibration=calibration,
         )
-        server.start()
-        try:
+        with server:
             yield server
-        finally:
-            server.stop()
 
 
 def _narrow_discovery(allowed: AllowedAddresses) -> None:
@@ -341,11 +336,8 @@ def _on_ros2(
         read_only=options.read_only,
         terminal=remote_terminal(grabber),
     )
-    server.start()
-    try:
+    with server:
         yield server
-    finally:
-        server.stop()
 
 
 def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:

@@ -69,6 +69,8 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         self._seen: dict[SettingKey, FeatureValue] = {}
         "Settings as last read or written, for a comparison after an interruption."
         self._stream: StreamType | None = None
+        self._stream_lock = self._lock
+        "Guards the stream."
         self._statistics = StreamStatistics()
         self._lost = ""
         self._access = Access.CONTROL
@@ -280,7 +282,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:
         """Stop receiving frames. The remote camera itself continues."""
-        with self._lock:
+        with self._stream_lock:
             stream, self._stream = self._stream, None
             if stream is not None:
                 stream.close()

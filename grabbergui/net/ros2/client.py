@@ -130,14 +130,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                     self._stream.look()
 
     @override
-    def stop(self) -> None:
-        with self._stream_lock:
-            stream, self._stream = self._stream, None
-            if stream is not None:
-                stream.close()
-                self._statistics = stream.statistics()
-
-    @override
     def calibration(self) -> Calibration | None:
         """Return the calibration from the topic's camera_info, while streaming."""
         stream = self._stream
