@@ -58,11 +58,6 @@ class CameraFile:
     "The vendor's own features about a file, with their text, such as FileState of the simulated camera."
     tooltip: str = ""
 
-    @property
-    def is_firmware(self) -> bool:
-        """Whether a wrong file here may leave the camera useless."""
-        return is_firmware(self.name)
-
     def as_dict(self) -> dict[str, Any]:
         """All fields, for JSON."""
         return asdict(self)

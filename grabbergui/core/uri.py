@@ -60,10 +60,6 @@ class SourceUri:
         slashes = "//" if self.name.startswith("//") else ""  # parsing removes two
         return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN, errors='surrogateescape')}{query}"
 
-    def option(self, name: str, default: str = "") -> str:
-        """Return the text of an option."""
-        return self.options.get(name, default)
-
 
 def _with_kind(text: str) -> str:
     """Propose URIs for a name without its kind."""

@@ -130,15 +130,15 @@ class Connection:
         self.messages.end(None, Cause.OPENING)
         self.make_current(self._begin(parsed, start=True, current=False))
 
-    def open_additional(self, uri: str, *, start: bool = True) -> None:
-        """Open one more source and keep the current one. Raises UsageError for a malformed URI."""
+    def open_additional(self, uri: str) -> None:
+        """Open and start one more source and keep the current one. Raises UsageError for a malformed URI."""
         parsed = SourceUri.parse(uri)
         self.messages.end(None, Cause.OPENING)
         current = self._source
         if current is not None and (self._in_background(parsed) or current.is_named(parsed)):
             self._report_not_opened(translate("Connection", "{0} is open already").format(parsed))
         else:
-            self._begin(parsed, start, current=current is None)
+            self._begin(parsed, start=True, current=current is None)
 
     def take_control(self) -> None:
         """Reopen the current source to control it, if it is open for reading only.

@@ -14,7 +14,7 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
-from grabbergui.core.file_access import delete_file, list_files, read_file, write_file
+from grabbergui.core.file_access import delete_file, is_firmware, list_files, read_file, write_file
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
@@ -49,7 +49,7 @@ def test_files_are_listed_with_size_and_state(camera):
     assert files["LUTLuminance"].size == 8192
     assert files["LUTLuminance"].details == {"FileState": "Intact"}
     assert files["LUTLuminance"].modes == ("Read", "Write", "ReadWrite")
-    assert [name for name, file in files.items() if file.is_firmware] == ["Firmware"]
+    assert [name for name in files if is_firmware(name)] == ["Firmware"]
 
 
 def test_a_written_file_is_read_back(camera):

@@ -52,11 +52,6 @@ def test_a_name_without_its_kind_is_answered_with_the_likely_one(text, hint):
     assert str(refused.value) == f"'{text}' is no source; {hint}"
 
 
-def test_an_option_has_its_text_or_the_default():
-    uri = SourceUri.parse("yarp:/grabber?carrier=mjpeg")
-    assert (uri.option("carrier"), uri.option("rate"), uri.option("rate", "5")) == ("mjpeg", "", "5")
-
-
 @given(st.from_regex(r"\A[a-z][a-z0-9]{0,5}\Z"), st.text(), st.dictionaries(st.text(min_size=1), st.text()))
 def test_every_source_is_read_back_from_its_text(scheme, name, options):
     # Blanks around a URI are the user's; within the text of one they are written as %20.

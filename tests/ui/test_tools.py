@@ -165,7 +165,7 @@ def test_a_drawn_region_is_scored_for_focus(app):
     region = app.program.measuring.wanted.focus_region
     assert abs(region.x - 200) < 6 and abs(region.y - 200) < 6
     assert abs(region.width - 300) < 8 and abs(region.height - 200) < 8
-    assert window.image.canvas.marks.shape_of(Mark.FOCUS) is not None
+    assert window.image.canvas.marks._shapes.get(Mark.FOCUS) is not None
     app.until(lambda: "best" in window.focus.scoreLabel.text())
     app.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
     assert app.program.measuring.wanted.focus_region is None
@@ -175,7 +175,7 @@ def test_a_drawn_region_is_scored_for_focus(app):
     app.until(window.actionFullSensor.isEnabled)
     window.actionFullSensor.trigger()
     app.until(lambda: app.program.measuring.wanted.focus_region is None)
-    assert window.image.canvas.marks.shape_of(Mark.FOCUS) is None
+    assert window.image.canvas.marks._shapes.get(Mark.FOCUS) is None
 
 
 def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(app):

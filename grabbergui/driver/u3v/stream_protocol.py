@@ -66,11 +66,6 @@ class Leader:
         """Whether the leader has the fields of an image."""
         return self.payload_type in _WITH_GEOMETRY
 
-    @property
-    def has_chunks(self) -> bool:
-        """Whether the payload ends in chunk data."""
-        return bool(self.payload_type & 0x4000)
-
     def encode(self, size: int = 0) -> bytes:
         """Return the leader, padded with zeros to `size`."""
         length = IMAGE_LEADER_SIZE if self.has_geometry else SMALLEST_LEADER

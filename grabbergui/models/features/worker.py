@@ -95,11 +95,6 @@ class FeatureWorker:
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
-    @property
-    def alive(self) -> bool:
-        """Whether the thread still runs."""
-        return self._thread.is_alive()
-
     def _work(self) -> None:
         while (job := self._next()) is not None:
             self._run(job)

@@ -121,11 +121,6 @@ class CoverageView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._coverage = Coverage()
 
-    @property
-    def coverage(self) -> Coverage:
-        """The coverage shown."""
-        return self._coverage
-
     def setCoverage(self, coverage: Coverage) -> None:
         """Show the tilts and distances seen so far."""
         self._coverage = coverage

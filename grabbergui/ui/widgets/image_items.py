@@ -242,10 +242,6 @@ class ImageMarks(ImageOverlay):
             self._shapes[mark] = shape
         self.update()
 
-    def shape_of(self, mark: Mark) -> QRectF | QLineF | None:
-        """Return the shape of a mark; None if it is not shown."""
-        return self._shapes.get(mark)
-
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:

@@ -111,11 +111,6 @@ class RobotView(QWidget):
         self._trail: deque[Points] = deque(maxlen=TRAIL)
         self._grip: QPointF | None = None
 
-    @property
-    def posture(self) -> Posture | None:
-        """The pose shown."""
-        return self._posture
-
     def setPosture(self, posture: Posture | None) -> None:
         """Show where everything is; None if nothing is known."""
         self._posture = posture

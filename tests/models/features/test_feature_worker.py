@@ -134,7 +134,7 @@ def test_a_job_may_close_its_worker(worker):
 
 def test_closing_reports_a_job_that_does_not_end(worker, gate):
     assert not worker.close(0.01)
-    assert worker.alive
+    assert worker._thread.is_alive()
     gate.set()
     assert worker.close()
-    assert not worker.alive
+    assert not worker._thread.is_alive()

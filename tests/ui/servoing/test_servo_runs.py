@@ -158,7 +158,7 @@ def test_the_robot_that_is_drawn_is_the_one_that_moves(live, window, qtbot):
     runner, robot = live
     runner.start()
     qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
-    shown = window.robotView.posture
+    shown = window.robotView._posture
     reach = teo.RIGHT_ARM.forward(robot.state().arm)[:3, 3]
     assert np.linalg.norm(shown.hand[:3, 3] - reach) < 0.05
     assert shown.sight.shape == (4, 3)
