@@ -144,10 +144,11 @@ class Device(ABC):
 
     def close_stream(self) -> None:
         """Stop receiving; called after AcquisitionStop. `deliver` is not called after return."""
-        stream, self._receiving = self._receiving, None
+        stream = self._receiving
         if stream is not None:
             stream.close()
             self._last_statistics = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+            self._receiving = None
 
     def stream_statistics(self) -> StreamStatistics:
         """Return a snapshot of the current or last stream's counters. Any thread; never waits."""

@@ -10,7 +10,7 @@ import ipaddress
 import logging
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from grabbergui.core.errors import (
     AccessDeniedError,
@@ -25,7 +25,6 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, distinct_names, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
@@ -41,6 +40,7 @@ from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.stream.channel import (
     ALL_CHANNELS,
+    GigeOptions,
     Stream,
     Streams,
     chosen_channels,
@@ -51,25 +51,6 @@ from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, Pac
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class GigeOptions:
-    """Options of one camera."""
-
-    packet_size: PacketSizePolicy = field(default_factory=PacketSizePolicy)
-    resend: ResendPolicy = field(default_factory=ResendPolicy)
-    packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
-    multicast: str = ""
-    "Multicast group of the stream, which others can join; empty for unicast to us."
-    stream_channel: int = 0
-    "Index of the stream channel to receive, or `ALL_CHANNELS`."
-    batched: bool = True
-    "Receive many datagrams in one system call, if the system supports it."
-    packet_ring: RingUse = RingUse.AUTO
-    "Receive packets without system calls, if we may open packet sockets; see `stream.packet_ring`."
-    search_timeout: float = 1.0
-    "Seconds within which a camera must answer a search for its name."
 
 
 class GigeDevice(Device):
@@ -123,13 +104,14 @@ class GigeDevice(Device):
                 link.on_held = self.on_held
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
             indices = chosen_channels(memory, self.options.stream_channel)
+            address, interface = self.info.address, self._require_interface()
         except BaseException:
             self._disconnect(link, memory)
             raise
         finally:
             self._opening = None
         self._link, self._memory = link, memory
-        self._stream = Streams([self._channel(memory, index) for index in indices])
+        self._stream = Streams([Stream(memory, address, interface, self.options, index) for index in indices])
         return access
 
     def interrupt(self) -> None:
@@ -141,21 +123,6 @@ class GigeDevice(Device):
     def _require_wanted(self) -> None:
         if self.interrupted:
             raise DeviceLostError(f"{self.info.title} was closed while it was opened")
-
-    def _channel(self, memory: DeviceMemory, index: int) -> Stream:
-        options = self.options
-        return Stream(
-            memory,
-            self.info.address,
-            self._require_interface(),
-            packet_size=options.packet_size,
-            packet_delay=options.packet_delay,
-            resend=options.resend,
-            channel=index,
-            batched=options.batched,
-            packet_ring=options.packet_ring,
-            multicast=options.multicast,
-        )
 
     def close(self) -> None:
         """Close stream, events and connection, and release control. May be called twice."""
@@ -291,36 +258,7 @@ class GigeDevice(Device):
         self._opened()
         assert self._stream is not None
         self._stream.open(request, deliver, self._tick_frequency)
-
-    def close_stream(self) -> None:
-        """Close the stream channels. Nothing is delivered after return."""
-        stream = self._stream
-        if stream is not None:
-            stream.close()
-            self._last_statistics = stream.statistics()
-
-    def stream_statistics(self) -> StreamStatistics:
-        """Return a snapshot of the current or last stream's counters. Any thread."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else replace(self._last_statistics)
-
-    @property
-    def local_address(self) -> str:
-        """The host's IP address towards the camera; empty while closed."""
-        link = self._link
-        return link.local_address if link is not None else ""
-
-    @property
-    def stream_port(self) -> int:
-        """The host's UDP port for frames, which a firewall must accept; 0 before a stream."""
-        stream = self._stream
-        return stream.port if stream is not None else 0
-
-    @property
-    def packet_size(self) -> int:
-        """Bytes of a stream packet, headers included, as set in the camera; 0 before the first stream."""
-        stream = self._stream
-        return stream.packet_size if stream is not None else 0
+        self._receiving = self._stream
 
     def _opened(self) -> DeviceMemory:
         memory = self._memory

@@ -207,11 +207,6 @@ class ReadReg:
         """Read the command. Raises RemoteProtocolError."""
         return cls(_words(payload, "READREG"))
 
-    @staticmethod
-    def encode_ack(values: tuple[int, ...]) -> bytes:
-        """Return the acknowledge's payload: values in the order of the addresses."""
-        return struct.pack(f">{len(values)}I", *values)
-
     def decode_ack(self, payload: bytes) -> tuple[int, ...]:
         """Return the values. Raises RemoteProtocolError unless there are as many as requested."""
         values = _words(payload, "READREG_ACK")

@@ -103,7 +103,7 @@ def check_stream_against_a_stranger(grabber: FrameGrabber, *, counted: bool) -> 
     frames = grabber.open_queue(60)
     grabber.start()
     frames.get(PATIENCE)
-    target = (grabber.device.local_address, grabber.device.stream_port)
+    target = (grabber.device._link.local_address, grabber.device._stream.channels[0].port)
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
         stranger.bind(("127.0.0.66", 0))
         for block in range(60000, 60200):

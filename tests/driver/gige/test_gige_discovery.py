@@ -264,7 +264,7 @@ def wired(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[GigeCamera, GigeDev
 def test_any_camera_is_asked_for_test_packets(wired: tuple[GigeCamera, GigeDevice]) -> None:
     _, device = wired
     device.open_stream(StreamRequest(65536), lambda frame: None)
-    assert device.packet_size == 9000
+    assert device._stream.channels[0].packet_size == 9000
 
 
 def test_one_that_sends_none_is_asked_once(wired: tuple[GigeCamera, GigeDevice]) -> None:
@@ -273,7 +273,7 @@ def test_one_that_sends_none_is_asked_once(wired: tuple[GigeCamera, GigeDevice])
     camera.control.on_test_packet = lambda size, channel: asked.append(size)
     for _ in range(2):
         device.open_stream(StreamRequest(65536), lambda frame: None)
-        assert device.packet_size == 1500
+        assert device._stream.channels[0].packet_size == 1500
         device.close_stream()
     assert asked == sorted(asked, reverse=True) and asked.count(1500) == TEST_TRIES
 

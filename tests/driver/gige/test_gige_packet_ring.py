@@ -96,7 +96,7 @@ def test_packets_from_elsewhere_are_kept_out_by_the_kernel(monkeypatch: pytest.M
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             stranger.bind(("127.16.7.2", 0))
             for _ in range(20):
-                stranger.sendto(b"x" * 100, ("127.0.0.1", device._stream.port))
+                stranger.sendto(b"x" * 100, ("127.0.0.1", device._stream.channels[0].port))
         check_frames(grabber, 2)
         assert grabber.statistics().packets_ignored == 0
 

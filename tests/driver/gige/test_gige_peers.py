@@ -69,7 +69,7 @@ def test_is_found_by_every_name(aravis_camera: Any, name: str) -> None:
     with closing(opened(name, Access.MONITOR)) as device:
         assert (device.info.vendor, device.info.model, device.info.serial) == ("Aravis", "Fake", "GV01")
         assert device.info.uri == f"gige:{name or 'GV01'}"
-        assert device.local_address == "127.0.0.1"
+        assert device._link.local_address == "127.0.0.1"
 
 
 @ARAVIS
@@ -98,7 +98,8 @@ def test_streams_fifty_complete_frames(aravis_camera: Any, batched: bool) -> Non
             statistics = device.stream_statistics()
             assert statistics.frames == len(take.frames)
             assert statistics.bytes == ARAVIS_PAYLOAD * len(take.frames)
-            assert device.stream_port > 0 and device.packet_size == 1400
+            (channel,) = device._stream.channels
+            assert channel.port > 0 and channel.packet_size == 1400
         if not statistics.packets_missing:
             break
     assert statistics.incomplete == statistics.lost == statistics.packets_missing == 0
@@ -118,7 +119,7 @@ def test_packet_size_is_what_was_asked_for(aravis_camera: Any, asked: str, held:
         device.open_stream(StreamRequest(ARAVIS_PAYLOAD), take)
         device.write(ARAVIS_ACQUISITION, struct.pack(">I", 1))
         take.wait_for(3)
-        assert device.packet_size == held
+        assert device._stream.channels[0].packet_size == held
         assert device.stream_statistics().incomplete == 0
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import pytest
 from gige_transcripts import CAPTURES, NAMES, lines
 from hypothesis import given
@@ -66,7 +68,7 @@ def test_captured_acks_answer_their_commands(name: str) -> None:
             continue
         if code == CommandCode.READREG:
             values = ReadReg.decode(payload).decode_ack(ack.payload)
-            assert ReadReg.encode_ack(values) == ack.payload
+            assert struct.pack(f">{len(values)}I", *values) == ack.payload
         elif code == CommandCode.READMEM:
             request = ReadMem.decode(payload)
             assert ReadMem.encode_ack(request.address, request.decode_ack(ack.payload)) == ack.payload
@@ -187,7 +189,6 @@ def test_the_bytes_of_acknowledges() -> None:
     ack = Ack(0x8006, 0x8001, 0x8042, b"ab")
     assert ack.encode() == bytes.fromhex("8006 8001 0002 8042 6162") and Ack.decode(ack.encode()) == ack
     assert ReadReg((0, 4)).decode_ack(bytes.fromhex("80000001 80000002")) == (0x80000001, 0x80000002)
-    assert ReadReg.encode_ack((0x80000001,)) == bytes.fromhex("80000001")
     assert ReadMem.encode_ack(0x80000004, b"abcd") == bytes.fromhex("80000004 61626364")
     assert ReadMem(0x80000004, 4).decode_ack(bytes.fromhex("80000004 61626364")) == b"abcd"
     assert gvcp.encode_write_ack(0x8001) == bytes.fromhex("0000 8001")

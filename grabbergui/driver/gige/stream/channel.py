@@ -6,7 +6,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 from grabbergui.core.errors import (
     AccessDeniedError,
@@ -61,6 +61,25 @@ READY_BUFFERS = 4
 "Buffers allocated before the first packet, so that no packet waits for memory from the system."
 
 
+@dataclass(frozen=True)
+class GigeOptions:
+    """Options of one camera."""
+
+    packet_size: PacketSizePolicy = field(default_factory=PacketSizePolicy)
+    resend: ResendPolicy = field(default_factory=ResendPolicy)
+    packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
+    multicast: str = ""
+    "Multicast group of the stream, which others can join; empty for unicast to us."
+    stream_channel: int = 0
+    "Index of the stream channel to receive, or `ALL_CHANNELS`."
+    batched: bool = True
+    "Receive many datagrams in one system call, if the system supports it."
+    packet_ring: RingUse = RingUse.AUTO
+    "Receive packets without system calls, if we may open packet sockets; see `stream.packet_ring`."
+    search_timeout: float = 1.0
+    "Seconds within which a camera must answer a search for its name."
+
+
 class Stream:
     """One stream channel of an opened device, until closed."""
 
@@ -69,28 +88,14 @@ class Stream:
         memory: DeviceMemory,
         device_ip: str,
         interface: Interface,
-        *,
-        packet_size: PacketSizePolicy,
-        packet_delay: PacketDelayPolicy,
-        resend: ResendPolicy,
-        channel: int = 0,
-        batched: bool = True,
-        packet_ring: RingUse = RingUse.AUTO,
-        multicast: str = "",
+        options: GigeOptions,
+        channel: int,
     ) -> None:
-        """`interface` is the host's, on the way to the device. Nothing is done before `open`.
-
-        `multicast` is the group that the device sends to; empty: to us alone.
-        """
+        """`interface` is the host's, on the way to the device. Nothing is done before `open`."""
         self._memory = memory
         self._device_ip = device_ip
         self._interface = interface
-        self._packet_size_policy = packet_size
-        self._packet_delay_policy = packet_delay
-        self._resend = resend
-        self._batched = batched
-        self._packet_ring = packet_ring
-        self._multicast = multicast
+        self._options = options
         self._channel = StreamChannel(channel)
         self._tests_arrive = True
         "Whether test packets are worth a request; False once none of them came."
@@ -134,7 +139,7 @@ class Stream:
             receiver.close()
             raise
         if self._memory.writable:
-            policy = self._packet_delay_policy
+            policy = self._options.packet_delay
             settle_delay(self._memory, self._channel, policy, self.packet_size, tick_frequency)
 
     def close(self) -> None:
@@ -158,7 +163,7 @@ class Stream:
     def _open_socket(self, payload_size: int) -> socket.socket:
         if not self._memory.writable:
             return self._listen_in(payload_size)
-        group = self._multicast
+        group = self._options.multicast
         local = listening_address(group) if group else self._interface.ip
         receiver = open_stream_socket(local, payload_size, shared=bool(group))
         try:
@@ -172,7 +177,7 @@ class Stream:
                 self._channel, self._memory.read_register, self._memory.write_register, self._interface
             )
             self.packet_size = sizer.settle(
-                self._packet_size_policy, receiver, self._device_ip, can_test=self._tests_arrive
+                self._options.packet_size, receiver, self._device_ip, can_test=self._tests_arrive
             )
             self._tests_arrive = self._tests_arrive and sizer.tests_arrive
             self._open_firewall(receiver)
@@ -222,15 +227,16 @@ class Stream:
                 log.debug("opening the firewall: %s", error)
 
     def _open_source(self, receiver: socket.socket, payload_size: int) -> DatagramSource:
-        if not self._batched or not recvmmsg.available():
+        options = self._options
+        if not options.batched or not recvmmsg.available():
             return PlainSource(receiver, self._device_ip)
-        if self._packet_ring is not RingUse.NEVER and (ring := self._open_ring(receiver, payload_size)):
+        if options.packet_ring is not RingUse.NEVER and (ring := self._open_ring(receiver, payload_size)):
             return ring
         return self._open_batches(receiver, payload_size)
 
     def _open_batches(self, receiver: socket.socket, payload_size: int) -> batches.BatchSource:
         # A datagram to a multicast group would arrive at each of the sockets.
-        alone = self._memory.writable and not self._multicast
+        alone = self._memory.writable and not self._options.multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
         return batches.BatchSource(receiver, self._device_ip, more)
 
@@ -248,7 +254,7 @@ class Stream:
             reason = "it needs Linux on x86-64 and packets no larger than the interface's"
         except OSError as error:
             reason = f"{error.strerror}; it needs CAP_NET_RAW"
-        level = logging.WARNING if self._packet_ring is RingUse.ALWAYS else logging.DEBUG
+        level = logging.WARNING if self._options.packet_ring is RingUse.ALWAYS else logging.DEBUG
         log.log(level, "packets are received by system calls, not through a packet ring: %s", reason)
         return None
 
@@ -257,12 +263,12 @@ class Stream:
         can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
         burst = int(BURST_SHARE * buffer_bytes(receiver) / kernel_bytes(self.packet_size))
         # Incomplete blocks must not take the buffers that consumers need.
-        max_blocks = min(self._resend.max_blocks, pool.limit // 2)
+        max_blocks = min(self._options.resend.max_blocks, pool.limit // 2)
         return replace(
-            self._resend,
-            enabled=self._resend.enabled and can,
+            self._options.resend,
+            enabled=self._options.resend.enabled and can,
             max_blocks=max_blocks,
-            max_unanswered=max(min(self._resend.max_unanswered, burst), 1),
+            max_unanswered=max(min(self._options.resend.max_unanswered, burst), 1),
         )
 
 
@@ -302,14 +308,14 @@ class Streams:
 
     def __init__(self, channels: Sequence[Stream]) -> None:
         """Take at least one channel."""
-        self._channels = channels
+        self.channels = channels
 
     def open(self, request: StreamRequest, deliver: Callable[[Frame], None], tick_frequency: int) -> None:
         """Start to receive; `deliver` is never called twice at a time. Raises as `Stream.open`."""
-        if len(self._channels) > 1:
+        if len(self.channels) > 1:
             deliver = _one_at_a_time(deliver)
         try:
-            for channel in self._channels:
+            for channel in self.channels:
                 channel.open(request, deliver, tick_frequency)
         except BaseException:
             self.close()
@@ -317,27 +323,17 @@ class Streams:
 
     def close(self) -> None:
         """Close every channel and stop receiving. May be called twice; never raises."""
-        for channel in self._channels:
+        for channel in self.channels:
             channel.close()
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the sums of all channels. Any thread."""
-        total, *others = (channel.statistics() for channel in self._channels)
+        total, *others = (channel.statistics() for channel in self.channels)
         for other in others:
             for counter in fields(StreamStatistics):
                 value = getattr(total, counter.name) + getattr(other, counter.name)
                 setattr(total, counter.name, value)
         return total
-
-    @property
-    def port(self) -> int:
-        """The host's UDP port of the first channel; 0 before a stream."""
-        return self._channels[0].port
-
-    @property
-    def packet_size(self) -> int:
-        """Bytes of a packet of the first channel, headers included; 0 before a stream."""
-        return self._channels[0].packet_size
 
 
 def _one_at_a_time(deliver: Callable[[Frame], None]) -> Callable[[Frame], None]:
