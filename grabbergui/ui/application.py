@@ -52,9 +52,10 @@ def application() -> QApplication:
     log_qt_messages()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
-    # Qt 5 rounds a scale of 1.5 to 2, for which many laptops' screens are too small.
-    policy = Qt.HighDpiScaleFactorRoundingPolicy.PassThrough
-    QGuiApplication.setHighDpiScaleFactorRoundingPolicy(policy)
+    if os.environ.get("QT_QPA_PLATFORM") != "offscreen":  # its screen claims a scale of 1.04
+        # Qt 5 rounds a scale of 1.5 to 2, for which many laptops' screens are too small.
+        policy = Qt.HighDpiScaleFactorRoundingPolicy.PassThrough
+        QGuiApplication.setHighDpiScaleFactorRoundingPolicy(policy)
     app = QApplication(["grabbergui"])
     app.setApplicationName("grabbergui")
     app.setApplicationDisplayName("grabbergui")
