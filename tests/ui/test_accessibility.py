@@ -2,10 +2,10 @@
 
 import os
 import subprocess
-import sys
 from itertools import pairwise
 
 import pytest
+from programs import window_command
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QImage
 from PyQt5.QtWidgets import (
@@ -232,7 +232,7 @@ def test_on_a_fine_screen_all_is_larger_and_sharp(tmp_path, scale):
 from PyQt5.QtGui import QImage
 app.patience = 60
 app.window.resize(1200, 760)
-app.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
+app.open("sim:?width=640&height=480&fps=10&test_pattern=GreyHorizontalRamp")
 app.until(lambda: app.window.image.canvas.imageSize == (640, 480))
 app.window.actionOneToOne.trigger()
 app.wait_for_frames(5)
@@ -257,7 +257,7 @@ app.screenshot("window.png")
     environment = {**os.environ, "HOME": str(tmp_path), "QT_SCALE_FACTOR": scale}
     environment.pop("QT_QPA_PLATFORM", None)
     done = subprocess.run(
-        [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--script", str(script)],
+        window_command("--script", str(script)),
         capture_output=True,
         text=True,
         timeout=PROGRAM,

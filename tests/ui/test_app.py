@@ -8,6 +8,7 @@ import sys
 import time
 
 import pytest
+from programs import ALONE
 from PyQt5.QtGui import QImage
 
 from grabbergui.ui.run import program
@@ -19,11 +20,6 @@ from pathlib import Path
 from grabbergui.ui.run import window
 window.SCREENSHOT_PATIENCE = {PATIENCE}
 """
-ALONE = """
-from grabbergui.models.sources import SourceListModel
-SourceListModel.start = lambda self: None
-"""
-"""Other sources are not looked for: to import each kind takes as long as all that these tests look at."""
 SMALL = "sim:?width=640&height=480&fps=10"
 
 

@@ -3,10 +3,10 @@
 import os
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from programs import window_command
 from PyQt5.QtGui import QImage
 
 from grabbergui.core.errors import UsageError
@@ -129,7 +129,7 @@ def started(tmp_path, text, *options):
     script.write_text(f"app.patience = {PATIENCE}\n{text}")
     environment = {**os.environ, "HOME": str(tmp_path)}
     environment.pop("QT_QPA_PLATFORM", None)
-    command = [sys.executable, "-m", "grabbergui", "gui", *options, "--offscreen", "--script", str(script)]
+    command = window_command(*options, "--script", str(script))
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     )
@@ -137,7 +137,7 @@ def started(tmp_path, text, *options):
 
 def test_a_source_on_the_command_line_is_open_already(tmp_path):
     text = "app.wait_for_source()\nprint(app.wait_for_frames().width)"
-    process = started(tmp_path, text + "\napp.end(4)", "sim:?width=320")
+    process = started(tmp_path, text + "\napp.end(4)", "sim:?width=320&height=240&fps=10")
     out, _ = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (4, "320\n")
 
