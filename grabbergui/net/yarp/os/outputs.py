@@ -324,7 +324,10 @@ class RpcClient:
         except ResourceExhaustedError:
             raise
         except TransportError as error:
-            raise TransportError(f"{self.target}: {error}") from error
+            listed = self._names is not None and not literal_address(self.target)
+            stale = listed and isinstance(error.__cause__, ConnectionRefusedError)
+            hint = "; the name server lists it, but its program has ended or lies behind a firewall"
+            raise TransportError(f"{self.target}: {error}{hint if stale else ''}") from error
 
     def _check_open(self, closings: int) -> None:
         """Raise TransportError if `close` was called since there were that many calls of it."""
