@@ -1,5 +1,6 @@
 """The window where there is little room; nothing in it jumps."""
 
+import itertools
 import struct
 from dataclasses import replace
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from grabbergui import sources
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.ui.application import speak
-from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
 from grabbergui.ui.widgets.labels import ElidedComboBox
 from grabbergui.ui.widgets.messages import MessageBar
 from grabbergui.ui.windows import reading_order
@@ -298,6 +299,27 @@ def test_the_list_of_messages_stays_on_the_screen_and_scrolls_where_it_must(app,
     assert area.verticalScrollBar().isVisible() == (count == 30)
     assert bars[0].height() < 2 * bars[0].textLabel.fontMetrics().height() + 20
     popup.close()
+
+
+def test_another_theme_also_changes_the_icon_of_a_message_and_what_is_around_the_image(app, qapp, request):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    messages, canvas = app.window.messages, app.window.image.canvas
+    dress(qapp, Theme.LIGHT)
+    app.program.messages.error("a failure")
+    app.until(lambda: messages.messages)
+
+    def brightest():
+        image = messages.iconLabel.pixmap().toImage()
+        places = itertools.product(range(image.width()), range(image.height()))
+        solid = [image.pixelColor(*place) for place in places if image.pixelColor(*place).alpha() == 255]
+        return max(colour.lightness() for colour in solid)
+
+    assert brightest() < 128
+    assert canvas.grab().toImage().pixelColor(5, 5).name() == LIGHT.canvas
+    dress(qapp, Theme.DARK)
+    app.until(lambda: brightest() > 128)
+    assert canvas.grab().toImage().pixelColor(5, 5).name() == DARK.canvas
+    dress(qapp, Theme.LIGHT)
 
 
 def test_the_keys_of_the_window_work_while_the_list_of_messages_is_open(app):

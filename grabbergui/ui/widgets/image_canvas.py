@@ -202,6 +202,13 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
         return self._item.frame_size
 
     # -- Qt's own --------------------------------------------------------------------------------
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Paint what is around the image in the colour of another theme; perhaps no frame follows."""
+        super().changeEvent(event)
+        if event is not None and event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
+            self.resetCachedContent()
+            self.viewport().update()
+
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Keep the image fitted, or else its zoom."""
         zoom, fitted = (self.zoom, self._fitted) if hasattr(self, "_item") else (1.0, False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PyQt5.QtCore import QPoint, QRect, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QRect, QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QFrame,
@@ -59,9 +59,19 @@ class MessageBar(QFrame):
         self.setProperty("message", message.severity.value)
         self.textLabel.setText(message.sentence)
         self.setAccessibleName(message.sentence)
-        self.iconLabel.setPixmap(icon_pixmap(_ICONS[message.severity], self, 18))
+        self._severity = message.severity
+        self._draw_icon()
         _fill_offers(self.offersLayout, message.offers)
         self.closeButton.clicked.connect(self.dismissed)
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Draw the icon in the colours of another theme."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.PaletteChange and hasattr(self, "_severity"):
+            self._draw_icon()
+
+    def _draw_icon(self) -> None:
+        self.iconLabel.setPixmap(icon_pixmap(_ICONS[self._severity], self, 18))
 
 
 class MessageList(QWidget):
@@ -231,12 +241,22 @@ class MessageLine(QFrame):
         super().resizeEvent(event)
         self._show_more()
 
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Draw the icon in the colours of another theme."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.PaletteChange and hasattr(self, "_messages"):
+            self._draw_icon()
+
+    def _draw_icon(self) -> None:
+        if self._messages:
+            self.iconLabel.setPixmap(icon_pixmap(_ICONS[self._messages[0].severity], self, 18))
+
     def _show(self, message: Message | None) -> None:
         self.textLabel.setText(message.sentence if message is not None else "")
         self.setAccessibleName(self.textLabel.text())
         _fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:
-            self.iconLabel.setPixmap(icon_pixmap(_ICONS[message.severity], self, 18))
+            self._draw_icon()
         restyle(self, "message", message.severity.value if message is not None else "")
 
     def _show_more(self) -> None:
