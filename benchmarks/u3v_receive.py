@@ -49,8 +49,8 @@ it can, for {seconds:g} seconds each; in the virtual machine in {rounds} rounds,
 counts. *{guest}*: a real Linux USB stack under software emulation, the camera on vhci-hcd, Aravis by
 `arv-camera-test-0.8` with both of its `--usb-mode` settings. The camera is Python in the same guest and
 limits them all, so only the ratios mean something. The emulation slows Python down by a factor of 18 and
-compiled code by 10, to the disadvantage of this driver. *{process}*: camera and host in one process, without a
-kernel in between."""
+compiled code by 10, to the disadvantage of this driver. *{process}*: camera and host in one process, without
+a kernel in between."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing_extensions import override
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import (
     DeviceLostError,
+    FrameTimeoutError,
     GrabberError,
     OtherCameraError,
     SourceNotFoundError,
@@ -42,6 +43,9 @@ WATCH_PERIOD = 0.1
 """Seconds between polls of what others changed, while anybody listens, and of whether it is still there."""
 POLLS_PER_CHECK = 10
 """Polls after which the publishers of the topic are checked again."""
+SILENCE = 5.0
+"""Seconds without an answer to a poll, nor an image, after which a server of ours counts as lost: longer than
+a command takes in a camera. A killed program stays visible on the network for 20 s."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):
@@ -62,7 +66,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._ros: Ros2Node | None = None
         self._link: CameraLink | None = None
         self._refused = ""
-        "Why the present publisher is refused: it serves another camera. Empty if it is accepted."
+        "Why the present publisher is refused: another camera, or no answer. Empty if it is accepted."
         self._stream_lock = threading.RLock()
         "Guards the stream, and is never held while the other end is asked. Taken after `_lock`."
         self._closing = threading.Event()
@@ -203,11 +207,17 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             except OtherCameraError as error:
                 present = False
                 self._refuse(str(error))
+            except FrameTimeoutError as error:
+                log.info("%s: %s", self._name, error)
+                link = self._opened()
+                if present and link.unanswered > SILENCE and not self.statistics().frame_rate:
+                    present = False
+                    self._refuse(f"{link.publisher.node} does not answer any more")
             except GrabberError as error:  # as when `close` ends a request
                 log.info("%s: %s", self._name, error)
 
     def _refuse(self, reason: str) -> None:
-        """Accept neither images nor features of another camera until ours is back."""
+        """Accept neither images nor features until our camera is back, and answers."""
         with self._stream_lock:
             self._refused = reason
             if self._stream is not None:
@@ -232,8 +242,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
 
     def _come_back(self) -> None:
         """Reconnect to the present publisher. Raises OtherCameraError if that is another camera."""
+        found = self._find(DISCOVERY_TIMEOUT)  # without the lock, so that others learn of the loss meanwhile
         with self._lock:
-            old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
+            old, self._link = self._opened(), found
             old.leave()
             self._refused = ""
             if not (camera_lost := self._ask_for_loss()):

@@ -177,6 +177,11 @@ class CameraLink:
             hardware_id=reported.hardware_id,
         )
 
+    @property
+    def unanswered(self) -> float:
+        """Seconds since the first request that has no answer, nor any after it; 0 if the last has one."""
+        return 0.0 if self._unanswered_since is None else time.monotonic() - self._unanswered_since
+
     # -- services --------------------------------------------------------------------------------
     def _ours(self) -> bool:
         from rclpy.node import NodeNameNonExistentError
@@ -247,7 +252,7 @@ class CameraLink:
         done = threading.Event()
         futures = [self._send(client, request, done)]
         begun = time.monotonic()
-        if self._unanswered_since is not None and begun - self._unanswered_since > CALL_TIMEOUT:
+        if self.unanswered > CALL_TIMEOUT:
             timeout = min(timeout, POLL_TIMEOUT)
         try:
             while not done.wait(_LOOK_PERIOD):

@@ -188,6 +188,50 @@ def test_a_server_that_does_not_answer_on_its_return_leaves_nothing_behind(serve
     assert len(tries) == 4 and len(list(remote._link.node.clients)) == clients
 
 
+@pytest.fixture
+def going(monkeypatch):
+    """Our servers answer requests only while it is set."""
+    going = threading.Event()
+    going.set()
+    answer = GrabberServices._ask
+
+    def ask(services, request, reply):
+        going.wait(PATIENCE)
+        return answer(services, request, reply)
+
+    monkeypatch.setattr(GrabberServices, "_ask", ask)
+    yield going
+    going.set()
+
+
+def test_a_server_that_neither_answers_nor_sends_is_lost_until_it_answers(serve, opened, going, monkeypatch):
+    """As a killed or frozen one, which ROS lists for 20 s more."""
+    monkeypatch.setattr(client, "SILENCE", 1.0)
+    serve("/silent")
+    remote = opened("ros2:/silent")
+    going.clear()
+    until(lambda: remote.lost)
+    assert remote.lost.startswith("/silent") and remote.lost.endswith("does not answer any more")
+    for watch in attempts(2.0):
+        with watch, pytest.raises(DeviceLostError, match="does not answer any more"):
+            remote.feature("Gain")
+    going.set()
+    until(lambda: not remote.lost)
+    assert remote.write_feature("Gain", 2).value == 2
+
+
+def test_a_server_that_sends_images_may_be_busy(serve, opened, going, monkeypatch):
+    monkeypatch.setattr(client, "SILENCE", 0.5)
+    serve("/busy")
+    remote = opened("ros2:/busy")
+    frames = remote.open_queue()
+    remote.start()
+    frames.get(PATIENCE)
+    going.clear()
+    until(lambda: remote._link.unanswered > 2.0)
+    assert not remote.lost and frames.get(PATIENCE)
+
+
 def test_closing_does_not_wait_for_a_server_that_hangs(serve, monkeypatch):
     """Nor do requests of other threads, whose waits end."""
     hanging, going = threading.Event(), threading.Event()
