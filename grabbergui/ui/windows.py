@@ -254,6 +254,19 @@ class Popup(QFrame):
         super().keyPressEvent(event)
 
 
+class MenuKeys(QObject):
+    """Gives an open menu the letters of its mnemonics; shortcuts of the image would take them."""
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Accept a key without Ctrl, so that no shortcut is tried."""
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.ShortcutOverride:
+            return False
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            return False
+        event.accept()
+        return True
+
+
 class WheelGuard(QObject):
     """Lets the wheel reach its widget only while that has the focus; otherwise the panel scrolls."""
 

@@ -116,3 +116,16 @@ def test_a_panels_key_brings_it_to_the_front_and_hides_it(app):
     app.qtbot.keyClick(window.image.canvas, Qt.Key_F2)
     app.until(lambda: not front.isVisible())
     assert window.profileDock.isVisible()
+
+
+def test_a_letter_in_an_open_menu_chooses_its_entry_and_no_shortcut_of_the_image(app):
+    window, chosen = app.window, []
+    give_focus(app, window.image.canvas)
+    window.actionPolarised.toggled.connect(chosen.append)
+    window.menuPolarised.popup(window.mapToGlobal(window.rect().center()))
+    app.until(window.menuPolarised.isVisible)
+    for action in window.menuPolarised.actions():
+        action.setText(action.text().replace("&", ""))
+    window.actionPolarised.setText("The &crosshair's letter")
+    app.qtbot.keyClick(window.menuPolarised, Qt.Key_C)
+    assert chosen == [True] and not window.actionCrosshair.isChecked()

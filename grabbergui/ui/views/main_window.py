@@ -35,7 +35,7 @@ from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.windows import TITLE_BAR, give_focus, load_form
+from grabbergui.ui.windows import TITLE_BAR, MenuKeys, give_focus, load_form
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
@@ -354,6 +354,9 @@ class MainWindow(QMainWindow):
             if bare:
                 action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
                 self.image.addAction(action)
+        menu_keys = MenuKeys(self)
+        for menu in self.findChildren(QMenu):
+            menu.installEventFilter(menu_keys)
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         app.focusChanged.connect(self._on_application_focus_changed)
