@@ -88,7 +88,7 @@ def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
 def test_a_screenshot_that_cannot_be_written_is_named(tmp_path):
     path = tmp_path / "folder" / "servo.png"
     program = subprocess.run(
-        [sys.executable, "-m", "grabbergui", "servo", "--seconds", "1", "--screenshot", path],
+        [sys.executable, "-m", "grabbergui", "servo", "--seconds", "0.2", "--screenshot", path],
         env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
         capture_output=True,
         text=True,
