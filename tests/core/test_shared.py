@@ -119,6 +119,7 @@ def test_whether_a_method_writes_was_decided_for_each():
         "connection_changed",
         "noticed",
         "event_received",
+        "held_changed",
         "shared",
         "unlike_before",
         "changed_meanwhile",
