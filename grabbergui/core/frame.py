@@ -42,9 +42,13 @@ class BufferPool:
         "Largest number of buffers in use."
         self._free: deque[NDArray[np.uint8]] = deque()
         self._in_use = 0
-        "Buffers that are still referenced."
         # Reentrant: a garbage collection inside `take` may run a finaliser, which calls `_give_back`.
         self._lock = threading.RLock()
+
+    @property
+    def in_use(self) -> int:
+        """Buffers that are still referenced."""
+        return self._in_use
 
     def take(self) -> NDArray[np.uint8] | None:
         """Return a writable array of `size` undefined bytes; None if no buffer or no memory is left."""

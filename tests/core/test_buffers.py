@@ -24,9 +24,9 @@ def test_a_released_buffer_is_reused():
     pool = BufferPool(1000)
     array = pool.take()
     first = address(array)
-    assert pool._in_use == 1
+    assert pool.in_use == 1
     del array
-    assert pool._in_use == 0
+    assert pool.in_use == 0
     assert address(pool.take()) == first
 
 
@@ -48,10 +48,10 @@ def test_a_buffer_stays_in_use_as_long_as_any_view_of_it(look):
     view = look(array)
     del array
     gc.collect()
-    assert pool._in_use == 1
+    assert pool.in_use == 1
     del view
     gc.collect()
-    assert pool._in_use == 0
+    assert pool.in_use == 0
 
 
 def test_no_more_buffers_than_the_limit_are_in_use():
@@ -86,7 +86,7 @@ def test_many_threads_take_and_drop():
     with ThreadPoolExecutor(4) as threads:
         list(threads.map(work, range(1, 5)))
     assert not clashes
-    assert pool._in_use == 0
+    assert pool.in_use == 0
 
 
 def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
@@ -117,4 +117,4 @@ def test_without_a_limit_memory_limits_the_number_of_buffers(size, limit):
 def test_a_pool_without_memory_returns_none_and_still_works():
     pool = BufferPool(1 << 62)
     assert pool.take() is None
-    assert pool._in_use == 0
+    assert pool.in_use == 0

@@ -124,7 +124,7 @@ def test_packets_of_finished_blocks_are_late_not_new() -> None:
 def test_a_camera_that_lies_about_its_size_is_refused(deliver_incomplete: bool) -> None:
     bench = Bench(payload_size=SIZE // 2, deliver_incomplete=deliver_incomplete)
     assert bench.feed(block(1)) == bench.wait(1.0) == []
-    assert bench.statistics.incomplete == 1 and bench.pool._in_use == 0
+    assert bench.statistics.incomplete == 1 and bench.pool.in_use == 0
 
 
 @pytest.mark.parametrize("deliver_incomplete", [False, True])
@@ -285,4 +285,4 @@ def test_no_datagram_crashes_the_assembler_or_grows_memory(datagrams: list[bytes
     assert sum(request.last - request.first + 1 for request in bench.requests) < 60 * 5 * 200
     done.clear()
     payloads.clear()
-    assert bench.pool._in_use == 0
+    assert bench.pool.in_use == 0
