@@ -27,7 +27,6 @@ from PyQt5.QtCore import (
     QTranslator,
     qInstallMessageHandler,
 )
-from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
@@ -52,10 +51,6 @@ def application() -> QApplication:
     log_qt_messages()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
-    if os.environ.get("QT_QPA_PLATFORM") != "offscreen":  # its screen claims a scale of 1.04
-        # Qt 5 rounds a scale of 1.5 to 2, for which many laptops' screens are too small.
-        policy = Qt.HighDpiScaleFactorRoundingPolicy.PassThrough
-        QGuiApplication.setHighDpiScaleFactorRoundingPolicy(policy)
     app = QApplication(["grabbergui"])
     app.setApplicationName("grabbergui")
     app.setApplicationDisplayName("grabbergui")

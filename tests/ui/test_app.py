@@ -240,14 +240,3 @@ def test_others_are_looked_for_although_the_named_source_shows_nothing(app, monk
     monkeypatch.setattr(app.program.source_list, "start", lambda: searches.append(1))
     app.program.begin("nonsense:")
     app.until(lambda: searches)
-
-
-def test_a_screen_scaled_by_one_and_a_half_is_not_drawn_at_two(tmp_path, monkeypatch):
-    monkeypatch.setenv("QT_FONT_DPI", "144")
-    code = (
-        "import os; os.environ['QT_QPA_PLATFORM'] = 'minimal'\n"
-        "from grabbergui.ui.application import application\n"
-        "made = application()\n"
-        "print(made.primaryScreen().devicePixelRatio())"
-    )
-    assert run(code, tmp_path).stdout == "1.5\n"
