@@ -62,7 +62,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         reading.append("Measured with real-time priority, since the machine was busy.")
     return Section(
         "Tuning",
-        "python -m benchmarks tuning          # five minutes",
+        "python -m benchmarks tuning          # nine minutes",
         METHOD.format(repeats=options.repeats),
         [
             Table(
