@@ -120,13 +120,13 @@ def test_exclusive_control_refuses_reading_too(simulated: GigeCamera, access: Ac
 
 
 def test_a_reader_is_told_who_has_control_at_first_and_when_that_changes(simulated: GigeCamera) -> None:
-    told: list[bool] = []
+    reported: list[bool] = []
     with closing(GigeDevice(ADDRESS)) as device, closing(GigeDevice(ADDRESS)) as controller:
-        device.on_held = controller.on_held = told.append
+        device.on_held = controller.on_held = reported.append
         controller.open(Access.CONTROL)
         device.open(Access.MONITOR)
-        until(lambda: told == [True])
+        until(lambda: reported == [True])
         controller.close()
-        until(lambda: told == [True, False])
+        until(lambda: reported == [True, False])
         controller.open(Access.CONTROL)
-        until(lambda: told == [True, False, True])
+        until(lambda: reported == [True, False, True])
