@@ -1,10 +1,13 @@
 """Signals that end a server: the first is a wish, one a moment later the same, a later one an order."""
 
+import ctypes
 import os
 import signal
 import subprocess
 import sys
 import threading
+from functools import partial
+from operator import methodcaller
 
 import av
 import pytest
@@ -55,6 +58,22 @@ def test_a_signal_waits_until_genapi_is_left():
             threading.Event().wait(PATIENCE)
     assert interrupted
     grabber.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it leaves no system call for a signal")
+def test_a_signal_just_before_a_system_call_ends_it():
+    reader, writer = os.pipe()
+    kill = ctypes.CDLL(None).kill
+    # Python runs a signal's handler between two of its own instructions, and here is none in between.
+    calls = [partial(kill, os.getpid(), signal.SIGTERM), partial(os.read, reader, 1)]
+    too_late = threading.Timer(PATIENCE, os.close, (writer,))
+    too_late.start()
+    with pytest.raises(process.Terminated), process.raising_on_signals():
+        list(map(methodcaller("__call__"), calls))
+    too_late.cancel()
+    assert os.fstat(writer), "nobody had to end the reading"
+    os.close(reader)
+    os.close(writer)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
