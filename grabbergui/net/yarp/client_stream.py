@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import os
+import secrets
 import threading
 import time
 from collections.abc import Callable
@@ -49,6 +50,8 @@ FORMATS: Final = {
 
 _POLL = 0.5
 _numbers = itertools.count(1)
+_TOKEN: Final = secrets.token_hex(2)
+"""Tells programs in two containers apart, whose process numbers are often the same."""
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
@@ -94,7 +97,8 @@ class ImageReader:
         self._carrier = carrier
         self._deliver = deliver
         self._pause = pause
-        self._port = InputPort(f"/grabbergui/{os.getpid()}/{next(_numbers)}{source}", names, bind=bind)
+        own = f"/grabbergui/{os.getpid()}-{_TOKEN}/{next(_numbers)}{source}"
+        self._port = InputPort(own, names, bind=bind)
         self._refused = ""
         "Reason for which the last image could not be decoded; each reason is logged once."
         self._stopping = threading.Event()

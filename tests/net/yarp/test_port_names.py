@@ -1,6 +1,8 @@
 """The names of ports: registered, taken by others, kept, given up."""
 
 import itertools
+import os
+import socket
 import threading
 import time
 from contextlib import closing, contextmanager
@@ -149,6 +151,30 @@ def test_a_port_that_closes_leaves_its_name_to_the_one_that_took_it():
         with OutputPort("/out", names):
             names.register("/out", "tcp", "10.6.6.6", 666)
         assert names.query("/out").port == 666
+
+
+def test_a_taken_name_is_refused_and_its_owner_named(names):
+    with OutputPort("/out", names) as first:
+        second = OutputPort("/out", names)
+        with pytest.raises(TransportError) as caught:
+            second.open()
+        place = f"{first.contact.host}:{first.contact.port}"
+        assert str(caught.value) == (
+            f"/out is taken by the port at {place}, of process {os.getpid()}; end that program, or choose "
+            "another name"
+        )
+        assert names.query("/out").address == first.contact.address
+    with second:
+        assert names.query("/out").address == second.contact.address
+
+
+def test_a_name_is_taken_over_from_a_port_that_is_gone_hangs_or_has_another_name(names, monkeypatch):
+    monkeypatch.setattr(name_client, "HOLDER_SECONDS", 0.05)
+    with socket.create_server(("127.0.0.1", 0)) as hanging, OutputPort("/other") as other:
+        for number in (1, hanging.getsockname()[1], other.port_number):
+            names.register("/out", "tcp", "127.0.0.1", number)
+            with OutputPort("/out", names) as output:
+                assert names.query("/out").address == output.contact.address
 
 
 def test_no_name_server_means_no_port(names):

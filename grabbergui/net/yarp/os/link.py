@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TypeVar
 
-from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, TransportError
+from grabbergui.core.errors import AckTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -122,6 +122,18 @@ def administer(
     finally:
         sock.close()
     return Bottle.from_text(answer.text if answer else "")
+
+
+def describes_itself(name: str, address: tuple[str, int], key: bytes | None, timeout: float) -> bool:
+    """Return whether a port of this name answers at the address; False if something else does, or nothing."""
+    try:
+        sock = sockets.connect(address, timeout, key)
+        with sock:
+            link, _ = greet(sock, Header(wire.TEXT, "admin"))
+            link.send(Message("*"))
+            return link.expect(Reply, time.monotonic() + timeout).text.startswith(f"This is {name} at ")
+    except GrabberError:
+        return False
 
 
 def report_end(source: str, address: tuple[str, int], key: bytes | None = None) -> None:

@@ -27,7 +27,7 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply, check_port_name, literal_address
 from grabbergui.net.yarp.os.connection import Connection
-from grabbergui.net.yarp.os.link import Link
+from grabbergui.net.yarp.os.link import Link, describes_itself
 
 log = logging.getLogger(__name__)
 
@@ -268,6 +268,10 @@ class NameClient:
         """Store a property of a port, such as `accepts`; users and tools read it."""
         self.ask(" ".join(("set", check_port_name(name), key, *values)))
 
+    def property_of(self, name: str, key: str) -> str:
+        """Return a property of a port as display text; empty without one."""
+        return " ".join(self.ask(f"get {check_port_name(name)} {key}")).partition(" = ")[2]
+
     def announce(self, name: str) -> None:
         """Report that a registered port listens, so that persistent connections to it are made."""
         self.ask(f"announce {check_port_name(name)}")
@@ -316,6 +320,9 @@ def _checked(name: str) -> str:
 KEEP_SECONDS: Final = 5.0
 """Seconds between two checks whether the name server still knows a port."""
 
+HOLDER_SECONDS: Final = 1.0
+"""Longest wait for the port that has our name already: one that does not answer loses it."""
+
 LONGEST_PAUSE: Final = 300.0
 """Longest pause in seconds between two registrations of a disputed name."""
 
@@ -338,8 +345,12 @@ class Registration:
         self._thread = threading.Thread(target=self._run, name=f"yarp {contact.name} name", daemon=True)
 
     def open(self) -> None:
-        """Register, and keep it so. Raises SourceUnavailableError; the name is free again then."""
+        """Register, and keep it so; if it fails, nothing is registered.
+
+        Raises SourceUnavailableError, TransportError if another port has the name and answers.
+        """
         try:
+            self._require_free()
             self._register()
         except GrabberError:
             self.give_up()
@@ -373,6 +384,23 @@ class Registration:
     def _unregister(self) -> None:
         if self._names.query(self._contact.name).address == self._contact.address:
             self._names.unregister(self._contact.name)
+
+    def _require_free(self) -> None:
+        """Raise TransportError if another port has this name. One that is gone left it behind."""
+        try:
+            holder = self._names.query(self._contact.name)
+        except SourceNotFoundError:
+            return
+        if holder.address == self._contact.address:
+            return
+        if not describes_itself(holder.name, holder.address, self._names.key, HOLDER_SECONDS):
+            log.info("%s: taken over from %s:%d, where it does not answer", holder.name, *holder.address)
+            return
+        process = self._names.property_of(holder.name, "process")
+        raise TransportError(
+            f"{holder.name} is taken by the port at {holder.host}:{holder.port}"
+            f"{f', of process {process}' if process else ''}; end that program, or choose another name"
+        )
 
     def _register(self) -> None:
         contact = self._contact
