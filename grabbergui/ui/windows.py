@@ -19,7 +19,7 @@ from typing import Any
 
 from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
-from PyQt5.QtWidgets import QAction, QFileDialog, QFrame, QScrollArea, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QAction, QFileDialog, QFrame, QScrollArea, QWidget
 
 from grabbergui.ui.theme import apply_icons
 
@@ -85,8 +85,16 @@ TITLE_BAR = 40
 
 def fit_screen(window: QWidget) -> None:
     """Make a window no larger than the screen, where its last buttons would be out of reach."""
-    if has_screen() and (screen := window.screen()) is not None:
-        window.resize(window.size().boundedTo(screen.availableGeometry().size() - QSize(0, TITLE_BAR)))
+    if has_screen():
+        window.resize(window.size().boundedTo(screen_room(window)))
+
+
+def screen_room(window: QWidget) -> QSize:
+    """Return the largest size of a window on its screen, without the title."""
+    screen = window.screen()
+    if screen is None:
+        return QSize(QWIDGETSIZE_MAX, QWIDGETSIZE_MAX)
+    return screen.availableGeometry().size() - QSize(0, TITLE_BAR)
 
 
 def has_screen() -> bool:

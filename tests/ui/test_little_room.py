@@ -6,17 +6,19 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from PyQt5.QtCore import QByteArray, QPoint, QRect, Qt
+from PyQt5.QtCore import QByteArray, QPoint, QRect, QSize, Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
+    QAction,
     QApplication,
     QComboBox,
     QDockWidget,
     QLineEdit,
     QScrollArea,
+    QTabBar,
     QToolBar,
     QToolButton,
 )
@@ -26,6 +28,7 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.ui.application import speak
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
+from grabbergui.ui.views import panel_layout
 from grabbergui.ui.widgets.labels import ElidedComboBox
 from grabbergui.ui.widgets.messages import MessageBar
 from grabbergui.ui.windows import reading_order
@@ -49,7 +52,13 @@ def test_the_whole_window_fits_800_pixels(app):
 def clipped(window):
     """Controls that have less room than they need, or are not seen whole though no scroll bar helps."""
     kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit)
-    controls = [each for kind in kinds for each in window.findChildren(kind)]
+    behind = [dock for dock in window.findChildren(QDockWidget) if dock.visibleRegion().isEmpty()]
+    controls = [
+        each
+        for kind in kinds
+        for each in window.findChildren(kind)
+        if not any(dock.isAncestorOf(each) for dock in behind) and not isinstance(each.parent(), QTabBar)
+    ]
     return [
         (each.objectName(), type(each).__name__)
         for each in controls
@@ -102,6 +111,96 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
         app.until(lambda: not clipped(window))
         needed = dock.widget().layout().minimumSize()
         app.until(lambda d=dock, n=needed: d.widget().height() >= n.height() and d.width() >= n.width())
+
+
+TOOL_KEYS = (Qt.Key_F2, Qt.Key_F3, Qt.Key_F4, "Ctrl+T", "Ctrl+H", Qt.Key_F12)
+
+
+@pytest.fixture
+def on_screen(monkeypatch):
+    """Pretend that the screen has this room for the window."""
+
+    def pretend(width, height):
+        monkeypatch.setattr(panel_layout, "has_screen", lambda: True)
+        monkeypatch.setattr(panel_layout, "screen_room", lambda _: QSize(width, height))
+
+    return pretend
+
+
+@pytest.mark.parametrize("language", ["en", "es"])
+def test_on_a_screen_of_640_by_360_all_panels_are_tabs_at_the_right(
+    make_app, qapp, request, on_screen, language
+):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    request.addfinalizer(lambda: speak(qapp, "en"))
+    dress(qapp, Theme.LIGHT)
+    speak(qapp, language)
+    on_screen(638, 360)
+    app = make_app()
+    window = app.window
+    window.resize(638, 360)
+    app.connect("sim:colour?fps=15")
+    app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
+    for key in TOOL_KEYS:
+        QTest.keySequence(window, QKeySequence(key))
+        app.until(lambda: (window.width(), window.height()) == (638, 360))
+        app.until(lambda: not clipped(window))
+    for key in ("F8", "F9", *TOOL_KEYS):
+        action = next(a for a in window.findChildren(QAction) if a.shortcut() == QKeySequence(key))
+        assert action in window.menuView.actions()
+        app.qtbot.wait(10)
+        if not action.isChecked():
+            QTest.keySequence(window, QKeySequence(key))
+        app.until(action.isChecked)
+        app.until(lambda: not clipped(window))
+
+
+def test_on_a_larger_screen_the_panels_return_to_their_places(app, on_screen):
+    window = app.window
+    docks = (window.sourcesDock, window.featuresDock, window.histogramDock)
+    app.qtbot.keyClick(window, Qt.Key_F2)
+    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+    places = [window.dockWidgetArea(dock) for dock in docks]
+    on_screen(638, 360)
+    window.resize(1279, 800)
+    app.until(lambda: window.histogramDock in window.tabifiedDockWidgets(window.featuresDock))
+    assert not window.histogramDock.visibleRegion().isEmpty()
+    app.qtbot.keyClick(window, Qt.Key_F3)  # opened there, it stays open
+    on_screen(1900, 1000)
+    window.resize(1280, 800)
+    app.until(lambda: not window.tabifiedDockWidgets(window.sourcesDock))
+    assert not window.focusDock.isHidden()
+    assert [window.dockWidgetArea(dock) for dock in docks] == places
+
+
+def test_gathered_panels_are_remembered_where_they_would_be(make_app, on_screen):
+    on_screen(638, 360)
+    app = make_app()
+    window = app.window
+    window.resize(638, 360)
+    app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
+    app.qtbot.keyClick(window, Qt.Key_F2)
+    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+    kept = window.saveState()
+    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+    assert window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock)
+    assert (window.width(), window.height()) == (638, 360)
+    on_screen(1900, 1000)
+    larger = make_app().window
+    larger.restoreState(kept)
+    app.until(lambda: not larger.histogramDock.visibleRegion().isEmpty())
+    assert larger.dockWidgetArea(larger.sourcesDock) == Qt.LeftDockWidgetArea
+    assert larger.dockWidgetArea(larger.histogramDock) == Qt.BottomDockWidgetArea
+
+
+def test_the_address_and_the_filter_come_to_the_front(app, on_screen):
+    on_screen(638, 360)
+    window = app.window
+    app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
+    app.connect()
+    for key, field in (("Ctrl+L", window.sources.addressEdit), ("Ctrl+F", window.features.filterEdit)):
+        QTest.keySequence(window, QKeySequence(key))
+        app.until(lambda field=field: field.hasFocus() and not field.visibleRegion().isEmpty())
 
 
 def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PyQt5.QtCore import QByteArray, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QByteArray, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
     QAbstractButton,
@@ -35,7 +35,7 @@ from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.windows import TITLE_BAR, MenuKeys, give_focus, load_form
+from grabbergui.ui.windows import MenuKeys, give_focus, load_form, screen_room
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
@@ -204,9 +204,8 @@ class MainWindow(QMainWindow):
 
     def takeRoom(self) -> None:
         """Resize to most of a large screen, and never to more than the screen."""
-        if (screen := self.screen()) is not None:
-            room = screen.availableGeometry().size() - QSize(0, TITLE_BAR)
-            self.resize(self.size().expandedTo(room * FIRST_SHARE).boundedTo(room))
+        room = screen_room(self)
+        self.resize(self.size().expandedTo(room * FIRST_SHARE).boundedTo(room))
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         """Follow the Tab key through the panels from left to right, in each as one reads.
@@ -219,13 +218,23 @@ class MainWindow(QMainWindow):
             self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
-        docks = self.findChildren(QDockWidget)
-        # Qt reports all docks of a tabbed group as visible.
-        shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
-        tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
+        sides = (self.sourcesDock, self.featuresDock)
+        tools = [dock for dock in self.findChildren(QDockWidget) if dock not in sides]
         regions = [self.sourcesDock, *cards, self.image, self.gallery, self.recordingBar,
                    *tools, self.featuresDock, self.messages]  # fmt: skip
-        return give_focus(regions, focused, forward=forward)
+        # Qt reports all docks of a tabbed group as visible.
+        behind = [dock for dock in (*sides, *tools) if dock.visibleRegion().isEmpty()]
+        return give_focus([each for each in regions if each not in behind], focused, forward=forward)
+
+    def saveState(self, version: int = 0) -> QByteArray:
+        """Return where the docks are, or where they would be on a larger screen."""
+        with self._panels.in_their_places():
+            return super().saveState(version)
+
+    def restoreState(self, state: QByteArray | bytes | bytearray, version: int = 0) -> bool:
+        """Arrange the docks as before; on a small screen, behind each other."""
+        with self._panels.in_their_places():
+            return super().restoreState(state, version)
 
     def setTheme(self, theme: Theme) -> None:
         """Mark the chosen theme."""
@@ -371,6 +380,7 @@ class MainWindow(QMainWindow):
 
     def _on_address(self) -> None:
         self.sourcesDock.show()
+        self.sourcesDock.raise_()
         self.sources.focusAddress()
 
     def _on_quit(self) -> None:
@@ -380,6 +390,7 @@ class MainWindow(QMainWindow):
 
     def _on_find_feature(self) -> None:
         self.featuresDock.show()
+        self.featuresDock.raise_()
         self.features.filterEdit.setFocus()
         self.features.filterEdit.selectAll()
 

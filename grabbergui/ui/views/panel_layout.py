@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Protocol
 
-from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PyQt5.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import QDockWidget, QMainWindow, QStyle, QWidget
+from PyQt5.QtWidgets import QDockWidget, QMainWindow, QStyle, QTabBar, QToolBar, QWidget
 
 from grabbergui.ui.views.favourites import FavouritesArea
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.image_view import ImageView
+from grabbergui.ui.windows import has_screen, screen_room
 
 LEAST_IMAGE = 240
 "Pixels of the image's height below which the tiles take less of it."
@@ -42,7 +45,7 @@ class PanelLayout(QObject):
 
     In a low window tiles become compact and pinned controls scroll, so that the image keeps some height. In a
     narrow one the panels at the sides become narrower until it is wide again, and the focus aid moves behind
-    the histogram.
+    the histogram. On a screen with too little room for all, the panels are tabs at the right side.
     """
 
     def __init__(self, window: QMainWindow, parts: Arranged) -> None:
@@ -57,6 +60,11 @@ class PanelLayout(QObject):
         "Of the window, once its panels are laid out in it."
         self._squeezed: list[QWidget] = []
         "Panels that may become narrower than their controls, as the window does."
+        self._places: QByteArray | None = None
+        "Where the panels would be on a larger screen, while they are gathered at the right side."
+        self._judging = QTimer(self)
+        self._judging.setSingleShot(True)
+        self._judging.timeout.connect(self.fit_screen)
         for watched in (window, parts.centre, *self._sides, *self._tools):
             watched.installEventFilter(self)
 
@@ -64,6 +72,8 @@ class PanelLayout(QObject):
         """Follow the sizes of the window's parts; remember how wide the sides are made by hand."""
         if event is None or event.type() not in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             return False
+        if watched is self._window:
+            self._judging.start(0)  # once it is laid out
         centre = self._parts.centre
         if watched is centre:
             self._share_height()
@@ -91,7 +101,8 @@ class PanelLayout(QObject):
 
     def make_room_for_image(self) -> None:
         """Let the panels give the image the room that they can spare."""
-        sides = [dock for dock in self._sides if dock.isVisible() and not dock.isFloating()]
+        gathered = self._places is not None
+        sides = [dock for dock in self._sides if dock.isVisible() and not dock.isFloating()][gathered:]
         spare = {dock: max(0, dock.width() - dock.minimumSizeHint().width()) for dock in sides}
         missing = min(LEAST_CENTRE - self._parts.centre.width(), sum(spare.values()))
         if missing > 0:
@@ -130,9 +141,81 @@ class PanelLayout(QObject):
         gallery.setCompact(compact)
         controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_IMAGE)
 
+    # -- a small screen --------------------------------------------------------------------------
+    def fit_screen(self) -> None:
+        """Gather all panels at the right side if the screen has no room for them, and spread them again."""
+        if not has_screen() or not self._window.isVisible():
+            return
+        least = self._least_size()
+        fits = least == least.boundedTo(screen_room(self._window))
+        if fits and self._places is not None:
+            self._spread()
+        elif not fits and self._places is None:
+            self._gather()
+            if not self._window.isMaximized() and not self._window.isFullScreen():
+                self._window.resize(self._window.size().boundedTo(screen_room(self._window)))
+
+    @contextmanager
+    def in_their_places(self) -> Iterator[None]:
+        """Spread gathered panels, to save where they are or to change it, and gather them again."""
+        if self._places is None:
+            yield
+            return
+        size = self._window.size()
+        self._window.setUpdatesEnabled(False)
+        self._spread()
+        yield
+        self._gather()
+        self._window.setUpdatesEnabled(True)
+        if not self._window.isMaximized() and not self._window.isFullScreen():
+            self._window.resize(size)  # the spread panels may have made it larger
+
+    def _least_size(self) -> QSize:
+        """Return the least size of the window with panels at both sides of the image and below it."""
+        centre, window = self._parts.centre, self._window
+        docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isHidden()]
+        docked = {dock: dock.minimumSizeHint() for dock in docks if not dock.isFloating()}
+        sides = [docked.pop(dock) for dock in self._sides if dock in docked]
+        tools = list(docked.values())
+        width = max([centre.minimumSizeHint().width(), *(tool.width() for tool in tools)])
+        width += sum(side.width() + self._separator for side in sides)
+        height = max(centre.minimumHeight(), centre.minimumSizeHint().height())
+        if tools:
+            height += max(tool.height() for tool in tools) + self._separator
+        if len(tools) > 1:
+            height += max((bar.sizeHint().height() for bar in window.findChildren(QTabBar)), default=0)
+        bars = (window.menuBar(), window.statusBar(), *window.findChildren(QToolBar))
+        height += sum(bar.minimumSizeHint().height() for bar in bars if bar is not None)
+        return QSize(width, height)
+
+    def _gather(self) -> None:
+        window, first = self._window, self._parts.featuresDock
+        self._places = QMainWindow.saveState(window)
+        docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isFloating()]
+        tools = [dock for dock in docks if dock not in self._sides]
+        front = next((dock for dock in tools if not dock.visibleRegion().isEmpty()), first)
+        window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
+        for dock in docks:
+            if dock is not first:
+                window.tabifyDockWidget(first, dock)
+        front.raise_()
+        if (layout := window.layout()) is not None:
+            layout.activate()  # so that the window may become smaller now
+
+    def _spread(self) -> None:
+        docks = self._window.findChildren(QDockWidget)
+        hidden = [dock.isHidden() for dock in docks]
+        if self._places is not None:
+            QMainWindow.restoreState(self._window, self._places)
+        self._places = None
+        for dock, is_hidden in zip(docks, hidden, strict=True):
+            dock.setHidden(is_hidden)
+
     # -- the focus aid beside the histogram ------------------------------------------------------
     def place_focus(self, *, beside: bool) -> None:
         """Put the focus aid beside the histogram where there is room for both, else behind it."""
+        if self._places is not None:
+            return
         shown = any(dock.isVisible() for dock in self._tools)
         if beside and shown and self._parts.centre.width() >= self._width_of_tools():
             area = Qt.DockWidgetArea.BottomDockWidgetArea
@@ -145,7 +228,7 @@ class PanelLayout(QObject):
     def _keep_tools_usable(self) -> None:
         """Give the focus aid and the panels beside it what both need, or put it behind them."""
         focus, histogram = self._parts.focusDock, self._parts.histogramDock
-        if not self._is_beside():
+        if self._places is not None or not self._is_beside():
             self._claim_widths()
             return
         self._claim_least_widths()

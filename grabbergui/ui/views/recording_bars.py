@@ -61,7 +61,7 @@ _LIMITS = (
 """In the order of the form's `limitBox`."""
 NARROW = 480
 "Width below which *Play* is an icon, the folder is only in the menu, and the progress is hidden."
-_LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
+_LEAST_CHOICE, _WHOLE_CHOICE = 70, 138
 "Width of the box for the end of a recording: at least, and where there is room."
 _ICON_ROOM = 20
 "Pixels beside the icon of a button without text."
