@@ -7,6 +7,7 @@ import random
 import statistics
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing.connection import Connection
@@ -30,6 +31,8 @@ PAUSE = 0.12
 "Least pause between two adjustments in seconds; a random one up to as long is added."
 AFTERWARDS = 0.05
 "Seconds of the pause that follow the adjustment, in the event loop."
+KEY_DOWN = 0.03
+"Seconds that a key stays down."
 YARDSTICKS = 40
 "Number of reference writes and requests of each kind, with the same pauses."
 DRAG_SECONDS, DRAG_RATE = 5.0, 60.0
@@ -169,6 +172,8 @@ class _Operator:
         moments: list[float] = []
         for number in range(repeats):
             up = number % 2 == 0
+            if hand == "typed":
+                self._type("12" if up else "1")
             self._in_the_loop(partial(self._note_and_act, act, up, moments))
         self._wait(0.5)
         return self._results(moments)
@@ -210,13 +215,16 @@ class _Operator:
         )
         QApplication.sendEvent(field, event)
 
-    def _by_typed(self, up: bool) -> None:
+    def _type(self, digits: str) -> None:
         field = self._editor().field
         field.setFocus()
         field.selectAll()
-        for digit in "12" if up else "1":
+        for digit in digits:
             _press(field, Qt.Key(ord(digit)), digit)
-        _press(field, Qt.Key.Key_Return)
+            self._wait(2 * KEY_DOWN)
+
+    def _by_typed(self, up: bool) -> None:
+        _press(self._editor().field, Qt.Key.Key_Return)
 
     def _results(self, moments: list[float]) -> list[Adjusted]:
         """Return the seconds from each signal to the next write and to the change of the grey value."""
@@ -290,15 +298,20 @@ class _Operator:
         return source.grabber
 
     def _driver_writes(self) -> list[float]:
-        """Return the seconds of writes by the driver alone, from a thread of the window's process."""
+        """Return the seconds of writes by the driver alone, on a thread of its own as in the window."""
         grabber, name = self._grabber(), self.tuned.feature
         low = grabber.feature(name).minimum or 0
-        took = []
-        for number in range(YARDSTICKS):
-            self._wait(_pause())
+
+        def write(value: float) -> float:
             began = time.monotonic()
-            grabber.write_feature(name, low + number % 2)
-            took.append(time.monotonic() - began)
+            grabber.write_feature(name, value)
+            return time.monotonic() - began
+
+        took = []
+        with ThreadPoolExecutor(1) as thread:
+            for number in range(YARDSTICKS):
+                self._wait(_pause())
+                took.append(thread.submit(write, low + number % 2).result())
         return took
 
     # -- waiting ---------------------------------------------------------------------------------
@@ -322,5 +335,10 @@ def _pause() -> float:
 
 
 def _press(widget: QWidget, key: Qt.Key, text: str = "") -> None:
-    for kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-        QApplication.sendEvent(widget, QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text))
+    """Press a key, and release it a little later."""
+    _send_key(widget, QEvent.Type.KeyPress, key, text)
+    QTimer.singleShot(round(KEY_DOWN * 1000), partial(_send_key, widget, QEvent.Type.KeyRelease, key, text))
+
+
+def _send_key(widget: QWidget, kind: QEvent.Type, key: Qt.Key, text: str) -> None:
+    QApplication.sendEvent(widget, QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text))

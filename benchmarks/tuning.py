@@ -21,14 +21,13 @@ ROUNDS, WRITES = 3, 30
 METHOD = f"""The whole window, offscreen, on a camera of 3,500 nodes, with ten more categories of its panel
 open. The camera streams {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 MB/s; over GigE Vision, as
 fast as a link of 125 MB/s allows), with the heartbeat on. The gain is changed {{repeats}} times by each
-means at random moments: slider, arrow key, wheel, and a number typed and confirmed with Enter, each from
-within Qt's event loop. *Register* is the time from just before the widget's signal to the write in the
-camera. *Image* is the time to the first painted image of another grey value, which shows the gain of its
-exposure. The simulated cameras apply a setting to the next frame; a
-slower camera's delay comes on top. With GigE Vision, YARP and ROS 2 the camera runs in another process; with
-`sim:`, U3V (the protocol without a kernel's USB stack) and GenTL it runs in the window's own. GenTL is
-EMVA's simulated producer: there the frame rate is changed instead of the gain, and one image cannot be told
-from another.
+means at random moments: slider, arrow key, wheel, and Enter after a number was typed, each from within Qt's
+event loop. *Register* is the time from just before the event to the write in the camera. *Image* is the time
+to the first painted image of another grey value, which shows the gain of its exposure. The simulated cameras
+apply a setting to the next frame; a slower camera's delay comes on top. With GigE Vision, YARP and ROS 2 the
+camera runs in another process; with `sim:`, U3V (the protocol without a kernel's USB stack) and GenTL it runs
+in the window's own. GenTL is EMVA's simulated producer: there the frame rate is changed instead of the gain,
+and one image cannot be told from another.
 
 Then the slider is dragged from end to end for {DRAG_SECONDS:g} s at {DRAG_RATE:g} signals a second. CPU is
 that of the window's whole process: the stream, the painting and, where it runs there, the camera."""

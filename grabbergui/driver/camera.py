@@ -7,6 +7,7 @@ import threading
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
+from types import TracebackType
 
 from typing_extensions import override
 
@@ -65,6 +66,7 @@ class Camera(FrameGrabber):
         "Reason for a loss during opening or reconnecting; empty if there was none."
         self._loss = ""
         "Reason for the current loss; empty while connected."
+        self._explaining_loss = _ExplainedLoss(self)
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -168,7 +170,7 @@ class Camera(FrameGrabber):
     def feature(self, name: str) -> Feature:
         nodes = self._opened()
         self._require(name)
-        with self._explaining_loss():
+        with self._explaining_loss:
             feature = nodes.feature(name)
         ours = self._access is Access.CONTROL and name != acquisition.TRANSPORT_LOCK
         return feature if ours else replace(feature, access=feature.access.without_writing)
@@ -179,7 +181,7 @@ class Camera(FrameGrabber):
 
         A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
         """
-        with self._explaining_loss():
+        with self._explaining_loss:
             return self._write(name, value).feature
 
     @override
@@ -187,13 +189,13 @@ class Camera(FrameGrabber):
         """Report no change of selectors, which are only switched for the moment."""
         if not key.selected:
             return self.feature(key.name)
-        with self._explaining_loss(), self._lock, self._opened().unreported():
+        with self._explaining_loss, self._lock, self._opened().unreported():
             return super().read_setting(key)
 
     @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Consequences are found by the description's invalidation rules."""
-        with self._explaining_loss(), self._selecting(key.selected) if key.selected else nullcontext():
+        with self._explaining_loss, self._selecting(key.selected) if key.selected else nullcontext():
             return self._write(key.name, value)
 
     @override
@@ -245,26 +247,26 @@ class Camera(FrameGrabber):
         self._require(name)
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
-        with self._explaining_loss(), self._lock if name == LOAD_SET else nullcontext():
+        with self._explaining_loss, self._lock if name == LOAD_SET else nullcontext():
             self._opened().execute(name)
             if name == LOAD_SET:
                 self._writes().memory.note_loaded_set(self.setting(name))
 
     @override
     def register_length(self, name: str) -> int:
-        with self._explaining_loss():
+        with self._explaining_loss:
             return self._opened().register_length(name)
 
     @override
     def read_register(self, name: str, length: int) -> bytes:
-        with self._explaining_loss():
+        with self._explaining_loss:
             return self._opened().read_register(name, length)
 
     @override
     def write_register(self, name: str, content: bytes) -> None:
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
-        with self._explaining_loss(), self._lock:
+        with self._explaining_loss, self._lock:
             self._opened().write_register(name, content)
 
     # -- acquisition -----------------------------------------------------------------------------
@@ -446,16 +448,6 @@ class Camera(FrameGrabber):
         finally:
             writer.memory = remembered
 
-    @contextmanager
-    def _explaining_loss(self) -> Iterator[None]:
-        """Add the reason of the loss to errors while the device is closed between reconnect attempts."""
-        try:
-            yield
-        except DeviceLostError as error:
-            if not self._loss or self._loss in str(error):
-                raise
-            raise DeviceLostError(f"{self.info.title} is lost: {self._loss}") from error
-
     def _writes(self) -> SettingWriter:
         self._opened()
         assert self._writer is not None
@@ -466,6 +458,26 @@ class Camera(FrameGrabber):
         if nodes is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return nodes
+
+
+class _ExplainedLoss:
+    """Adds the reason of the loss to errors while the device is closed between reconnect attempts.
+
+    A class, for a generator would cost each write of a slider four more calls.
+    """
+
+    def __init__(self, camera: Camera) -> None:
+        self._camera = camera
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        loss = self._camera.lost
+        if isinstance(error, DeviceLostError) and loss and loss not in str(error):
+            raise DeviceLostError(f"{self._camera.info.title} is lost: {loss}") from error
 
 
 def _validated(feature: Feature, value: FeatureValue) -> tuple[Feature, FeatureValue]:

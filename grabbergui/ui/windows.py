@@ -296,6 +296,7 @@ class WheelGuard(QObject):
         return False
 
 
+_COMMANDING = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier
 _UNDO = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
 _EDITING = (
     QKeySequence.StandardKey.Copy,
@@ -320,10 +321,19 @@ class ShortcutGuard(QObject):
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep the window's keys from the field: both the shortcut override and the key press."""
-        if not isinstance(event, QKeyEvent) or not self._belongs_to_window(event):
+        """Keep the window's keys from the field, both the shortcut override and the key press.
+
+        The field's own keys are no shortcuts, and are not offered to the widgets around it.
+        """
+        if not isinstance(event, QKeyEvent):
             return False
-        if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
+        overriding = event.type() == QEvent.Type.ShortcutOverride
+        if not event.modifiers() & _COMMANDING:
+            if overriding and event.key() in _MOVING:
+                event.accept()
+                return True
+            return False
+        if not (overriding or event.type() == QEvent.Type.KeyPress) or not self._belongs_to_window(event):
             return False
         event.ignore()
         return True

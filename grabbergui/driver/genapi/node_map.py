@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -205,11 +205,9 @@ class CameraNodeMap:
             self._port.take_failure()  # a feature's access mode may need a register after all
         return found
 
-    @contextmanager
-    def exclusive(self) -> Iterator[None]:
+    def exclusive(self) -> AbstractContextManager[None]:
         """Block all other threads for the block; report changes after it."""
-        with self._lock:
-            yield
+        return self._lock
 
     @contextmanager
     def unreported(self) -> Iterator[None]:

@@ -230,23 +230,28 @@ class MapLock:
         self.on_change = on_change
         self.changed: set[str] = set()
         "Features that changed since the lock was taken. Only for the thread that holds it."
-        self._lock = threading.RLock()
+        self._lock = threading.Lock()
+        self._owner: int | None = None
         self._depth = 0
         self._interrupts = HeldInterrupts()
 
     def __enter__(self) -> None:
-        self._interrupts.hold()
-        self._lock.acquire()
+        thread = threading.get_ident()
+        if self._owner != thread:
+            self._interrupts.hold()
+            self._lock.acquire()
+            self._owner = thread
         self._depth += 1
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        changed: frozenset[str] = frozenset()
         self._depth -= 1
-        if self._depth == 0 and self.changed:
-            changed = frozenset(self.changed)
-            self.changed.clear()
+        if self._depth:
+            return
+        changed = frozenset(self.changed)
+        self.changed.clear()
+        self._owner = None
         self._lock.release()
         try:
             if changed:

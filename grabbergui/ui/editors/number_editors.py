@@ -25,7 +25,7 @@ from grabbergui.models.features.numbers import (
 )
 from grabbergui.models.features.shown import limit_text
 from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.value_slider import ValueSlider
+from grabbergui.ui.editors.value_slider import EditedFeature, ValueSlider
 from grabbergui.ui.widgets.labels import show_hint
 from grabbergui.ui.windows import ShortcutGuard, WheelGuard
 
@@ -68,7 +68,7 @@ class NumberField(QAbstractSpinBox):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._feature: Feature | None = None
+        self._edited = EditedFeature()
         self._typing = False
         self._shown_in = ""
         "The unit of the shown value, which may be larger than the feature's own."
@@ -85,9 +85,10 @@ class NumberField(QAbstractSpinBox):
 
     def setFeature(self, feature: Feature) -> None:
         """Show a number feature. A text that is being typed stays."""
-        if self._feature is None or feature.name != self._feature.name:
+        before = self._edited.feature
+        if before is None or feature.name != before.name:
             self._shown_in = ""
-        self._feature = feature
+        self._edited.show(feature)
         self._following.stop()
         self._show()
 
@@ -95,15 +96,16 @@ class NumberField(QAbstractSpinBox):
     def stepBy(self, steps: int) -> None:
         """Change the value by some steps immediately. With Ctrl, Qt passes ten times as many."""
         self._take_typed()
-        if self._feature is not None and self._feature.access.writable:
+        feature = self._edited.feature
+        if feature is not None and feature.access.writable:
             fine = QApplication.keyboardModifiers() & Qt.KeyboardModifier.ShiftModifier
-            self._edit(stepped(self._feature, steps, Pace.FINE if fine else Pace.USUAL))
+            self._edit(stepped(feature, steps, Pace.FINE if fine else Pace.USUAL))
             self.selectAll()
 
     def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
         """Return the arrows that have an effect."""
         enabled = QAbstractSpinBox.StepEnabled(QAbstractSpinBox.StepEnabledFlag.StepNone)
-        feature = self._feature
+        feature = self._edited.feature
         if feature is None or not isinstance(feature.value, int | float) or not feature.access.writable:
             return enabled
         if feature.maximum is None or feature.value < feature.maximum:
@@ -117,7 +119,7 @@ class NumberField(QAbstractSpinBox):
 
         Then every key is accepted, and the whole refused if it is no number: without its stroke 1/60 is 160.
         """
-        feature, text = self._feature, text or ""
+        feature, text = self._edited.feature, text or ""
         possible = self._typing or (
             feature is not None and can_become_number(text, feature.unit, self._shown_in)
         )
@@ -161,7 +163,7 @@ class NumberField(QAbstractSpinBox):
     def _show(self) -> None:
         if self._typing:
             return
-        feature = self._feature
+        feature = self._edited.feature
         if feature is None or not isinstance(feature.value, int | float):
             text = ""
         else:
@@ -187,12 +189,9 @@ class NumberField(QAbstractSpinBox):
         return text
 
     def _edit(self, number: int | float) -> None:
-        before = self._feature
-        assert before is not None
-        if number != before.value:
-            self.valueEdited.emit(number)  # before anything else: a camera waits for it
-            if self._feature is before:
-                self._feature = replace(before, value=number)  # the next step begins there
+        if number != self._edited.number:
+            self._edited.number = number  # the next step begins there
+            self.valueEdited.emit(number)
         self._following.begin()
 
     def _on_line_edit_text_edited(self, text: str) -> None:
@@ -206,18 +205,19 @@ class NumberField(QAbstractSpinBox):
             self._line.setCursorPosition(cursor)
 
     def _take_typed(self) -> None:
-        if not self._typing or self._feature is None:
+        feature = self._edited.feature
+        if not self._typing or feature is None:
             return
         try:
-            typed = self._typed_number(self._feature)
-            number = nearest_allowed(self._feature, typed)
+            typed = self._typed_number(feature)
+            number = nearest_allowed(feature, typed)
         except (ValueError, OverflowError):
             show_hint(self, self.tr("“{0}” is not a number").format(self._line.text()))
             self._stop_typing()
         else:
             self._typing = False
-            self._shown_in = typed_unit(self._line.text(), self._feature.unit) or self._shown_in
-            why = limit_text(self._feature, typed, number)
+            self._shown_in = typed_unit(self._line.text(), feature.unit) or self._shown_in
+            why = limit_text(feature, typed, number)
             self._edit(number)
             self.typingFinished.emit()
             if why:

@@ -38,6 +38,31 @@ _STEPS_OF_KEYS = {
 }
 
 
+class EditedFeature:
+    """A number feature with the number that the user gave it last.
+
+    The two are joined only when asked for: until the write has left, every call delays it.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | float | None = None
+        "The user's number, or else the camera's; None without either."
+        self._feature: Feature | None = None
+
+    def show(self, feature: Feature) -> None:
+        """Forget the user's number: this is what the camera has."""
+        self._feature = feature
+        self.number = feature.value if isinstance(feature.value, int | float) else None
+
+    @property
+    def feature(self) -> Feature | None:
+        """The feature with that number; None before `show`."""
+        feature, number = self._feature, self.number
+        if feature is not None and number is not None and number != feature.value:
+            feature = self._feature = replace(feature, value=number)
+        return feature
+
+
 class ValueSlider(QSlider):
     """Moves a number by mouse, wheel and arrow keys: with Shift by a tenth, with Ctrl ten times as far.
 
@@ -50,7 +75,7 @@ class ValueSlider(QSlider):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
-        self._feature: Feature | None = None
+        self._edited = EditedFeature()
         self._whole: SliderScale | None = None
         self._scale: SliderScale | None = None
         "The part of `_whole` that the track shows."
@@ -69,7 +94,8 @@ class ValueSlider(QSlider):
 
     def show_feature(self, scale: SliderScale, feature: Feature) -> None:
         """Move to a feature's number without emitting; `scale` is of its whole range."""
-        known, self._feature = self._whole == scale, feature
+        known = self._whole == scale
+        self._edited.show(feature)
         self._whole = scale
         if not self.isSliderDown():
             self._show_part(keep=known)
@@ -127,7 +153,7 @@ class ValueSlider(QSlider):
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
         """Step the number; Home and End are the ends of the whole range."""
-        if event is None or self._feature is None or self._whole is None:
+        if event is None or self._whole is None:
             return
         if event.key() in _STEPS_OF_KEYS:
             self._step(_STEPS_OF_KEYS[Qt.Key(event.key())], _pace(event.modifiers()))
@@ -156,9 +182,9 @@ class ValueSlider(QSlider):
     # -- the part on show ------------------------------------------------------------------------
     def _show_part(self, keep: bool) -> None:
         """Show the number; with `keep`, in the same part of the range as long as that contains it."""
-        if self._whole is None or self._feature is None or not isinstance(self._feature.value, int | float):
+        number, part = self._edited.number, self._scale
+        if self._whole is None or number is None:
             return
-        number, part = self._feature.value, self._scale
         if part is None or not keep or not part.minimum < number < part.maximum:
             part = self._whole.around(number, self._pixels())
         with QSignalBlocker(self):
@@ -171,18 +197,20 @@ class ValueSlider(QSlider):
 
     def _reach(self, part: SliderScale) -> str:
         """Describe the range of the track and how to leave it; empty if it shows the whole range."""
-        if part == self._whole or self._feature is None:
+        feature = self._edited.feature
+        if part == self._whole or feature is None:
             return ""
-        unit = self._feature.unit
+        unit = feature.unit
         text = self.tr("{0} … {1}; hold the handle beyond an end to move the range.")
         return text.format(quantity_text(part.minimum, unit, 3), quantity_text(part.maximum, unit, 3))
 
     def _scroll(self) -> None:
         """Move the range along under a handle that is held beyond the end of the track."""
-        if self._feature is None or self._whole is None or self._scale is None:
+        feature = self._edited.feature
+        if feature is None or self._whole is None or self._scale is None:
             return
         up = self._place > 0
-        number = stepped(self._feature, SCROLL_STEPS if up else -SCROLL_STEPS)
+        number = stepped(feature, SCROLL_STEPS if up else -SCROLL_STEPS)
         self._scale = self._whole.around(number, self._pixels(), 1.0 if up else 0.0)
         self._take(number)
         self.update()
@@ -193,18 +221,19 @@ class ValueSlider(QSlider):
 
     # -- editing ---------------------------------------------------------------------------------
     def _step(self, steps: int, pace: Pace) -> None:
-        if steps and self._feature is not None and self.isEnabled():
-            self._edit(stepped(self._feature, steps, pace))
+        feature = self._edited.feature
+        if steps and feature is not None and self.isEnabled():
+            self._edit(stepped(feature, steps, pace))
 
     def _edit(self, number: int | float) -> None:
-        if self._feature is not None and number != self._feature.value:
+        if number != self._edited.number:
             self._take(number)
             self._show_part(keep=True)
 
     def _take(self, number: int | float) -> None:
-        if self._feature is not None and number != self._feature.value:
-            self.valueEdited.emit(number)  # first: the camera waits for it
-            self._feature = replace(self._feature, value=number)
+        if self._whole is not None and number != self._edited.number:
+            self._edited.number = number
+            self.valueEdited.emit(number)
 
     def _on_value_changed(self, position: int) -> None:
         if self._scale is not None:
