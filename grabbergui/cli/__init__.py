@@ -23,7 +23,7 @@ from grabbergui import __version__
 from grabbergui.cli.process import (
     LOG_FORMATS,
     Terminated,
-    dies_of_interrupt,
+    dies_of_signals,
     raising_on_signals,
     set_up_log,
     spell_out,
@@ -103,7 +103,7 @@ def _run(arguments: list[str]) -> int:
         if first not in COMMANDS and first not in ("-h", "--help", "--version"):
             _check_is_source(first)
             arguments.insert(place, "gui")
-        with dies_of_interrupt():
+        with dies_of_signals():
             parser = command_line(_families_wanted(arguments[place]))
         options = parser.parse_args(arguments)
         set_up_log(options.log_level, options.log_format)

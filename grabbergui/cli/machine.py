@@ -11,7 +11,7 @@ from typing import Any
 
 from grabbergui import doctor, sources
 from grabbergui.cli import wait_time
-from grabbergui.cli.process import dies_of_interrupt, passing_note
+from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
@@ -50,7 +50,7 @@ def _list(options: argparse.Namespace) -> int:
     longer: dict[str, float] = {}
     if timeout is None:
         timeout, longer = _SEARCH_TIME, {sources.SourceKind.ROS2: _ROS2_TIME}
-    with dies_of_interrupt(), passing_note("searching …"):
+    with dies_of_signals(), passing_note("searching …"):
         found = sources.discover(timeout, longer)
     if completion.somebody_types():
         completion.Seen().keep_sources(info.uri for info in found)
@@ -91,7 +91,7 @@ def _doctor(options: argparse.Namespace) -> int:
         print(f"freed {doctor.megabytes(removed)}: {len(removed)} segments and ports without an owner")
         return 0
     findings = []
-    with dies_of_interrupt():
+    with dies_of_signals():
         for finding in doctor.check():
             findings.append(finding)
             if not options.json:

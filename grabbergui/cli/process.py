@@ -136,17 +136,19 @@ class Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def dies_of_interrupt() -> Iterator[None]:
-    """Let Ctrl-C end the program at once and silently, in a phase that leaves nothing behind."""
-    before = signal.getsignal(signal.SIGINT)
-    ours = before is not signal.SIG_IGN and _in_main_thread()
-    if ours:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+def dies_of_signals() -> Iterator[None]:
+    """Let Ctrl-C, SIGTERM and SIGHUP end the program at once and silently: there is nothing to release."""
+    before = {}
+    if _in_main_thread():
+        for number in _requests_to_end():
+            if (handler := signal.getsignal(number)) is not signal.SIG_IGN:
+                before[number] = handler
+                signal.signal(number, signal.SIG_DFL)
     try:
         yield
     finally:
-        if ours:
-            signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

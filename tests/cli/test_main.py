@@ -135,15 +135,14 @@ def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_search_holds_nothing_that_an_interrupt_must_wait_for(monkeypatch, capsys):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_search_holds_nothing_that_a_signal_must_wait_for(number, monkeypatch, capsys):
     seen = []
-    monkeypatch.setattr(
-        machine.sources, "discover", lambda *_: seen.append(signal.getsignal(signal.SIGINT)) or []
-    )
-    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(machine.sources, "discover", lambda *_: seen.append(signal.getsignal(number)) or [])
+    before = signal.getsignal(number)
     assert main(["list"]) == 0
     assert seen == [signal.SIG_DFL]
-    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.getsignal(number) is before
 
 
 # -- output ----------------------------------------------------------------------------------------
