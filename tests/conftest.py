@@ -109,3 +109,14 @@ def pytest_runtest_logreport() -> None:
 def pytest_xdist_auto_num_workers() -> int:
     """Return the number of workers for `-n auto`: as many as can be isolated from each other."""
     return isolation.workers_allowed()
+
+
+@pytest.fixture
+def full_disk() -> Iterator[None]:
+    """Let no file of this process grow beyond three bytes."""
+    import resource  # not on Windows
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.calibration.markers import Grey, dictionary_by_name, halved
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import UsageError
 
 # -- boards, and finding them --------------------------------------------------------------------
@@ -295,7 +296,7 @@ def save(board: Board, path: Path) -> Sheet:
     if kind not in (".pdf", ".png"):
         raise UsageError(f"a board is saved as .pdf or .png, not as '{path.name}'")
     sheet = sheet_for(board)
-    path.write_bytes(pdf(board, sheet) if kind == ".pdf" else png(board, sheet))
+    write_whole(path, pdf(board, sheet) if kind == ".pdf" else png(board, sheet))
     return sheet
 
 

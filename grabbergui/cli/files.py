@@ -11,7 +11,7 @@ from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import passing_note, stop_on_signals
-from grabbergui.core.environment import check_folder_of
+from grabbergui.core.environment import check_folder_of, write_whole
 from grabbergui.core.errors import UsageError
 from grabbergui.core.file_access import (
     CameraFile,
@@ -97,7 +97,7 @@ def _get(options: argparse.Namespace) -> None:
         _progress(options.name) as progress,
     ):
         content = read_file(grabber, options.name, progress=progress, cancelled=cancelled)
-    path.write_bytes(content)
+    write_whole(path, content)
     _report(options, {"file": options.name, "size": len(content), "path": str(path)}, f"saved as {path}")
 
 

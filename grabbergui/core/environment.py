@@ -115,26 +115,35 @@ _BINARY = getattr(os, "O_BINARY", 0)
 """Without it, Windows changes the ends of lines."""
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file atomically: if writing fails, the old content stays.
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file atomically, text as UTF-8: if writing fails, the old content stays, or there is no file.
 
     A pipe or /dev/stdout is written to, never replaced; a link stays a link. Raises OSError.
     """
+    if isinstance(content, str):
+        content = content.encode()
     if path.exists() and not path.is_file():
-        path.write_text(text, "utf-8")
+        path.write_bytes(content)
         return
-    path = path.resolve()
+    try:
+        _write_and_rename(path.resolve(), content)
+    except OSError as error:
+        error.filename = str(path)  # writing names no file, and creating one the draft
+        raise
+
+
+def _write_and_rename(path: Path, content: bytes) -> None:
     replaced = path.exists()
     mode = stat.S_IMODE(path.stat().st_mode) if replaced else 0o666
     draft = path.with_name(f".{path.name[:40]}.{secrets.token_hex(4)}")
     try:
         descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, mode)
     except PermissionError:  # for the folder; the file itself may be writable
-        path.write_text(text, "utf-8", newline="\n")
+        path.write_bytes(content)
         return
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())  # otherwise a power cut after the rename may leave an empty file
         if replaced:

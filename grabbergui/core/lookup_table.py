@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import (
     CameraFileError,
     FeatureAccessError,
@@ -188,11 +189,11 @@ def save_table(path: Path, table: Table) -> None:
     """
     if path.suffix.lower() in (".csv", ".txt"):
         lines = [f"{index},{value}" for index, value in enumerate(table.tolist())]
-        path.write_text("index,value\n" + "\n".join(lines) + "\n", encoding="utf-8")
+        write_whole(path, "index,value\n" + "\n".join(lines) + "\n")
     elif table.max(initial=0) > 0xFFFF:
         raise UsageError(f"values up to {table.max()} do not fit into 16 bits; save it as .csv")
     else:
-        path.write_bytes(table.astype("<u2").tobytes())
+        write_whole(path, table.astype("<u2").tobytes())
 
 
 def _require_fit(table: Table, shape: LutShape, name: str) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.component import Component
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
@@ -342,7 +343,7 @@ class Camera(FeatureAccess):
 
         Raises as `points` does, and OSError if the file cannot be written.
         """
-        Path(path).write_bytes(self.points(frame).ply())
+        write_whole(Path(path), self.points(frame).ply())
 
     def distances(self, component: Frame | Component) -> NDArray[np.float32]:
         """Return a range image in millimetres: (height, width) float32, NaN where nothing was measured."""

@@ -118,6 +118,13 @@ def test_a_board_that_fits_no_paper_and_a_file_of_another_kind_are_refused(tmp_p
         boards.save(CHESSBOARD, tmp_path / "board.jpg")
 
 
+@pytest.mark.parametrize("name", ["board.pdf", "board.png"])
+def test_a_full_disk_leaves_no_part_of_a_sheet(tmp_path, full_disk, name):
+    with pytest.raises(OSError, match="too large"):
+        boards.save(CHESSBOARD, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 @pytest.mark.parametrize("side", [1, 4])
 def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_images_too(board, side):

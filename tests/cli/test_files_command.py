@@ -52,6 +52,12 @@ def test_nothing_on_this_computer_is_overwritten(tmp_path, capsys):
     assert there.read_bytes() == b"mine"
 
 
+def test_a_full_disk_keeps_no_part_of_a_file(tmp_path, capsys, full_disk):
+    assert files("get", "LUTLuminance", tmp_path / "table.bin") == 1
+    assert f"{tmp_path / 'table.bin'}: File too large" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_firmware_needs_its_warning_confirmed(tmp_path, capsys, camera):
     image = tmp_path / "new.bin"
     image.write_bytes(firmware_image("3.1.4", b"program" * 1000))

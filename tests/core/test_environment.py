@@ -1,7 +1,6 @@
 """Files that come with the program are found from any folder; files of the user's are written whole."""
 
 import os
-import resource
 import stat
 import subprocess
 import sys
@@ -54,19 +53,12 @@ def test_numpy_has_one_thread_in_the_program():
     assert int(done.stdout.split()[-1]) == 1
 
 
-@pytest.fixture
-def full_disk():
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 def test_a_full_disk_leaves_the_old_file(tmp_path, full_disk):
     (path := tmp_path / "camera.yaml").write_text("old")
-    with pytest.raises(OSError, match="File too large"):
+    with pytest.raises(OSError, match="File too large") as failure:
         write_whole(path, "what does not fit")
     assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
+    assert failure.value.filename == str(path)
 
 
 def test_a_file_that_is_replaced_keeps_its_place_and_mode(tmp_path):
@@ -91,7 +83,7 @@ def test_a_file_reaches_the_disk_before_it_replaces_the_old_one(tmp_path, monkey
     (path := tmp_path / "camera.yaml").write_text("old")
     synced = []
     monkeypatch.setattr(os, "fsync", lambda file: synced.append((os.fstat(file).st_size, path.read_text())))
-    write_whole(path, "new text")
+    write_whole(path, b"new text")
     assert synced == [(8, "old")]
 
 

@@ -104,6 +104,14 @@ def test_values_beyond_16_bits_need_text(tmp_path: Path) -> None:
         save_table(tmp_path / "lut.bin", np.array([0, 70_000]))
 
 
+@pytest.mark.parametrize("name", ["gamma.csv", "gamma.bin"])
+def test_a_full_disk_leaves_the_old_table(tmp_path: Path, full_disk: None, name: str) -> None:
+    (path := tmp_path / name).write_text("old")
+    with pytest.raises(OSError, match="too large"):
+        lookup_table.save_table(path, np.arange(256))
+    assert path.read_text() == "old"
+
+
 def test_a_table_is_written_at_once_and_is_in_the_file_too(camera: FrameGrabber) -> None:
     assert has_lut(camera) and selectors_of(camera) == ("Luminance",)
     shape = shape_of(camera)

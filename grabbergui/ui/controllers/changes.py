@@ -12,6 +12,7 @@ from typing import TypeVar
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction, QApplication
 
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.change_journal import Direction, Step
@@ -297,7 +298,7 @@ class ChangesController(QObject):
         kind = {".py": CopyAs.PROGRAM, ".sh": CopyAs.COMMAND}.get(path.suffix, CopyAs.TABLE)
         text = self._text(kind)
         with self._messages.saving(path, self.tr("Saved the changes to {0}")):
-            path.write_text(f"#!/bin/sh -e\n{text}" if kind is CopyAs.COMMAND else text, encoding="utf-8")
+            write_whole(path, f"#!/bin/sh -e\n{text}" if kind is CopyAs.COMMAND else text)
 
     def _text(self, kind: CopyAs) -> str:
         changes = self._panel.chosen

@@ -10,6 +10,7 @@ from pathlib import Path
 from PyQt5.QtCore import QLineF, QObject, QRectF
 from PyQt5.QtWidgets import QAction, QDockWidget
 
+from grabbergui.core.environment import write_whole
 from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
@@ -231,7 +232,7 @@ class ValuesController(QObject):
     def save(self, path: Path) -> None:
         """Save everything that was read as comma-separated values, the time in UTC."""
         with self._messages.saving(path, self.tr("Saved the values to {0}")):
-            path.write_text(to_csv(self._histories), encoding="utf-8")
+            write_whole(path, to_csv(self._histories))
 
     # -- what is read ----------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
