@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grabbergui.calibration.boards import Board, View
 from grabbergui.calibration.markers import Grey
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import CalibrationError, UsageError
 
 GRID = (8, 6)
 "Columns and rows of cells of the image, in which corners are counted."
@@ -184,12 +184,12 @@ class Collector:
     def look(self, grey: Grey, keep: bool = True) -> Verdict:
         """Examine an image (rows, columns) uint8, and keep its view if it differs from those before.
 
-        With `keep` false, only return the result. Raises UsageError for an image of another size.
+        With `keep` false, only return the result. Raises CalibrationError for an image of another size.
         """
         size = grey.shape[1], grey.shape[0]
         if self._size is not None and self._size != size:
             before_text, now_text = (f"{width}×{height}" for width, height in (self._size, size))
-            raise UsageError(f"the images changed from {before_text} to {now_text} pixels; begin again")
+            raise CalibrationError(f"the images changed from {before_text} to {now_text} pixels; begin again")
         self._size = size
         before, self.last = self.last, self._board.find(grey)
         view = self.last
@@ -212,14 +212,14 @@ class Collector:
         used: Collection[int] | None = None,
         left_out: Collection[int] = (),
     ) -> Result:
-        """Calibrate from the collected views. Raises UsageError if they are not sufficient.
+        """Calibrate from the collected views. Raises CalibrationError if they are not sufficient.
 
         `used` are the numbers of the views to use; by default all but those in `left_out` and those that fit
         badly.
         """
         chosen = sorted(set(range(len(self.views))) - set(left_out) if used is None else set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:
-            raise UsageError(
+            raise CalibrationError(
                 f"{len(chosen)} different views of the board are too few, at least {FEWEST_VIEWS} are "
                 "needed; show it near and far, in every corner, and tilted"
             )
@@ -242,7 +242,7 @@ class Collector:
                 np.zeros(5),
             )
         except cv2.error as error:
-            raise UsageError(
+            raise CalibrationError(
                 "the views do not determine the camera; show the board tilted as well"
             ) from error
         each = np.full(len(self.views), np.nan)

@@ -33,7 +33,7 @@ from grabbergui.calibration.hand_eye_model import (
 )
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.environment import write_whole
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import CalibrationError, UsageError
 
 # -- the fit -------------------------------------------------------------------------------------
 FEWEST_VIEWS = 5
@@ -77,17 +77,17 @@ class HandEyeResult(Guess):
 
 
 def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: Calibration) -> HandEyeResult:
-    """Find camera, target and joint offsets. Raises UsageError for too few views or too little motion.
+    """Find camera, target and joint offsets. Raises CalibrationError for too few views or too little motion.
 
     The noise of corners is measured by fitting the target to each image alone; the noise of joint readings is
     the one of `READING_SPREADS` with the highest likelihood of all views.
     """
     if len(views) < FEWEST_VIEWS:
-        raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
+        raise CalibrationError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
     try:
         return _solved(Problem(arrangement, calibration), views)
     except (np.linalg.LinAlgError, cv2.error) as error:  # of motion about one axis only, for instance
-        raise UsageError(_TOO_LITTLE) from error
+        raise CalibrationError(_TOO_LITTLE) from error
 
 
 def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
@@ -99,7 +99,9 @@ def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
     limit = OUTLIER * max(float(np.median(strange)), 1.0)
     used = [view for view, much in zip(views, strange, strict=True) if much <= limit]
     if len(used) < FEWEST_VIEWS:
-        raise UsageError("the views contradict one another: check the target's size and the calibration")
+        raise CalibrationError(
+            "the views contradict one another: check the target's size and the calibration"
+        )
     if len(used) < len(views):
         fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
         best = max(fits, key=lambda fit: fit.likelihood)
@@ -138,11 +140,11 @@ class _Fit:
         return math.sqrt(float(white @ white) / len(white))
 
     def covariance(self) -> NDArray[np.float64]:
-        """Return the parameters' covariance. Raises UsageError if a parameter is not determined."""
+        """Return the parameters' covariance. Raises CalibrationError if a parameter is not determined."""
         jacobian, residuals = self._jacobian(self.guess), self._residuals(self.guess)
         known = jacobian.T @ jacobian
         if not np.linalg.cond(known) <= 1e14:
-            raise UsageError(_TOO_LITTLE)
+            raise CalibrationError(_TOO_LITTLE)
         freedom = max(len(residuals) - len(known), 1)
         return np.linalg.inv(known).astype(np.float64) * max(1.0, float(residuals @ residuals) / freedom)
 
@@ -217,7 +219,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
             view.points, view.pixels, calibration.matrix, calibration.distortion
         )
         if not found:
-            raise UsageError("a view shows the target so that no pose fits it; leave it out")
+            raise CalibrationError("a view shows the target so that no pose fits it; leave it out")
         targets.append(geometry.pose(geometry.rotation_from_vector(turn.ravel()), place.ravel()))
         seen, _ = cv2.projectPoints(view.points, turn, place, calibration.matrix, calibration.distortion)
         squares += float(np.sum((np.asarray(seen).reshape(-1, 2) - view.pixels) ** 2))
@@ -249,7 +251,7 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
             if error < least:
                 best, least, chosen = Guess(camera, held, *none), error, name
     if best is None:
-        raise UsageError(_TOO_LITTLE)
+        raise CalibrationError(_TOO_LITTLE)
     return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE), chosen
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import CalibrationError, UsageError
 
 OFFSET_SPREAD = math.radians(0.5)
 "Expected standard deviation of joint offsets, before any measurement."
@@ -273,8 +273,8 @@ def propose(
 
     Poses are drawn at random within the joint limits. Of those that show the target, each next one minimises
     the uncertainty of the camera (metres² plus radians² × `LEVER`²) after the views before it. Only geometry
-    is considered; the robot's gate decides whether it may go there. Raises UsageError if fewer poses show the
-    target.
+    is considered; the robot's gate decides whether it may go there. Raises CalibrationError if fewer poses
+    show the target.
     """
     random, candidates = np.random.default_rng(seed), []
     problem = Problem(arrangement, calibration)
@@ -287,7 +287,7 @@ def propose(
         if len(candidates) >= 8 * count:
             break
     if len(candidates) < count:
-        raise UsageError(
+        raise CalibrationError(
             f"only {len(candidates)} of {tries} poses show the target, {count} are wanted: "
             "move it, or take a smaller one"
         )

@@ -110,6 +110,10 @@ class FeatureValueError(FeatureError):
     """The value is out of range, off the increment, not among the entries, or of the wrong type."""
 
 
+class CalibrationError(GrabberError):
+    """The images or poses that were taken do not determine a calibration."""
+
+
 class CameraFileError(GrabberError):
     """A camera refused an operation on one of its files."""
 

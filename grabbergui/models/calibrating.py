@@ -19,7 +19,7 @@ from psygnal import Signal
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.collector import Collector, Coverage, Result, Verdict
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import CalibrationError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
@@ -211,7 +211,7 @@ class CalibratingModel:
             return False
         try:
             self._see(frame)
-        except UsageError:  # the image size changed, which makes the earlier views useless
+        except CalibrationError:  # the image size changed, which makes the earlier views useless
             self._begin()
             raise
         return True

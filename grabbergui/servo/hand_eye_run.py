@@ -25,7 +25,7 @@ from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints, propose
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import RobotStoppedError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import CalibrationError, RobotStoppedError, SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
@@ -139,8 +139,9 @@ class HandEyeRun:
     def run(self, wanted: int = VIEWS) -> HandEyeResult:
         """Take `wanted` views and compute the result. The robot rests on return.
 
-        Raises UsageError if so few views cannot be enough, if the target is not visible or too few poses show
-        it, RobotStoppedError if the robot is stopped, SourceUnavailableError if it does not answer.
+        Raises UsageError if so few views cannot be enough, CalibrationError if the target is not visible or
+        too few poses show it, RobotStoppedError if the robot is stopped, SourceUnavailableError if it does
+        not answer.
         """
         if wanted < FEWEST_VIEWS:  # before the robot moves for nothing
             raise UsageError(f"{wanted} views are too few; hand–eye calibration needs {FEWEST_VIEWS} or more")
@@ -151,7 +152,7 @@ class HandEyeRun:
         try:
             first = self._seen()
             if first is None or first.pose is None:
-                raise UsageError("the target is not seen: bring it into the middle of the image first")
+                raise CalibrationError("the target is not seen: bring it into the middle of the image first")
             guess = self._first_guess(start, first.pose)
             self._collect(start, guess, np.asarray(first.points))
         finally:
@@ -166,7 +167,7 @@ class HandEyeRun:
     def solve(self) -> HandEyeResult:
         """Compute the result from the views taken so far, for instance of a run that was stopped.
 
-        Raises UsageError if they are too few or too similar.
+        Raises CalibrationError if they are too few or too similar.
         """
         self._say("computing", Step.COMPUTING)
         return solve(self._arrangement, self._views, self._calibration)
@@ -190,7 +191,7 @@ class HandEyeRun:
         tried = 0
         while len(self._views) < self._wanted:
             if tried > 4 * self._wanted:
-                raise UsageError(
+                raise CalibrationError(
                     f"only {len(self._views)} of {self._wanted} views were possible: give the arm more room, "
                     "or move the target"
                 )

@@ -11,8 +11,8 @@ import pytest
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import CharucoBoard, Chessboard
 from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
-from grabbergui.cli import CommandParser, calibrate
-from grabbergui.core.errors import UsageError
+from grabbergui.cli import EXIT_FAILURE, CommandParser, calibrate, main
+from grabbergui.core.errors import CalibrationError, UsageError
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.driver.sim.rendered_world import Panel, draw
 
@@ -80,7 +80,7 @@ def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
     assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
     assert not collector.add(image(texture("charuco"), at(2.5, 0, 0)))
-    with pytest.raises(UsageError, match="0 different views"):
+    with pytest.raises(CalibrationError, match="0 different views"):
         collector.solve()
 
 
@@ -97,14 +97,14 @@ def test_a_view_that_fits_badly_is_left_out():
     assert result.error_of(4) > 5 > 10 * max(result.error_of(number) for number in (3, 5))
     chosen = collector.solve(used=[*range(4), *range(5, 12)])
     assert np.isfinite(chosen.errors).sum() == 11
-    with pytest.raises(UsageError, match="3 different views"):
+    with pytest.raises(CalibrationError, match="3 different views"):
         collector.solve(used=[0, 1, 2, 2])
 
 
 def test_images_of_another_size_are_refused():
     collector = Collector(CHARUCO)
     collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
-    with pytest.raises(UsageError, match="begin again"):
+    with pytest.raises(CalibrationError, match="begin again"):
         collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
 
 
@@ -179,7 +179,6 @@ def options(*arguments):
         (("--columns", "30", "--rows", "30"), "has 100 markers"),
         (("--views", "1"), "1 views"),
         (("--out", "/nowhere/at/all.yaml"), "no folder"),
-        (("--seconds", "0.5"), "different views"),
         (("--print", "board.jpg"), "as .pdf or .png"),
     ],
 )
@@ -187,6 +186,12 @@ def test_the_command_says_what_is_wrong(arguments, complaint):
     chosen = options("sim:?width=640&height=480", *arguments)
     with pytest.raises(UsageError, match=complaint):
         chosen.run(chosen)
+
+
+def test_a_board_that_is_not_seen_is_a_failure_not_wrong_usage(tmp_path, capsys):
+    out = str(tmp_path / "camera.yaml")
+    assert main(["calibrate", "sim:?width=320&height=240", "--seconds", "0.3", "--out", out]) == EXIT_FAILURE
+    assert "0 different views of the board are too few" in capsys.readouterr().err
 
 
 def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
@@ -208,7 +213,7 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
 def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
     monkeypatch.setattr(calibrate, "REMIND", 0.0)
     chosen = options("sim:?width=320&height=240&fps=50", "--seconds", "1", "--out", "/dev/null")
-    with pytest.raises(UsageError, match="0 different views"):
+    with pytest.raises(CalibrationError, match="0 different views"):
         chosen.run(chosen)
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("show the charuco board (8×6 squares of 0.03 m) to grabbergui Simulated camera")

@@ -9,7 +9,7 @@ from benchmarks import _hand_eye_scenes as scenes
 from grabbergui.calibration import geometry, hand_eye
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Problem, propose
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import CalibrationError, UsageError
 
 
 @pytest.mark.parametrize("kind", scenes.KINDS)
@@ -91,9 +91,9 @@ def test_proposed_poses_determine_more_than_random_ones():
 def test_too_few_views_and_too_little_motion_are_refused():
     of = scenes.scene("eye in head")
     views = scenes.views(of, count=6)
-    with pytest.raises(UsageError, match="5 views or more, not 4"):
+    with pytest.raises(CalibrationError, match="5 views or more, not 4"):
         solve(of.arrangement, views[:4], scenes.CAMERA)
-    with pytest.raises(UsageError, match="differ too little"):
+    with pytest.raises(CalibrationError, match="differ too little"):
         solve(of.arrangement, [views[0]] * 6, scenes.CAMERA)
 
 
@@ -102,7 +102,7 @@ def test_motion_about_one_axis_only_is_refused():
     views = scenes.views(of, count=6)
     start, pan = views[0].camera_angles, np.array([0.05, 0.0])
     turned = [replace(view, camera_angles=start + number * pan) for number, view in enumerate(views)]
-    with pytest.raises(UsageError, match="differ too little"):
+    with pytest.raises(CalibrationError, match="differ too little"):
         solve(of.arrangement, turned, scenes.CAMERA)
 
 
@@ -111,7 +111,7 @@ def test_an_impossible_arrangement_is_refused():
         Arrangement(None, None)
     of = scenes.scene("eye to hand")
     behind = replace(of.nominal, camera=of.nominal.camera @ np.diag([1.0, -1.0, -1.0, 1.0]))
-    with pytest.raises(UsageError, match=r"only 0 of 200 poses show the target"):
+    with pytest.raises(CalibrationError, match=r"only 0 of 200 poses show the target"):
         propose(of.arrangement, behind, scenes.GRID, scenes.CAMERA, 5, tries=200)
 
 

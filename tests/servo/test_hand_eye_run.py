@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.core.errors import RobotStoppedError, SourceUnavailableError, TransportError, UsageError
+from grabbergui.core.errors import (
+    CalibrationError,
+    RobotStoppedError,
+    SourceUnavailableError,
+    TransportError,
+    UsageError,
+)
 from grabbergui.servo import closed_loop
 from grabbergui.servo.hand_eye_run import arrangement
 from grabbergui.servo.hand_eye_stand import TargetWatch
@@ -67,7 +73,7 @@ def test_a_run_that_is_ended_leaves_the_robot_at_rest(end, complaint):
 def test_a_target_that_is_not_seen_is_asked_for_before_anything_moves():
     bench = Bench("hand")
     bench.run._observe = lambda after: None
-    with pytest.raises(UsageError, match="target is not seen"):
+    with pytest.raises(CalibrationError, match="target is not seen"):
         bench.run.run(VIEWS)
     assert bench.gate.sent == 0
 

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QFileDialog
 import fakes
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.collector import Collector
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import CalibrationError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver.sim.rendered_scene import MOVE_S, REST_S, BoardScene, holds, pinhole
@@ -201,7 +201,7 @@ def test_views_are_still_taken_after_those_that_did_not_suffice(stand, views, mo
     dialog = stand.dialog
 
     def fails(*_):
-        raise UsageError("the views do not determine the camera")
+        raise CalibrationError("the views do not determine the camera")
 
     with monkeypatch.context() as patch:
         patch.setattr(Collector, "solve", fails)
