@@ -107,23 +107,22 @@ class _AwaitedSource:
         scheme = SourceUri.parse(self.grabber.info.uri).scheme
         if scheme == "file":
             return FrameTimeoutError(f"{title} ended after {came}")
+        late = f"{title}: no frame within {round(self.timeout, 2):g} s after {came}"
+        if scheme in ("yarp", "ros2"):
+            look = "whether its program sends images, and whether a camera there waits for a trigger"
+            return FrameTimeoutError(f"{late}: {self.grabber.silence()}; see {look}")
         counters = self.grabber.statistics()
         if counters.incomplete and scheme == "gige":
             look = (
                 "whether smaller packets arrive (?packet_size=1400 behind the source), or longer pauses help"
             )
             look += " (?packet_delay=20us)"
-        elif scheme == "yarp" and counters.packets_ignored and not counters.frames:
-            look = f"whether it is a camera's port: {counters.packets_ignored} messages of it were no images"
-        elif scheme in ("yarp", "ros2"):
-            look = "whether its server hangs, and whether the camera waits for a trigger there"
         elif self.grabber.access is Access.MONITOR:
             look = "whether the application that controls it streams"
         else:
             look = "whether it waits for a trigger, and whether a firewall drops its packets"
         return FrameTimeoutError(
-            f"{title}: no frame within {round(self.timeout, 2):g} s after {came} "
-            f"({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"
+            f"{late} ({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"
         )
 
 

@@ -362,6 +362,13 @@ class FrameGrabber(ABC):
         """
         return None
 
+    def silence(self) -> str:
+        """Return, while no images arrive, from where they should, as display text; empty if unknown.
+
+        Any thread; never waits.
+        """
+        return ""
+
     def recorded_coordinates(self) -> Scan3d | None:
         """Return the meaning of 3D data as it was recorded with them; None if the features report it.
 

@@ -164,6 +164,10 @@ class SharedGrabber(FrameGrabber):
         return self._grabber.calibration()
 
     @override
+    def silence(self) -> str:
+        return self._grabber.silence()
+
+    @override
     def recorded_coordinates(self) -> Scan3d | None:
         return self._grabber.recorded_coordinates()
 

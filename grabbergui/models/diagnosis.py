@@ -15,7 +15,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import Role, frame_period
 from grabbergui.models.features.numbers import quantity_text
-from grabbergui.models.language import counted, localized, translate
+from grabbergui.models.language import counted, driver_text, localized, translate
 
 WINDOW = 5.0
 "Seconds over which health is judged."
@@ -215,6 +215,8 @@ class Observation:
     mean: float | None = None
     "Mean of the 8-bit pixels of the last painted frame."
     facts: CameraFacts = CameraFacts()
+    silence: str = ""
+    "What a remote source tells about images that do not arrive."
 
 
 @dataclass(frozen=True)
@@ -250,6 +252,15 @@ def diagnose(seen: Observation) -> Diagnosis | None:
 
 def _silent(seen: Observation) -> Diagnosis:
     count = seen.statistics
+    if seen.silence:
+        return Diagnosis(
+            Stage.PACKETS,
+            f"{driver_text(seen.silence)}.",
+            translate(
+                "Diagnosis",
+                "See whether its program sends images, and whether a camera there waits for a trigger.",
+            ),
+        )
     if count.frames:
         return Diagnosis(
             Stage.FRAMES,

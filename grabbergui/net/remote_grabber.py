@@ -55,6 +55,9 @@ class RemoteStream(Protocol):
     def statistics(self) -> StreamStatistics:
         """Return a snapshot. Any thread; also after `close`."""
 
+    def silence(self) -> str:
+        """Return from where images should arrive, as display text. Any thread."""
+
 
 StreamType = TypeVar("StreamType", bound=RemoteStream)
 
@@ -292,6 +295,11 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     @property
     def streaming(self) -> bool:
         return self._stream is not None
+
+    @override
+    def silence(self) -> str:
+        stream = self._stream
+        return stream.silence() if stream is not None else ""
 
     @override
     def statistics(self) -> StreamStatistics:

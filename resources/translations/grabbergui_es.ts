@@ -812,17 +812,17 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="127"/>
+        <location filename="../../grabbergui/models/connection.py" line="139"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="197"/>
+        <location filename="../../grabbergui/models/connection.py" line="212"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="292"/>
+        <location filename="../../grabbergui/models/connection.py" line="307"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -860,27 +860,27 @@ It {1}.</source>
 <context>
     <name>CoverageView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="149"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="144"/>
         <source>Tilts</source>
         <translation>Inclinaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="151"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="146"/>
         <source>Distances</source>
         <translation>Distancias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
         <source>far</source>
         <translation>lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
         <source>between</source>
         <translation>en medio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="157"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
         <source>near</source>
         <translation>cerca</translation>
     </message>
@@ -901,107 +901,107 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="232"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="232"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="243"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="241"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="243"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="267"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="278"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="315"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="326"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="329"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="320"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="331"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="322"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="333"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="325"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="336"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="329"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="340"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="331"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="342"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="254"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="269"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="282"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
@@ -1011,39 +1011,44 @@ It {1}.</source>
         <translation>una entrada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
         <source>The recorded image is black.</source>
         <translation>La imagen grabada es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="312"/>
         <source>The image is black.</source>
         <translation>La imagen es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="303"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="314"/>
         <source>The image is black: the exposure ({0}) may be too short.</source>
         <translation>La imagen es negra: la exposición ({0}) puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="305"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="316"/>
         <source>Open the iris, or take the lens cap off.</source>
         <translation>Abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="307"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
         <source>Raise exposure or gain, or press E.</source>
         <translation>Aumente la exposición o la ganancia, o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="308"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="319"/>
         <source>Raise the exposure, or press E.</source>
         <translation>Aumente la exposición o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="309"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="320"/>
         <source>Raise the gain, or press E.</source>
         <translation>Aumente la ganancia o pulse E.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
+        <source>See whether its program sends images, and whether a camera there waits for a trigger.</source>
+        <translation>Compruebe si su programa envía imágenes y si una cámara de allí espera un disparo.</translation>
     </message>
 </context>
 <context>
@@ -1370,6 +1375,31 @@ It {1}.</source>
         <location filename="../../grabbergui/models/language.py" line="66"/>
         <source>&apos;{0}&apos; is of no known kind; there are {1}</source>
         <translation>«{0}» es de un tipo desconocido; existen {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} is not connected to this program at the moment</source>
+        <translation>{0} no está conectado a este programa en este momento</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} sends messages that are no images ({1})</source>
+        <translation>{0} envía mensajes que no son imágenes ({1})</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} is connected over {1} and sends nothing</source>
+        <translation>{0} está conectado por {1} y no envía nada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>{0} is subscribed to, and {1} sends nothing</source>
+        <translation>{0} está suscrito y {1} no envía nada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <source>nobody publishes {0}</source>
+        <translation>nadie publica {0}</translation>
     </message>
 </context>
 <context>
@@ -2492,27 +2522,27 @@ It {1}.</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="299"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="319"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="300"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="320"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="301"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="321"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="302"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="322"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="303"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="323"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -3779,7 +3809,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="246"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="266"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -3828,7 +3858,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="329"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3864,7 +3894,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="258"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3924,7 +3954,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="258"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -4316,7 +4346,7 @@ It {1}.</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="168"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="163"/>
         <source>The robot has not answered yet</source>
         <translation>El robot todavía no ha respondido</translation>
     </message>
@@ -4677,82 +4707,82 @@ It {1}.</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="101"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="106"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="174"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="228"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="161"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="194"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="209"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="108"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="111"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="108"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="111"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="135"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="230"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="163"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="176"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="195"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="210"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="129"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="129"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="130"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="133"/>
         <source>Saved {0} to {1}</source>
         <translation>Guardado: {0} en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="190"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="205"/>
         <source>Not rolled back: {0}</source>
         <translation>No revertido: {0}</translation>
     </message>
@@ -5072,7 +5102,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="146"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="153"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -5166,47 +5196,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="309"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="316"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="353"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="360"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="353"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="360"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="359"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="366"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="361"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="368"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="363"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="370"/>
         <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="394"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="402"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="396"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="404"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="397"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="405"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5254,7 +5284,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="368"/>
+        <location filename="../../grabbergui/ui/widgets/messages.py" line="388"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
@@ -5348,72 +5378,72 @@ It {1}.</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="161"/>
+        <location filename="../../grabbergui/models/one_push.py" line="156"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="163"/>
+        <location filename="../../grabbergui/models/one_push.py" line="158"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="192"/>
+        <location filename="../../grabbergui/models/one_push.py" line="187"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="195"/>
+        <location filename="../../grabbergui/models/one_push.py" line="190"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="112"/>
+        <location filename="../../grabbergui/models/one_push.py" line="107"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="119"/>
+        <location filename="../../grabbergui/models/one_push.py" line="114"/>
         <source>{0}: {1}; not everything could be restored: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="286"/>
+        <location filename="../../grabbergui/models/one_push.py" line="281"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="290"/>
+        <location filename="../../grabbergui/models/one_push.py" line="285"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="292"/>
+        <location filename="../../grabbergui/models/one_push.py" line="287"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="295"/>
+        <location filename="../../grabbergui/models/one_push.py" line="290"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="322"/>
+        <location filename="../../grabbergui/models/one_push.py" line="317"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="328"/>
+        <location filename="../../grabbergui/models/one_push.py" line="323"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="333"/>
+        <location filename="../../grabbergui/models/one_push.py" line="328"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="366"/>
+        <location filename="../../grabbergui/models/one_push.py" line="361"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
@@ -5428,32 +5458,32 @@ It {1}.</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="167"/>
+        <location filename="../../grabbergui/models/one_push.py" line="162"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="170"/>
+        <location filename="../../grabbergui/models/one_push.py" line="165"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="200"/>
+        <location filename="../../grabbergui/models/one_push.py" line="195"/>
         <source>the light did not settle within {0} steps (it is at {1:.0%} of white); is the scene moving, or the lamp flickering?</source>
         <translation>la luz no se estabilizó en {0} pasos (está al {1:.0%} del blanco); ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="247"/>
+        <location filename="../../grabbergui/models/one_push.py" line="242"/>
         <source>As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; more light, or a lower frame rate, would help</source>
         <translation>Todo lo claro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría más luz, o una frecuencia más baja</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="253"/>
+        <location filename="../../grabbergui/models/one_push.py" line="248"/>
         <source>As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help</source>
         <translation>Todo lo oscuro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría menos luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="336"/>
+        <location filename="../../grabbergui/models/one_push.py" line="331"/>
         <source>the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted; choose a grey one, in another light</source>
         <translation>la región apenas tiene verde ({0:.1%} del blanco), al que se ajustan el rojo y el azul; elija una gris, con otra luz</translation>
     </message>
@@ -5509,47 +5539,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="262"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="267"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="296"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="295"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
         <source>Saved the current settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="296"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="301"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="299"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="305"/>
         <source>Writing to the camera</source>
         <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="286"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="287"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>

@@ -83,6 +83,13 @@ def test_no_packets_names_firewall_port_address_and_the_command_that_opens_it():
     assert "8192 bytes need an MTU as large" in found.advice
 
 
+def test_a_remote_source_says_itself_what_is_silent():
+    found = diagnose(replace(SILENT, bus="YARP", silence="/cam is connected over tcp and sends nothing"))
+    assert found.stage is Stage.PACKETS
+    assert found.summary == "/cam is connected over tcp and sends nothing."
+    assert "waits for a trigger" in found.advice
+
+
 def test_no_firewall_is_blamed_for_a_source_that_uses_none():
     found = diagnose(replace(SILENT, bus="USB3 Vision"))
     assert found.stage is Stage.PACKETS

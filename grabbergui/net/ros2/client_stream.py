@@ -174,6 +174,13 @@ class ImageStream:
         """Return a snapshot of the counters."""
         return self._counters.snapshot(self._rate)
 
+    def silence(self) -> str:
+        """Return which publishers send no images, as display text."""
+        publishers = publishers_of(self._node, self._topic)
+        if not publishers:
+            return f"nobody publishes {self._topic}"
+        return f"{self._topic} is subscribed to, and {' and '.join(map(str, publishers))} sends nothing"
+
     def look(self) -> None:
         """Subscribe to match the topic's publishers, and log what does not fit. One thread at a time."""
         publishers = publishers_of(self._node, self._topic)

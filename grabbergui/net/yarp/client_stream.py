@@ -129,6 +129,15 @@ class ImageReader:
         """Whether the source is connected to us at the moment."""
         return self._source in self._port.sources
 
+    def silence(self) -> str:
+        """Return the state of the connection over which no images arrive, as display text."""
+        carrier = self._port.carriers(outgoing=False).get(self._source)
+        if carrier is None:
+            return f"{self._source} is not connected to this program at the moment"
+        if self.ignored:
+            return f"{self._source} sends messages that are no images ({self._refused})"
+        return f"{self._source} is connected over {carrier} and sends nothing"
+
     def connect(self) -> None:
         """Connect again. Raises as `open`."""
         self._port.connect(self._source, self._carrier)

@@ -388,6 +388,7 @@ class StatusController(QObject):
                 painted=0 if self._view.empty else 1,
                 mean=self._image.mean,
                 facts=status.facts,
+                silence=source.grabber.silence(),
             )
         )
 

@@ -77,7 +77,16 @@ def test_grab_says_that_a_port_sends_no_images(scene: Stage, capsys: pytest.Capt
         pool.submit(speak)
         assert main(["grab", f"yarp:/words?nameserver={scene.address}", "--timeout", "2"]) == 1
         over.set()
-    assert "messages of it were no images" in capsys.readouterr().err
+    assert "/words sends messages that are no images (message " in capsys.readouterr().err
+
+
+def test_grab_says_over_what_a_port_is_connected_that_sends_nothing(
+    scene: Stage, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with OutputPort("/mute", scene.names):
+        source = f"yarp:/mute?nameserver={scene.address}&carrier=tcp"
+        assert main(["grab", source, "--timeout", "0.5"]) == 1
+    assert "/mute is connected over tcp and sends nothing; see whether" in capsys.readouterr().err
 
 
 def waiting(over: threading.Event) -> None:
