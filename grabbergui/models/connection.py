@@ -56,6 +56,8 @@ class Connection:
         self._source: OpenSource | None = None
         self._sources: tuple[OpenSource, ...] = ()
         self._pending: OpenSource | None = None
+        self._played: SourceUri | None = None
+        "The recording that `play` opened last."
         self._why_closed = ""
         self._lock = threading.Lock()
         self._switching = threading.RLock()
@@ -109,9 +111,14 @@ class Connection:
         else:
             self._begin_pending(parsed, start, before)
 
-    def replaced_by(self, uri: str) -> OpenSource | None:
-        """Return the source that `connect_to` would close. Raises UsageError for a malformed URI."""
-        return None if self._in_background(SourceUri.parse(uri)) is not None else self._source
+    def replaced_by(self, uri: str, *, playing: bool = False) -> OpenSource | None:
+        """Return the source that `connect_to`, or `play`, would close. Raises UsageError like these."""
+        parsed, current = SourceUri.parse(uri), self._source
+        if self._in_background(parsed) is not None:
+            return None
+        if playing and current is not None and current.uri.scheme != parsed.scheme:
+            return self._in_background(self._played) if self._played is not None else None
+        return current
 
     def cancel_pending(self) -> None:
         """Cancel the pending source, if any, and keep the current one."""
@@ -119,16 +126,20 @@ class Connection:
             self.pending_changed.emit(None)
 
     def play(self, uri: str) -> None:
-        """Make a recording current, and keep the camera that was current open; a recording is replaced.
+        """Make a recording current, and keep the camera that was current open.
 
-        Raises UsageError for a malformed URI.
+        A recording that is current, or was played before, is replaced. Raises UsageError for a malformed URI.
         """
-        parsed, before = SourceUri.parse(uri), self._source
+        replaced = self.replaced_by(uri, playing=True)
+        self._played = parsed = SourceUri.parse(uri)
+        before = self._source
         if before is None or before.uri.scheme == parsed.scheme or self._in_background(parsed) is not None:
             self.connect_to(uri)
             return
         self.messages.end(None, Cause.OPENING)
         self.make_current(self._begin(parsed, start=True, current=False))
+        if replaced is not None:
+            self._end(replaced, "")
 
     def open_additional(self, uri: str) -> None:
         """Open and start one more source and keep the current one. Raises UsageError for a malformed URI."""

@@ -121,6 +121,34 @@ def test_a_recording_is_played_and_the_camera_stays_open_also_if_it_cannot_be(be
     assert camera.state is S.STREAMING
 
 
+def test_recordings_that_are_played_one_after_the_other_have_one_tile(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    camera = bench.link.source
+
+    def play(name):
+        bench.source = Source()
+        bench.link.play(f"file:{name}")
+        until(lambda: bench.link.source.uri.name == name and bench.link.state is S.STREAMING)
+
+    bench.source = Source()
+    bench.link.open_additional("file:/opened by hand.mcap")
+    until(lambda: bench.link.sources[-1].state is S.STREAMING)
+    for name in ("/one.mcap", "/two.mcap", "/three.mcap"):
+        assert bench.link.source is camera
+        play(name)
+        bench.link.make_current(camera)
+    play("/four.mcap")
+    play("/five.mcap")
+    bench.link.make_current(camera)
+    again = bench.link.sources[-1]
+    assert bench.link.replaced_by("file:/six.mcap", playing=True) is again
+    play("/five.mcap")
+    assert bench.link.source is again, "the tile of the same recording"
+    names = [source.uri.name for source in bench.link.sources]
+    assert names == ["", "/opened by hand.mcap", "/five.mcap"]
+
+
 def test_twenty_connections_leave_no_thread(bench):
     before = threading.active_count()
     for _ in range(20):

@@ -85,9 +85,11 @@ class SourcesController(QObject):
     def play(self, uri: str) -> None:
         """Play a recording, and keep the current source open. A malformed URI is posted as a message."""
         try:
-            self._connection.play(uri)
+            replaced = self._connection.replaced_by(uri, playing=True)
         except UsageError as error:
             self._messages.error(error_text(error))
+        else:
+            self._confirm([replaced], lambda: self._connection.play(uri))
 
     def disconnect_current(self) -> None:
         """Close the current source."""
