@@ -15,6 +15,7 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import free_text, held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.language import translate
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +33,100 @@ class LinkState(Enum):
     def connected(self) -> bool:
         """Whether the source's features can be used."""
         return self in (LinkState.OPEN, LinkState.STREAMING)
+
+
+class Lack(Enum):
+    """Why an action is not available."""
+
+    SOURCE = "no source"
+    OPENING = "being opened"
+    LOST = "lost"
+    STREAM = "stopped"
+    CONTROL = "read only"
+    RUN = "stopped already"
+    PRESENT = "open already"
+    SHOWN = "in a tile already"
+    REST = "streaming already"
+    FRAME = "no frame"
+    RANGE = "no range image"
+    POLARISERS = "no polarisers"
+    EXPOSURE = "no exposure"
+    BALANCE = "no white balance"
+    REGION = "no region"
+    USER_SETS = "no user sets"
+    TABLE = "no look-up table"
+    CALIBRATION = "no calibration"
+    CHANGE = "nothing changed"
+    UNDONE = "nothing undone"
+    ENTRIES = "an empty list"
+    PATIENCE = "another run"
+    SEARCH = "a search"
+    CHOICE = "nothing chosen"
+    WHOLE = "measured whole already"
+    USER_SET = "no user set chosen"
+    SAVABLE = "a fixed user set"
+    STARTABLE = "the user set to start with"
+    EDIT = "nothing edited"
+
+    @property
+    def text(self) -> str:
+        """The reason, and what to do about it, as display text."""
+        return {
+            Lack.SOURCE: translate("Lack", "No source is open: choose one in the list and connect to it."),
+            Lack.OPENING: translate("Lack", "The source is still being opened."),
+            Lack.LOST: translate("Lack", "The source does not answer: wait until it is back."),
+            Lack.STREAM: translate("Lack", "The source is stopped: start it first."),
+            Lack.CONTROL: translate(
+                "Lack",
+                "The source is open for reading only: another program controls it.",
+            ),
+            Lack.RUN: translate("Lack", "The source is stopped already."),
+            Lack.PRESENT: translate(
+                "Lack", "A source is open: disconnect it first, or double-click another one in the list."
+            ),
+            Lack.SHOWN: translate("Lack", "The source is open already: press “Show”, or click its tile."),
+            Lack.REST: translate("Lack", "The source streams already."),
+            Lack.FRAME: translate("Lack", "There is no frame yet: start the camera first."),
+            Lack.RANGE: translate(
+                "Lack", "The frame has no range image: enable the component Range, if there is one."
+            ),
+            Lack.POLARISERS: translate(
+                "Lack",
+                "The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.",
+            ),
+            Lack.EXPOSURE: translate("Lack", "The source has neither exposure time nor gain."),
+            Lack.BALANCE: translate("Lack", "The source has no white balance."),
+            Lack.REGION: translate("Lack", "The source has no region of interest that can be changed."),
+            Lack.USER_SETS: translate("Lack", "The source keeps no user sets: save its settings in a file."),
+            Lack.TABLE: translate("Lack", "The source has no look-up table that can be read."),
+            Lack.CALIBRATION: translate(
+                "Lack", "The source has no calibration: load one, or calibrate the camera."
+            ),
+            Lack.CHANGE: translate("Lack", "Nothing was changed since the source was opened."),
+            Lack.UNDONE: translate("Lack", "Nothing was undone."),
+            Lack.ENTRIES: translate("Lack", "The list is empty."),
+            Lack.PATIENCE: translate("Lack", "Wait until the present run has ended."),
+            Lack.SEARCH: translate("Lack", "A search is in progress."),
+            Lack.CHOICE: translate("Lack", "Choose a source in the list, or type its address above."),
+            Lack.WHOLE: translate("Lack", "The whole image is measured already."),
+            Lack.USER_SET: translate("Lack", "Choose a set in the list."),
+            Lack.SAVABLE: translate("Lack", "This set cannot be changed: choose another one."),
+            Lack.STARTABLE: translate(
+                "Lack", "The camera starts with this set already, or cannot start with it."
+            ),
+            Lack.EDIT: translate("Lack", "Nothing was edited."),
+        }[self]
+
+
+def lack_of(source: OpenSource | None, *, stream: bool = False, control: bool = False) -> Lack | None:
+    """Return what a source lacks for an action that may need its stream, or control of it; else None."""
+    if source is None:
+        return Lack.SOURCE
+    if not source.state.connected:
+        return Lack.LOST if source.state is LinkState.LOST else Lack.OPENING
+    if stream and source.state is not LinkState.STREAMING:
+        return Lack.STREAM
+    return Lack.CONTROL if control and source.read_only else None
 
 
 class OpenSource:

@@ -21,6 +21,7 @@ from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSign
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QAction, QFileDialog, QFrame, QScrollArea, QWidget
 
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.theme import apply_icons
 
 # -- forms ---------------------------------------------------------------------------------------
@@ -132,17 +133,17 @@ class FileDialogs:
 
 # -- actions -------------------------------------------------------------------------------------
 _PURPOSE = "purpose"
-"The property of an action that keeps the tooltip it has while it is available."
+"The property of an action or button that keeps the tooltip it has while it is available."
 
 
-def set_available(action: QAction, why_not: str = "") -> None:
-    """Enable an action, or disable it and give the reason in its tooltip."""
+def set_available(action: QAction | QWidget, lack: Lack | None) -> None:
+    """Enable an action or a control, or disable it and give the reason in its tooltip."""
     purpose = action.property(_PURPOSE)
     if purpose is None:
         purpose = action.toolTip()
         action.setProperty(_PURPOSE, purpose)
-    action.setEnabled(not why_not)
-    action.setToolTip(f"{purpose}\n{why_not}" if why_not else purpose)
+    action.setEnabled(lack is None)
+    action.setToolTip(purpose if lack is None else f"{purpose}\n{lack.text}")
 
 
 # -- the Tab key ---------------------------------------------------------------------------------

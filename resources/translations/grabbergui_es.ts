@@ -13,16 +13,6 @@
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="194"/>
-        <source>There is no frame yet: start the camera first.</source>
-        <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="196"/>
-        <source>The frame has no range image: enable the component Range, if there is one.</source>
-        <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
-    </message>
 </context>
 <context>
     <name>AutoButton</name>
@@ -497,12 +487,12 @@ It {1}.</source>
 <context>
     <name>CalibrationViewController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="138"/>
         <source>Load a calibration</source>
         <translation>Cargar una calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="131"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="133"/>
         <source>{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
@@ -543,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -551,52 +541,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="90"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="91"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -622,27 +612,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="259"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="269"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="259"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="269"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="292"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="302"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="291"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="301"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="299"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="309"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -705,17 +695,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -812,17 +802,17 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="139"/>
+        <location filename="../../grabbergui/models/connection.py" line="150"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="212"/>
+        <location filename="../../grabbergui/models/connection.py" line="223"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="307"/>
+        <location filename="../../grabbergui/models/connection.py" line="318"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -1535,6 +1525,11 @@ It {1}.</source>
         <source>Exposure, gain and frame rate appear here if the camera has them.</source>
         <translation>Aquí aparecen exposición, ganancia y frecuencia, si la cámara las tiene.</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/favourites.py" line="74"/>
+        <source>Drag the name of a feature here to pin it above the image.</source>
+        <translation>Arrastre aquí el nombre de un parámetro para fijarlo sobre la imagen.</translation>
+    </message>
 </context>
 <context>
     <name>FeatureController</name>
@@ -1645,27 +1640,27 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="287"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="288"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="308"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="309"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="318"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="318"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="319"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="308"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="309"/>
         <source>1 more matches; type another letter.</source>
         <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
@@ -1831,22 +1826,22 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="201"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="187"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="188"/>
         <source>of the whole image</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="174"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="175"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="174"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="175"/>
         <source>Sharpness {0:.2f}    best {1:.2f}</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
     </message>
@@ -2491,12 +2486,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="80"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="76"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -2656,6 +2651,154 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Lack</name>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="75"/>
+        <source>No source is open: choose one in the list and connect to it.</source>
+        <translation>No hay ninguna fuente abierta: elija una de la lista y conéctela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="76"/>
+        <source>The source is still being opened.</source>
+        <translation>La fuente aún se está abriendo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="77"/>
+        <source>The source does not answer: wait until it is back.</source>
+        <translation>La fuente no responde: espere a que vuelva.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="78"/>
+        <source>The source is stopped: start it first.</source>
+        <translation>La fuente está parada: iníciela primero.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="79"/>
+        <source>The source is open for reading only: another program controls it.</source>
+        <translation>La fuente está abierta solo para lectura: otro programa la controla.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="83"/>
+        <source>The source is stopped already.</source>
+        <translation>La fuente ya está parada.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="84"/>
+        <source>A source is open: disconnect it first, or double-click another one in the list.</source>
+        <translation>Hay una fuente abierta: desconéctela primero o haga doble clic en otra de la lista.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="87"/>
+        <source>The source is open already: press “Show”, or click its tile.</source>
+        <translation>La fuente ya está abierta: pulse «Mostrar» o su miniatura.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="88"/>
+        <source>The source streams already.</source>
+        <translation>La fuente ya está transmitiendo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="89"/>
+        <source>There is no frame yet: start the camera first.</source>
+        <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="90"/>
+        <source>The frame has no range image: enable the component Range, if there is one.</source>
+        <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="93"/>
+        <source>The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.</source>
+        <translation>La cámara no informa de polarizadores: si los tiene, marque «El sensor tiene polarizadores» más abajo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="97"/>
+        <source>The source has neither exposure time nor gain.</source>
+        <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="98"/>
+        <source>The source has no white balance.</source>
+        <translation>La fuente no tiene balance de blancos.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="99"/>
+        <source>The source has no region of interest that can be changed.</source>
+        <translation>La fuente no tiene una región de interés que se pueda cambiar.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="100"/>
+        <source>The source keeps no user sets: save its settings in a file.</source>
+        <translation>La fuente no guarda conjuntos de ajustes: guarde sus ajustes en un archivo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="101"/>
+        <source>The source has no look-up table that can be read.</source>
+        <translation>La fuente no tiene una tabla de consulta que se pueda leer.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="102"/>
+        <source>The source has no calibration: load one, or calibrate the camera.</source>
+        <translation>La fuente no tiene calibración: cargue una o calibre la cámara.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="105"/>
+        <source>Nothing was changed since the source was opened.</source>
+        <translation>No se ha cambiado nada desde que se abrió la fuente.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="106"/>
+        <source>Nothing was undone.</source>
+        <translation>No se ha deshecho nada.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="107"/>
+        <source>The list is empty.</source>
+        <translation>La lista está vacía.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="108"/>
+        <source>Wait until the present run has ended.</source>
+        <translation>Espere a que termine el ajuste en curso.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="109"/>
+        <source>A search is in progress.</source>
+        <translation>Hay una búsqueda en curso.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="110"/>
+        <source>Choose a source in the list, or type its address above.</source>
+        <translation>Elija una fuente de la lista o escriba su dirección arriba.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="111"/>
+        <source>The whole image is measured already.</source>
+        <translation>Ya se mide la imagen completa.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="112"/>
+        <source>Choose a set in the list.</source>
+        <translation>Elija un conjunto de la lista.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="113"/>
+        <source>This set cannot be changed: choose another one.</source>
+        <translation>Este conjunto no se puede cambiar: elija otro.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="114"/>
+        <source>The camera starts with this set already, or cannot start with it.</source>
+        <translation>La cámara ya arranca con este conjunto, o no puede arrancar con él.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="117"/>
+        <source>Nothing was edited.</source>
+        <translation>No se ha editado nada.</translation>
+    </message>
+</context>
+<context>
     <name>LogPanel</name>
     <message>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="18"/>
@@ -2716,47 +2859,47 @@ It {1}.</source>
 <context>
     <name>LutController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="93"/>
         <source>Reading the look-up table</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="150"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="150"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="151"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="162"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="163"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="164"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="181"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="182"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="196"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="197"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="208"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="209"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -2764,127 +2907,127 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="326"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="332"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="333"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="337"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="334"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="342"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="343"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="344"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="350"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="355"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="356"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="357"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="354"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="358"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="380"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="384"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="381"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="385"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="381"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="385"/>
         <source>as in the camera</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
         <source>edited</source>
         <translation>editada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="456"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="460"/>
         <source>Discard the edited table?</source>
         <translation>¿Descartar la tabla editada?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="457"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="461"/>
         <source>It is neither in the camera nor saved in a file.</source>
         <translation>No está en la cámara ni guardada en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="458"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="462"/>
         <source>&amp;Discard</source>
         <translation>&amp;Descartar</translation>
     </message>
@@ -3487,7 +3630,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="278"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3682,22 +3825,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="300"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="310"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="311"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="302"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="312"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="303"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3747,7 +3890,7 @@ It {1}.</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="269"/>
         <source>Close this panel; to open it again: {0}</source>
         <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
     </message>
@@ -3768,12 +3911,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="123"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="152"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="153"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -3858,7 +4001,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="336"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -3866,7 +4009,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="175"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="176"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -3894,7 +4037,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="266"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3954,7 +4097,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="259"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="266"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -4003,12 +4146,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="252"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="253"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="234"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="235"/>
         <source>Draw a line through the image to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -4026,27 +4169,27 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="277"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="274"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="290"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="293"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="290"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="285"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="282"/>
         <source>{0} could not be opened: {1}</source>
         <translation>{0} no se pudo abrir: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="285"/>
         <source>Snapshots are in {0}; no file manager could be started</source>
         <translation>Las capturas están en {0}; no se pudo abrir un gestor de archivos</translation>
     </message>
@@ -4290,32 +4433,32 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="91"/>
         <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4323,17 +4466,17 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="218"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="216"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="211"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="209"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="192"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
         <source>there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
@@ -4664,7 +4807,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="172"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4674,27 +4817,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="174"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="194"/>
         <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4830,32 +4973,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -4870,37 +5013,37 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="71"/>
         <source>Settings already written are restored when the camera is back, the others are not</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="115"/>
         <source>not written</source>
         <translation>no escrito</translation>
     </message>
@@ -4966,102 +5109,102 @@ It {1}.</source>
         <translation>F5</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="39"/>
         <source>Sources found; a double click or Enter connects</source>
         <translation>Fuentes halladas; un doble clic o Intro conecta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="40"/>
         <source>Sources found</source>
         <translation>Fuentes halladas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="52"/>
         <source>A real camera appears here once it is plugged in. If it does not, type its address above.</source>
         <translation>Una cámara real aparece aquí cuando se conecta. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="63"/>
         <source>Connect to the chosen source, or disconnect</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="69"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="70"/>
         <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="290"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="291"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="292"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="293"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="327"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="333"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="333"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="336"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="289"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
     </message>
@@ -5102,7 +5245,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="153"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="155"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -5196,47 +5339,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="316"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="318"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="360"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="360"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="366"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="368"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="368"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="370"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="370"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="372"/>
         <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="402"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="404"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="404"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="406"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="405"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="407"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
@@ -5510,31 +5653,6 @@ It {1}.</source>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="69"/>
-        <source>The source has neither exposure time nor gain.</source>
-        <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="73"/>
-        <source>The source has no white balance.</source>
-        <translation>La fuente no tiene balance de blancos.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="148"/>
-        <source>Wait until the present run has ended.</source>
-        <translation>Espere a que termine el ajuste en curso.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="150"/>
-        <source>Start the camera first.</source>
-        <translation>Inicie antes la cámara.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="152"/>
-        <source>The source is open for reading only.</source>
-        <translation>La fuente está abierta solo para lectura.</translation>
-    </message>
 </context>
 <context>
     <name>UserSetsController</name>
@@ -5637,22 +5755,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="263"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="264"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
         <source>Save the current settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="278"/>
         <source>This overwrites the set and cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="278"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="279"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
@@ -5660,7 +5778,7 @@ It {1}.</source>
 <context>
     <name>ValueSlider</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/value_slider.py" line="177"/>
+        <location filename="../../grabbergui/ui/editors/value_slider.py" line="204"/>
         <source>{0} … {1}; hold the handle beyond an end to move the range.</source>
         <translation>{0} … {1}; mantenga el control más allá de un extremo para seguir.</translation>
     </message>
@@ -5668,22 +5786,22 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="216"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="217"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="233"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="234"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="282"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="283"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="281"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="282"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -5766,7 +5884,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="312"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="313"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>

@@ -7,14 +7,14 @@ import cv2
 import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit
+from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit, QToolButton
 
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.open_source import LinkState
+from grabbergui.models.open_source import Lack, LinkState
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui import theme
 from grabbergui.ui.editors.feature_editor import ReadingLabel
@@ -355,3 +355,36 @@ def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(ap
         app.until(lambda name=pixel_format: status.formatLabel.text().endswith(name))
         app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
     assert not app.errors
+
+
+def test_each_action_and_button_that_is_not_available_gives_the_reason(app):
+    window, link = app.window, app.program.connection
+    reasons = [lack.text for lack in Lack]
+
+    def unexplained():
+        """Names of what is disabled for no reason; a feature's own row explains itself."""
+        actions = [action for action in window.findChildren(QAction) if action.text()]
+        buttons = [
+            button
+            for button in window.findChildren(QAbstractButton)
+            if button.objectName() and button.isVisibleTo(window) and not isinstance(button, QToolButton)
+        ]
+        return [
+            control.objectName() or control.text()
+            for control in (*actions, *buttons)
+            if not control.isEnabled() and not control.toolTip().endswith(tuple(reasons))
+        ]
+
+    assert not unexplained()
+    assert window.actionStart.toolTip() == f"Start streaming (F6)\n{Lack.SOURCE.text}"
+    app.connect()
+    app.until(lambda: window.actionExpose.isEnabled() and window.actionUserSets.isEnabled())
+    assert not unexplained()
+    assert window.actionStart.toolTip().endswith(Lack.REST.text)
+    assert window.actionUndo.toolTip().endswith(Lack.CHANGE.text)
+    link.stop()
+    app.until(window.actionStart.isEnabled)
+    assert not unexplained()
+    assert window.actionStart.toolTip() == "Start streaming (F6)"
+    assert window.recordingBar.recordButton.toolTip().endswith(Lack.STREAM.text)
+    assert window.actionExpose.toolTip().endswith(Lack.STREAM.text)

@@ -11,6 +11,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.recording import PlaybackState
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import create_writer
+from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.recording_bars import PlaybackBar, RecordingBar
 
 FRAMES, STEP_NS = 21, 50_000_000
@@ -165,6 +166,21 @@ def test_a_recording_ends_at_its_limit(app, limit, amount, check):
     assert not bar.recordButton.isChecked()
 
 
+@pytest.mark.parametrize("width", [1280, 800])
+def test_nothing_moves_when_a_recording_starts_or_ends(app, qapp, request, width):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, Theme.LIGHT)
+    app.window.resize(width, 700)
+    app.connect("sim:?width=320&height=240")
+    bar, canvas = app.window.recordingBar, app.window.image.canvas
+    seen = [app.settled(canvas.geometry)]
+    for running in (True, False):
+        app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+        app.until(lambda running=running: bar.recordButton.isChecked() is running)
+        seen.append(app.settled(canvas.geometry))
+    assert seen == 3 * seen[:1]
+
+
 def test_free_space_and_length_are_shown_while_recording(app):
     app.connect("sim:?width=320&height=240")
     bar = app.window.recordingBar
@@ -173,6 +189,13 @@ def test_free_space_and_length_are_shown_while_recording(app):
     assert "frame" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)
+
+
+def test_above_a_recording_nothing_is_said_of_exposure(app, recording):
+    hint = app.window.favourites.hintLabel
+    assert hint.text().startswith("Exposure, gain and frame rate appear here")
+    app.connect(recording)
+    app.until(lambda: hint.isVisible() and hint.text().startswith("Drag the name of a feature here"))
 
 
 @pytest.mark.parametrize("limit", range(4))

@@ -20,9 +20,10 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
+from grabbergui.ui.windows import set_available
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
@@ -44,6 +45,7 @@ class CalibrationOpener(QObject):
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         bridge.bind(connection.closing, self._on_connection_closing)
         action.triggered.connect(self.open)
+        self._on_connection_state_changed(connection.state, "")
 
     @property
     def dialog(self) -> CalibrationDialog | None:
@@ -79,7 +81,7 @@ class CalibrationOpener(QObject):
             self.close()
 
     def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
-        self._action.setEnabled(state is LinkState.STREAMING)
+        set_available(self._action, lack_of(self._connection.source, stream=True))
 
 
 class CalibrationViewController(QObject):
@@ -123,7 +125,7 @@ class CalibrationViewController(QObject):
             self._messages.error(error_text(error))
             return
         self._known[source] = calibration
-        self._actions.actionShowCalibration.setEnabled(True)
+        set_available(self._actions.actionShowCalibration, None)
         self._actions.actionShowCalibration.setChecked(True)
         self._apply()
         if self._actions.actionShowCalibration.isChecked():
@@ -138,9 +140,10 @@ class CalibrationViewController(QObject):
 
     def _on_source_changed(self) -> None:
         source = self._connection.source
-        known = source is not None and source in self._known
-        self._actions.actionLoadCalibration.setEnabled(source is not None)
-        self._actions.actionShowCalibration.setEnabled(known)
+        lack = None if source is not None else Lack.SOURCE
+        set_available(self._actions.actionLoadCalibration, lack)
+        unknown = Lack.CALIBRATION if source is not None and source not in self._known else lack
+        set_available(self._actions.actionShowCalibration, unknown)
         self._actions.actionShowCalibration.setChecked(False)
         self._apply()
 

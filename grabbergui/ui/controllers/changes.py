@@ -20,13 +20,14 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber, command_lin
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, UndoActions
 from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
+from grabbergui.ui.windows import set_available
 
 # -- longer work ---------------------------------------------------------------------------------
 T = TypeVar("T")
@@ -142,17 +143,23 @@ class CameraAbility(QObject):
     """Enables actions while the current camera supports them and may be changed."""
 
     changed = pyqtSignal()
-    """`present` may have changed."""
+    """`lack` may have changed."""
     ended = pyqtSignal()
     """The camera is gone, or another is being opened."""
 
     def __init__(
-        self, owner: QObject, connection: Connection, ask: Callable[[FrameGrabber], bool], *actions: QAction
+        self,
+        owner: QObject,
+        connection: Connection,
+        ask: Callable[[FrameGrabber], bool],
+        lack: Lack,
+        *actions: QAction,
     ) -> None:
-        """`ask` is called on the thread of the camera."""
+        """`ask` is called on the thread of the camera; `lack` is the reason if it returns False."""
         super().__init__(owner)
         self._connection = connection
         self._ask = ask
+        self._lack = lack
         self._actions = actions
         self._present = False
         self._bridge = bridge = Bridge(self)
@@ -160,10 +167,10 @@ class CameraAbility(QObject):
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         self._enable()
 
-    @property
-    def present(self) -> bool:
-        """Whether the current camera supports the actions and may be changed."""
-        return self._present and self._connection.state.connected
+    def lack(self, *, stream: bool = False) -> Lack | None:
+        """Return why the actions are not available: the source, control of it, its stream, or the ability."""
+        missing = lack_of(self._connection.source, stream=stream, control=True)
+        return missing if missing is not None or self._present else self._lack
 
     def _on_connection_opened(self, source: OpenSource) -> None:
         grabber = source.grabber
@@ -187,7 +194,7 @@ class CameraAbility(QObject):
 
     def _enable(self) -> None:
         for action in self._actions:
-            action.setEnabled(self.present)
+            set_available(action, self.lack())
         self.changed.emit()
 
 
@@ -255,6 +262,8 @@ class ChangesController(QObject):
         for direction, action in self._actions.items():
             text = self._source.journal.next_text(direction) if self._source and self._open else ""
             _describe(action, self._name(direction), text)
+            nothing = Lack.CHANGE if direction is Direction.UNDO else Lack.UNDONE
+            set_available(action, None if text else nothing if self._open else Lack.SOURCE)
 
     def _name(self, direction: Direction) -> str:
         return self.tr("&Undo") if direction is Direction.UNDO else self.tr("&Redo")
@@ -313,4 +322,3 @@ def _describe(action: QAction, name: str, what: str) -> None:
     shown = what if len(what) <= MOST_SHOWN else what[: MOST_SHOWN - 1] + "…"
     action.setText(f"{name} {shown.replace('&', '&&')}".rstrip())
     action.setIconText(name.replace("&", ""))
-    action.setEnabled(bool(what))

@@ -26,7 +26,7 @@ from grabbergui.models.image.points import PointCloudModel
 from grabbergui.models.image.quantities import Levels, PolarisedView
 from grabbergui.models.image.rendering import Orientation, with_levels
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.application import Preferences
@@ -179,21 +179,20 @@ class AcquisitionController(QObject):
 
     # -- what can be done ------------------------------------------------------------------------
     def _enable_actions(self) -> None:
-        state, actions = self._connection.state, self._actions
+        state, actions, source = self._connection.state, self._actions, self._connection.source
         for action in (actions.actionConnect, actions.actionConnectStill):
-            action.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))
-        actions.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
-        actions.actionStart.setEnabled(state is LinkState.OPEN)
-        actions.actionStop.setEnabled(state is LinkState.STREAMING)
+            closed = state in (LinkState.CLOSED, LinkState.LOST)
+            set_available(action, None if closed else Lack.PRESENT)
+        set_available(actions.actionDisconnect, None if source is not None else Lack.SOURCE)
+        set_available(actions.actionStart, Lack.REST if state is LinkState.STREAMING else lack_of(source))
+        lack = lack_of(source, stream=True)
+        set_available(actions.actionStop, Lack.RUN if lack is Lack.STREAM else lack)
         self._enable_saving()
 
     def _enable_saving(self) -> None:
         frame = self._image.frame if self._shown is not None else None
-        no_frame = no_range = ""
-        if frame is None:
-            no_frame = no_range = self.tr("There is no frame yet: start the camera first.")
-        elif range_image(frame) is None:
-            no_range = self.tr("The frame has no range image: enable the component Range, if there is one.")
+        no_frame = Lack.FRAME if frame is None else None
+        no_range = Lack.RANGE if frame is not None and range_image(frame) is None else no_frame
         set_available(self._actions.actionSnapshot, no_frame)
         set_available(self._actions.actionPointCloud, no_range)
 

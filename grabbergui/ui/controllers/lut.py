@@ -29,6 +29,7 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
@@ -71,7 +72,7 @@ class LutController(QObject):
         self._kept: Table | None = None
         "The edited table that was last saved in a file, or is being written."
         action.triggered.connect(self.show)
-        CameraAbility(self, connection, has_lut, action).ended.connect(self._on_camera_ended)
+        CameraAbility(self, connection, has_lut, Lack.TABLE, action).ended.connect(self._on_camera_ended)
 
     @property
     def edited(self) -> Table:

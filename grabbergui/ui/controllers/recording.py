@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
-from PyQt5.QtWidgets import QMessageBox
+from PyQt5.QtWidgets import QAction, QMessageBox
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
@@ -14,7 +14,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource, lack_of
 from grabbergui.models.recording import FrameHistory, PlaybackModel, PlaybackState, Recordings, is_recording
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
@@ -22,6 +22,7 @@ from grabbergui.ui.application import Preferences
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
+from grabbergui.ui.windows import set_available
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
 """Calls a function that closes these sources; asks first if one of them is being recorded."""
@@ -32,11 +33,10 @@ class RecordingController(QObject):
 
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
-    availableChanged = pyqtSignal(bool)
-    """Whether a recording can be started or stopped."""
 
     def __init__(
         self,
+        action: QAction,
         bar: RecordingBar,
         connection: Connection,
         recordings: Recordings,
@@ -45,7 +45,7 @@ class RecordingController(QObject):
     ) -> None:
         super().__init__(bar)
         self._files = files
-        self._bar = bar
+        self._action, self._bar = action, bar
         self._connection = connection
         self._recordings = recordings
         self._preferences = preferences
@@ -54,6 +54,7 @@ class RecordingController(QObject):
         bridge = Bridge(self)
         bridge.bind(recordings.changed, lambda _: self._show())
         bridge.bind(connection.state_changed, lambda *_: self._show())
+        action.triggered.connect(bar.recordButton.click)
         bar.recordRequested.connect(self.record)
         bar.stopRequested.connect(self.stop)
         bar.folderRequested.connect(self._choose_folder)
@@ -109,9 +110,9 @@ class RecordingController(QObject):
             self._bar.setProgress(recording.progress)
             if not recording.running and recording.progress.frames:
                 self._bar.setPlayable(recording.path.name)
-        available = running or self._connection.state is LinkState.STREAMING
-        self._bar.setAvailable(available)
-        self.availableChanged.emit(available)
+        lack = None if running else lack_of(source, stream=True)
+        for control in (self._action, self._bar.recordButton):
+            set_available(control, lack)
 
     def _choose_folder(self) -> None:
         before = self._preferences.snapshot_folder
@@ -203,7 +204,7 @@ class PauseController(QObject):
             self._actions.actionPause.setChecked(False)
         actions = self._actions
         for action in (actions.actionPause, actions.actionStepBack, actions.actionStepForward):
-            action.setEnabled(state.connected or state is LinkState.LOST)
+            set_available(action, None if state is LinkState.LOST else lack_of(self._connection.source))
 
 
 def _seconds(frame: Frame, newest: Frame) -> float:

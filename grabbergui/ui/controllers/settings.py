@@ -19,7 +19,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
 from grabbergui.models.messages import CurrentMessages
-from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_source import Lack, OpenSource
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import (
     FeatureSet,
@@ -259,7 +259,7 @@ class UserSetsController(QObject):
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
         action.triggered.connect(self.show)
-        ability = CameraAbility(self, connection, has_user_sets, action)
+        ability = CameraAbility(self, connection, has_user_sets, Lack.USER_SETS, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:

@@ -27,7 +27,7 @@ from grabbergui.models.one_push import (
     has_once,
     let_camera,
 )
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import Lack, LinkState, OpenSource
 from grabbergui.models.tuning import TuningRun
 from grabbergui.ui.controllers.changes import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
@@ -66,16 +66,16 @@ class TuningController(QObject):
         bridge.bind(self._push.ended, self._on_ended)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         self._abilities = {
-            CameraAbility(self, connection, can_expose): (
-                self.tr("The source has neither exposure time nor gain."),
-                (actions.actionExpose, actions.actionExposeRegion),
+            CameraAbility(self, connection, can_expose, Lack.EXPOSURE): (
+                actions.actionExpose,
+                actions.actionExposeRegion,
             ),
-            CameraAbility(self, connection, can_balance): (
-                self.tr("The source has no white balance."),
-                (actions.actionBalance, actions.actionBalanceRegion),
+            CameraAbility(self, connection, can_balance, Lack.BALANCE): (
+                actions.actionBalance,
+                actions.actionBalanceRegion,
             ),
         }
-        "What a source lacks without each ability, and the actions that need it."
+        "The actions that need each ability, and the stream."
         for ability in self._abilities:
             ability.changed.connect(self._enable)
         # Not over the bridge: work in progress has to stop before the camera is closed.
@@ -142,17 +142,10 @@ class TuningController(QObject):
         self._enable()
 
     def _enable(self) -> None:
-        source = self._connection.source
-        why_not = ""
-        if self._row is not None:
-            why_not = self.tr("Wait until the present run has ended.")
-        elif self._connection.state is not LinkState.STREAMING:
-            why_not = self.tr("Start the camera first.")
-        elif source is None or source.read_only:
-            why_not = self.tr("The source is open for reading only.")
-        for ability, (lacks, actions) in self._abilities.items():
+        for ability, actions in self._abilities.items():
+            lack = Lack.PATIENCE if self._row is not None else ability.lack(stream=True)
             for action in actions:
-                set_available(action, why_not or ("" if ability.present else lacks))
+                set_available(action, lack)
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
@@ -183,7 +176,12 @@ class RegionController(QObject):
         actions.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         ability = CameraAbility(
-            self, connection, sensor_region.has_region, actions.actionRegion, actions.actionFullSensor
+            self,
+            connection,
+            sensor_region.has_region,
+            Lack.REGION,
+            actions.actionRegion,
+            actions.actionFullSensor,
         )
         ability.ended.connect(view.drawing.cancel)
 

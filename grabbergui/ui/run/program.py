@@ -85,7 +85,7 @@ class Program(QObject):
         rows = (window.features.rows, window.favourites.rows)
         connection = self.connection
         self.recording = RecordingController(
-            window.recordingBar, connection, self.recordings, preferences, files
+            window.actionRecord, window.recordingBar, connection, self.recordings, preferences, files
         )
         self.sources = SourcesController(
             window.sources,
@@ -204,9 +204,6 @@ class Program(QObject):
         for player in (self.settings_files, self.recording):
             player.playRequested.connect(self.sources.play)
         self.settings_files.accept_drops()
-        window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
-        self.recording.availableChanged.connect(window.actionRecord.setEnabled)
-        window.actionRecord.setEnabled(False)
         window.actionSaveSettings.triggered.connect(self.settings_files.ask_save)
         window.actionLoadSettings.triggered.connect(self.settings_files.ask_load)
         window.actionCompareSettings.triggered.connect(self.settings_files.ask_compare)

@@ -13,8 +13,9 @@ from grabbergui.core.features import format_value
 from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
 from grabbergui.models.features.numbers import number_text
 from grabbergui.models.language import localized
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.widgets.labels import size_columns
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import load_form, set_available
 
 _LONGEST = ("00:00:00", "AcquisitionFrameRate", "1000000.5", "1000000.5", "operator")
 """Texts as wide as the columns are at first; the last column takes the rest."""
@@ -246,4 +247,4 @@ class ChangesPanel(QWidget):
     def _enable(self) -> None:
         anything = self._changes.rowCount() > 0
         for button in (self.copyButton, self.saveButton, self.clearButton):
-            button.setEnabled(anything)
+            set_available(button, None if anything else Lack.ENTRIES)

@@ -49,6 +49,8 @@ class FavouritesStrip(QWidget):
         self._columns = 1
         self._place: int | None = None
         "Index of the card before which the dragged feature would go."
+        self._hint = self.hintLabel.text()
+        "What appears here, while no source is open."
         self.setAcceptDrops(True)
 
     def setFavourites(self, descriptions: Sequence[FeatureDescription], camera: Hashable = None) -> None:
@@ -69,6 +71,8 @@ class FavouritesStrip(QWidget):
         self._arrange()
         for row in self._shown:
             row.show()
+        pin = self.tr("Drag the name of a feature here to pin it above the image.")
+        self.hintLabel.setText(self._hint if camera is None else pin)
         self.hintLabel.setVisible(not descriptions)
 
     def forget(self, camera: Hashable) -> None:

@@ -11,9 +11,10 @@ from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QSizePolicy, QToolButt
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.features.shown import visible_names
 from grabbergui.models.language import counted
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
 from grabbergui.ui.gui_thread import Pacer
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import load_form, set_available
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]
 """Makes a row from a description, its parent, and whether it stands below its selector."""
@@ -281,8 +282,8 @@ class FeaturePanel(QWidget):
     def _arrange(self) -> None:
         """Show the features that pass level and filter."""
         root = self._section.category if self._section is not None else None
-        self.filterEdit.setEnabled(root is not None)
-        self.levelBox.setEnabled(root is not None)
+        for control in (self.filterEdit, self.levelBox):
+            set_available(control, None if root is not None else Lack.SOURCE)
         watched: frozenset[str] = frozenset()
         message = self.tr("The camera's controls appear here once one is connected.")
         if self._section is not None and root is not None:

@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.image.quantities import COLOUR_MAPS, PolarisedView
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
@@ -35,7 +36,7 @@ from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.windows import MenuKeys, give_focus, load_form, screen_room
+from grabbergui.ui.windows import MenuKeys, give_focus, load_form, screen_room, set_available
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
@@ -326,7 +327,8 @@ class MainWindow(QMainWindow):
 
     def _on_polarised_toggled(self, polarised: bool) -> None:
         for view, action in self._polarised.items():
-            action.setEnabled(polarised or view is PolarisedView.MOSAIC)
+            offered = polarised or view is PolarisedView.MOSAIC
+            set_available(action, None if offered else Lack.POLARISERS)
 
     def _group_themes(self) -> None:
         self._themes = {

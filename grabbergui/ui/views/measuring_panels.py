@@ -26,9 +26,10 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.worker import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow, PlotPlace
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import load_form, set_available
 
 HEADROOM = 1.1
 "Height of the plot, as a multiple of the highest count between its ends."
@@ -183,7 +184,7 @@ class FocusPanel(QWidget):
 
     def setWhat(self, region: str) -> None:
         """Show the scored region as text."""
-        self.wholeButton.setEnabled(bool(region))
+        set_available(self.wholeButton, None if region else Lack.WHOLE)
         self.scoreLabel.setToolTip(region or self.tr("of the whole image"))
 
     def clear(self) -> None:
@@ -385,7 +386,7 @@ class ValuesPanel(QWidget):
         for row, colour in zip(self._rows.values(), itertools.cycle(COLOURS), strict=False):
             row.setOverlaid(colour if together else "")
         for button in (self.pauseButton, self.saveButton, self.clearButton):
-            button.setEnabled(anything)
+            set_available(button, None if anything else Lack.ENTRIES)
 
 
 def over_own_range(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -106,16 +106,16 @@ class RecordingBar(QWidget):
             width -= max(0, self.playButton.minimumSizeHint().width() - self._play_width())
         if not self.limitBox.isHidden():
             width -= self.limitBox.minimumWidth() - _LEAST_CHOICE
-        return QSize(width, super().minimumSizeHint().height())
+        return QSize(width, self._height())
+
+    def sizeHint(self) -> QSize:
+        """Return the same height whichever parts are shown, so that nothing above moves."""
+        return QSize(super().sizeHint().width(), self._height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Show as much as there is room for."""
         super().resizeEvent(event)
         self._arrange()
-
-    def setAvailable(self, available: bool) -> None:
-        """Show whether there is a source to record."""
-        self.recordButton.setEnabled(available)
 
     def setRecording(self, recording: bool) -> None:
         """Show whether a recording runs."""
@@ -182,6 +182,13 @@ class RecordingBar(QWidget):
         self.progressLabel.setVisible(recording or (not narrow and self.amountBox.isHidden()))
         self.playButton.setMaximumWidth(self._play_width() if narrow else QWIDGETSIZE_MAX)
         self.playButton.setText("" if narrow else self.tr("Play"))
+
+    def _height(self) -> int:
+        layout = self.layout()
+        assert layout is not None
+        parts = (self.recordButton, self.kindBox, self.amountBox, self.folderButton, self.playButton)
+        margins = layout.contentsMargins()
+        return margins.top() + max(part.sizeHint().height() for part in parts) + margins.bottom()
 
     def _spared(self) -> tuple[QWidget, ...]:
         """Return the parts that a narrow bar hides."""

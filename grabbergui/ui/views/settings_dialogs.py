@@ -28,10 +28,11 @@ from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.lookup_table import LEAST_GAMMA, MOST_GAMMA
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
+from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.feature_set import Difference, UserSet
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.ui.widgets.plots import ChannelPlot
-from grabbergui.ui.windows import fit_screen, load_form
+from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 # -- what was loaded, and what differs -----------------------------------------------------------
 _TICK_WIDTH = 24
@@ -291,9 +292,12 @@ class UserSetsDialog(QDialog):
 
     def _enable(self, _: int = 0) -> None:
         chosen = self.chosen
-        self.loadButton.setEnabled(chosen is not None)
-        self.saveButton.setEnabled(chosen is not None and chosen.savable)
-        self.startButton.setEnabled(chosen is not None and chosen.startable and not chosen.starts)
+        load = Lack.USER_SET if chosen is None else None
+        save = Lack.SAVABLE if chosen is not None and not chosen.savable else load
+        fixed = chosen is not None and (chosen.starts or not chosen.startable)
+        set_available(self.loadButton, load)
+        set_available(self.saveButton, save)
+        set_available(self.startButton, Lack.STARTABLE if fixed else load)
 
 
 # -- the look-up table ---------------------------------------------------------------------------
@@ -376,14 +380,14 @@ class LutDialog(QDialog):
         self.plot.setLine("present", places, present[places], "")
         self.plot.setLine("edited", places, edited[places], _EDITED)
         changed = not np.array_equal(present, edited)
-        self.writeButton.setEnabled(changed)
+        set_available(self.writeButton, None if changed else Lack.EDIT)
         size = self.tr("{0} entries").format(len(present))
         state = self.tr("not written yet") if changed else self.tr("as in the camera")
         self.stateLabel.setText(f"{size} · {state}")
 
     def setUndoable(self, undoable: bool) -> None:
         """Enable the undo of the last write."""
-        self.undoButton.setEnabled(undoable)
+        set_available(self.undoButton, None if undoable else Lack.EDIT)
 
     def setGamma(self, gamma: float | None) -> None:
         """Show the exponent of a gamma curve; None for any other curve."""

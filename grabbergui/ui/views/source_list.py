@@ -31,10 +31,11 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import name_lines
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.windows import load_form, set_available
 
 SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
 CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
@@ -232,7 +233,7 @@ class SourceListView(QWidget):
 
     def setSearching(self, searching: bool) -> None:
         """Show whether a search is in progress."""
-        self.refreshButton.setEnabled(not searching)
+        set_available(self.refreshButton, Lack.SEARCH if searching else None)
 
     def focusAddress(self) -> None:
         """Put the cursor into the address field."""
@@ -318,8 +319,8 @@ class SourceListView(QWidget):
         self.connectButton.setIcon(icon("disconnect" if leaves else "connect", self.palette()))
         self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
         self.besideButton.setVisible(self._connected and bool(self._other()))
-        self.besideButton.setEnabled(not opened)
-        self.connectButton.setEnabled(leaves or bool(typed or self.selected))
+        set_available(self.besideButton, Lack.SHOWN if opened else None)
+        set_available(self.connectButton, None if leaves or typed or self.selected else Lack.CHOICE)
 
     def _tooltip(self, source: ListedSource) -> str:
         info = source.info
