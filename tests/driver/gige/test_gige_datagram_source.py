@@ -14,7 +14,7 @@ import pytest
 from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.stream import batches, receiver, recvmmsg
+from grabbergui.driver.gige.stream import batches, recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
 from grabbergui.driver.gige.stream.in_place import Received
@@ -308,7 +308,7 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
 ) -> None:
     monkeypatch.setattr(recvmmsg, "SLOTS", 4)
     monkeypatch.setattr(batches, "BATCHES", 1)
-    monkeypatch.setattr(receiver, "OVERRUN", 0.0)
+    monkeypatch.setattr(batches, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
         wire = Wire(stack, batches.BatchSource)

@@ -33,7 +33,8 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.receiver import DatagramSource, Pace, PacedSource
+from grabbergui.driver.gige.stream.batches import PacedSource
+from grabbergui.driver.gige.stream.receiver import DatagramSource, Pace
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
 from grabbergui.driver.gige.stream.sockets import (
     TRAILERS,

@@ -1,8 +1,7 @@
 """The receiving thread: packets from a source to the assembler, finished frames to the consumer.
 
-`PlainSource` runs everywhere. A `PacedSource` (`recvmmsg`, `packet_ring`) takes packets in batches, and lets
-them gather as long as that delays no frame: fewer, larger batches cost less, as long as no buffer overflows.
-`Pace` decides how long; it has no I/O and reads no clock.
+`PlainSource` runs everywhere; other sources (`batches`, `packet_ring`) take packets in batches, and let them
+gather as long as that delays no frame. `Pace` decides how long; it has no I/O and reads no clock.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import socket
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
@@ -236,112 +235,6 @@ def _followed(known: float, seen: float, fall: float) -> float:
     if not known:
         return seen
     return min(seen, RISE * known) if seen > known else known + fall * (seen - known)
-
-
-# -- batches -------------------------------------------------------------------------------------
-ANSWER_PAUSE = 0.001
-"Seconds that packets may gather while a block waits for lost ones."
-OVERRUN = 0.03
-"""Seconds of work without once emptying the buffer, with more incomplete frames than complete ones, after
-which all waiting packets are discarded: a full buffer makes holes in every frame, and holes cost time."""
-
-
-class PacedSource(DatagramSource):
-    """Takes packets in batches. One thread."""
-
-    def __init__(self, pace: Pace, sockets: Sequence[socket.socket]) -> None:
-        """`sockets` are those with the packets."""
-        super().__init__()
-        self._pace = pace
-        self._wait = self._waits.waiter(sockets)
-        "Waits for at most the given seconds and returns the descriptors of sockets with packets."
-        self._drained = True
-        "Whether the last read emptied the buffer."
-        self._busy_since = 0.0
-        "The thread's CPU time when the buffer was last empty, or overrun was last checked."
-        self._lost_by_then = 0
-        "Incomplete less complete frames at that time."
-        self._overrun_logged = False
-        self._flowing = False
-        "Whether the last read found packets."
-
-    @abstractmethod
-    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        """Wait at most `timeout` seconds for packets and take all; return the time of the last read.
-
-        Clears `_drained` if more may be left. Raises OSError.
-        """
-
-    @abstractmethod
-    def _discard(self) -> None:
-        """Discard all waiting packets."""
-
-    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
-        before = assembler.statistics.packets
-        self._pace.realtime = self.realtime
-        if self._overrun(assembler.statistics):
-            assembler.note_overrun()
-            self._skip()
-        paused = self._gather(assembler, timeout) if self._drained and self._flowing else 0.0
-        wait = timeout if self._drained and not paused else 0.0
-        if wait and self._flowing:
-            self._poll(assembler)
-        self._drained = True
-        begun = time.monotonic()
-        now = self._take_all(assembler, wait)
-        if paused:
-            self._pace.read(paused, time.monotonic() - begun)
-        packets = assembler.statistics.packets - before
-        self._flowing = packets > 0
-        self._pace.took(packets, now, more=assembler.block_in_progress, ended=assembler.has_finished)
-
-    def _overrun(self, statistics: StreamStatistics) -> bool:
-        """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
-        worked = time.thread_time()
-        if not self._drained and worked - self._busy_since <= OVERRUN:
-            return False
-        lost = statistics.incomplete - statistics.frames
-        overrun = not self._drained and lost > self._lost_by_then
-        self._busy_since, self._lost_by_then = worked, lost
-        return overrun
-
-    def _skip(self) -> None:
-        """Discard waiting packets, so that the next frames are complete again."""
-        self._discard()
-        self._drained = True
-        if not self._overrun_logged:
-            self._overrun_logged = True
-            log.warning(
-                "packets arrive faster than this machine takes them: waiting packets are discarded;"
-                " larger packets or a lower frame rate help"
-            )
-
-    def _gather(self, assembler: BlockAssembler, timeout: float) -> float:
-        """Let packets gather if that delays no frame; return the seconds waited."""
-        begun = time.monotonic()
-        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
-        if assembler.block_waits:
-            pause = min(pause, ANSWER_PAUSE)
-        if not pause:
-            return 0.0
-        whole = self._rest(pause)
-        waited = time.monotonic() - begun
-        if whole:
-            self._pace.slept(pause, waited)
-        return waited
-
-    def _poll(self, assembler: BlockAssembler) -> None:
-        """Watch for the last packets of a block, if they are due, without sleeping."""
-        now = time.monotonic()
-        end = now + self._pace.polling(assembler.expected(), now)
-        while now < end and not self._wait(0.0):
-            now = time.monotonic()
-
-    def _rest(self, seconds: float) -> bool:
-        """Wait; return False if that ended early, because a block did."""
-        self._waits.rest(seconds)
-        return True
 
 
 # -- the thread ----------------------------------------------------------------------------------
