@@ -25,6 +25,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
+from grabbergui.driver.gige.stream.block import MOST_PARTS
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 
 
@@ -95,11 +96,31 @@ def test_a_packet_id_that_no_block_can_have_takes_no_memory() -> None:
     bench = Bench()
     leader, first = block(1)[:2]
     bench.feed([leader, first])
-    allowed = SIZE // 16 + 64
+    allowed = SIZE // STRIDE + MOST_PARTS
     for packet_id, ignored in ((allowed, 0), (allowed + 1, 1), (0xFFFFFF, 2)):
         bench.feed([PacketHeader(PacketFormat.TRAILER, 1, packet_id).encode() + Trailer(1, HEIGHT).encode()])
         assert bench.statistics.packets_ignored == ignored
         assert len(bench.assembler._open[0].received) <= 2 * allowed
+
+
+@pytest.mark.parametrize("length, stride", [(1, 1400), (63, 1400), (64, 64), (700, 700)])
+def test_a_few_packets_make_no_long_lists_of_others(length: int, stride: int) -> None:
+    size = 4000 * 1250
+    bench = Bench(payload_size=size, stride=1400)
+    leader = Leader(1, 1, 0x01080001, 4000, 1250).encode()
+    bench.feed(
+        [
+            PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader,
+            PacketHeader(PacketFormat.PAYLOAD, 1, 1).encode() + bytes(length),
+        ]
+    )
+    assert bench.assembler.stride == stride
+    for packet_id in (size // 1400, size // 512, size // 64, size // 16, size):
+        trailer = PacketHeader(PacketFormat.TRAILER, 1, packet_id).encode() + Trailer(1, 1250).encode()
+        bench.feed([trailer])
+        (waiting,) = bench.assembler._open
+        for packets in (waiting.received, waiting.requests.tries):
+            assert len(packets) <= 2 * (size // min(stride, 512) + MOST_PARTS + 1)
 
 
 @pytest.mark.parametrize("restart", [1, 4950, 3])

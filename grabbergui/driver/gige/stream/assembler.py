@@ -101,7 +101,7 @@ class BlockAssembler:
         elif block.has(packet_id):
             self.statistics.packets_duplicate += 1
             self._resender.note_duplicate(block, packet_id)
-        elif packet_id > self._layout.payload_size // 16 + 64:
+        elif packet_id > self._layout.highest_id:
             raise RemoteProtocolError(
                 f"packet_id {packet_id} in a block of {self._layout.payload_size} bytes"
             )

@@ -30,6 +30,12 @@ log = logging.getLogger(__name__)
 
 SCATTERED = 4
 "Mean length of runs of packets below which packets are copied by one indexed assignment, not run by run."
+LEAST_STRIDE = 64
+"Image bytes in a full packet, at least: a list of packets takes memory and time by their number."
+SHORT_PACKET = 512
+"Bytes of data in the smallest packets that cameras send, of 576 bytes."
+MOST_PARTS = 1024
+"Packets of a block that may be shorter: each part ends with one."
 
 
 @dataclass
@@ -48,6 +54,11 @@ class Layout:
     def max_payload_packets(self) -> int:
         """Payload packets of the largest block."""
         return -(-self.payload_size // self.stride)
+
+    @property
+    def highest_id(self) -> int:
+        """Highest packet id of a block, whose packets may be shorter than announced."""
+        return self.payload_size // min(self.stride, SHORT_PACKET) + MOST_PARTS
 
     def warn_once(self, fault: str, details: str) -> None:
         """Log a fault that may recur with every packet, once in a stream."""
@@ -269,7 +280,7 @@ class Block(PacketAccount):
         """Learn the stride from an image's first packet: it may differ from the register's value."""
         stride, leader = self.layout.stride, self.leader
         size = 0 if leader is None else max(leader.payload_bytes or 0, leader.image_bytes)
-        if packet_id == 1 and 0 < length < size and length != stride:
+        if packet_id == 1 and LEAST_STRIDE <= length < size and length != stride:
             log.info("packets carry %d bytes instead of %d", length, stride)
             self.layout.stride = length
         elif not 0 < length <= stride:

@@ -32,9 +32,11 @@ from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.stream import batches, recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.block import LEAST_STRIDE
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_ring import PacketRing, RingUse, usable
 from grabbergui.driver.gige.stream.packet_settings import (
+    SMALLEST,
     PacketDelayPolicy,
     PacketSizePolicy,
     PacketSizer,
@@ -115,9 +117,10 @@ class Stream:
         try:
             flags = self._memory.read_register(self._channel.packet_size)
             stride = gvsp.payload_stride(self.packet_size, extended=self._has_extended_ids())
-            if stride <= 0:
+            if stride < LEAST_STRIDE:
                 raise TransportError(
-                    f"the camera's packet size is {self.packet_size} bytes, less than its headers"
+                    f"the camera's packet size is {self.packet_size} bytes, which leaves {max(stride, 0)} for"
+                    f" an image; write packet_size=auto, or {SMALLEST} or more"
                 )
             pool = make_pool(request.payload_size)
             assembler = BlockAssembler(
