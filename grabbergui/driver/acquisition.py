@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import FeatureAccessError, GrabberError, TransportError
-from grabbergui.core.features import Feature
+from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
@@ -177,19 +177,24 @@ def payload_size(nodes: CameraNodeMap) -> int:
 
     Raises FeatureAccessError if the camera has neither PayloadSize nor Width and Height.
     """
-    if nodes.has_node("PayloadSize"):
-        nodes.invalidate(frozenset({"PayloadSize"}))
-        size = nodes.feature("PayloadSize").value
-        if isinstance(size, int) and size > 0:
-            return size
-    width, height = nodes.feature("Width").value, nodes.feature("Height").value
-    pixel_format = nodes.feature("PixelFormat").value
+    size = _value_of(nodes, "PayloadSize")
+    if isinstance(size, int) and size > 0:
+        return size
+    width, height = _value_of(nodes, "Width"), _value_of(nodes, "Height")
     if not isinstance(width, int) or not isinstance(height, int):
         raise FeatureAccessError("the camera has neither PayloadSize nor Width and Height", "PayloadSize")
     try:
-        return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
+        return pfnc.by_name(str(_value_of(nodes, "PixelFormat"))).image_bytes(width, height)
     except KeyError:
         return width * height * MOST_BYTES_PER_PIXEL
+
+
+def _value_of(nodes: CameraNodeMap, name: str) -> FeatureValue | None:
+    """Read a node's value from the camera, not from the cache; None without such a node."""
+    if not nodes.has_node(name):
+        return None
+    nodes.invalidate(frozenset({name}))
+    return nodes.feature(name).value
 
 
 def _invalidate_transport_features(nodes: CameraNodeMap) -> None:

@@ -1,13 +1,16 @@
 """The camera as a frame grabber, on the simulated device."""
 
+import re
 import threading
 import time
+from contextlib import closing
 
 import pytest
 
 from grabbergui import sources
 from grabbergui.core.errors import (
     FeatureAccessError,
+    FeatureError,
     FeatureNotFoundError,
     FeatureValueError,
 )
@@ -66,6 +69,33 @@ def test_starting_changes_the_modes_and_nothing_else(camera):
     assert after["AcquisitionMode"] == "Continuous"
     camera.write_feature("TriggerSelector", "FrameBurstStart")
     assert camera.feature("TriggerMode").value == "Off"
+
+
+@pytest.mark.parametrize(
+    "missing, said",
+    [
+        (("Width", "PixelFormat"), None),
+        (("PayloadSize", "PixelFormat"), None),
+        (("PayloadSize", "Width"), "neither PayloadSize nor Width and Height"),
+        (("AcquisitionStart",), "has no command AcquisitionStart"),
+    ],
+)
+def test_a_description_without_usual_features_streams_or_says_what_is_missing(missing, said):
+    grabber = sources.create("sim:?width=64&height=48&fps=100")
+    xml = grabber.device.description()
+    for name in missing:
+        xml = re.sub(rb"\b%s\b" % name.encode(), b"Other" + name.encode(), xml)
+    grabber.device.description = lambda: xml
+    with closing(grabber):
+        grabber.open()
+        frames = grabber.open_queue()
+        if said is None:
+            grabber.start()
+            assert frames.get(PATIENCE).width == 64
+        else:
+            with pytest.raises(FeatureError, match=said):
+                grabber.start()
+            assert not grabber.streaming
 
 
 def test_the_trigger_can_be_kept(camera):

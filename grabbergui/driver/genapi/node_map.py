@@ -15,6 +15,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
     FeatureError,
+    FeatureNotFoundError,
     FeatureValueError,
     GrabberError,
     RemoteProtocolError,
@@ -222,6 +223,8 @@ class CameraNodeMap:
     def execute(self, name: str) -> None:
         """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
         with self._lock, self._answering(name):
+            if not self._map.has_node(name):
+                raise FeatureNotFoundError(f"the camera's description has no command {name}", name)
             command = self._map.get_node(name)
             if not isinstance(command, genapi.ICommand):
                 raise FeatureAccessError(f"{name} is no command; it can be written instead", name)
