@@ -62,6 +62,9 @@ class TransportError(GrabberError):
 class AckTimeoutError(TransportError):
     """The device acknowledged neither the request nor its retries."""
 
+    postponed = False
+    "Whether the device had asked for more time."
+
 
 _EXHAUSTED = {
     errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",

@@ -85,6 +85,7 @@ class Exchange:
                 f"{self._describe()} was not acknowledged within {waited:.1f} s"
                 + ("; the camera had asked for more time" if self.pending else f" ({self._tries} tries)")
             )
+            self.error.postponed = self.pending
             return None
         if not self._tries:
             self.started = now

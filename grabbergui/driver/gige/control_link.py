@@ -362,6 +362,8 @@ class DeviceMemory:
         except AckTimeoutError as error:
             # Some devices do not answer a refused write; unlike dead ones they answer a read.
             self._link.require_control()
+            if error.postponed:
+                raise DeviceStatusError(str(error), Status.BUSY) from error
             raise AccessDeniedError(
                 "the camera answers reads but not this write; another application may control it"
             ) from error

@@ -34,6 +34,8 @@ class ScriptedCamera:
 
     def __init__(self, address: str) -> None:
         self.answers: Callable[[int], bool] = lambda address: True
+        self.postpones: Callable[[int], bool] = lambda address: False
+        "Whether to ask for more time and do nothing."
         self.privilege: int = Control.CONTROL
         "What every register reads as."
         self.reads: list[int] = []
@@ -57,7 +59,9 @@ class ScriptedCamera:
             header, payload = gvcp.split_command(datagram)
             (address, *_) = gvcp.ReadReg.decode(payload).addresses
             self.reads.append(address)
-            if self.answers(address):
+            if self.postpones(address):
+                self._socket.sendto(gvcp.encode_pending_ack(1, header.req_id), client)
+            elif self.answers(address):
                 value = self.privilege.to_bytes(4, "big")
                 self._socket.sendto(Ack(0, header.command + 1, header.req_id, value).encode(), client)
 
@@ -181,6 +185,18 @@ def test_a_write_without_an_answer_asks_who_is_in_control(
             assert "has restarted" in losses[0]
         else:
             assert link.lost is None
+
+
+def test_a_write_that_is_only_put_off_says_so(camera: ScriptedCamera) -> None:
+    camera.postpones = lambda address: address == FEATURE
+    timing = ControlTiming(ack_timeout=PATIENCE, tries=1, pending_limit=0.1)
+    with closing(ControlLink(camera.ip, camera.port, timing)) as link:
+        link.start_heartbeat(Pulse(period=60.0), controlling=True)
+        memory = DeviceMemory(link)
+        memory.writable = True
+        with pytest.raises(DeviceStatusError, match="the camera had asked for more time") as refused:
+            memory.write_register(FEATURE, 1)
+        assert refused.value.status == gvcp.Status.BUSY and link.lost is None
 
 
 @pytest.mark.parametrize("fault", [AckTimeoutError("silent"), DeviceStatusError("refused", 0x8003)])
