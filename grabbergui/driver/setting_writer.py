@@ -5,6 +5,7 @@ The memory holds what was set since the camera was opened, so that it can be set
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
@@ -26,6 +27,8 @@ from grabbergui.core.sfnc import (
 )
 from grabbergui.driver.acquisition import NOT_SETTINGS
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+log = logging.getLogger(__name__)
 
 LOAD_SET = "UserSetLoad"
 "Replaces all settings by those of the set that UserSetSelector selects (SFNC, User Set Control)."
@@ -152,9 +155,7 @@ class SettingWriter:
                 value = nodes.feature(name).validated(value)  # a switch or a stream was on until now
             written = nodes.write_and_read(name, value)
         except FeatureError:
-            for change in switched:
-                if change.before is not None:
-                    nodes.write(change.key.name, change.before)
+            self._switch_back(switched)
             raise
         became = value if written.value is None else written.value
         changes = (*switched, ValueChange(self._key(name), stood.get(name), became))
@@ -238,6 +239,15 @@ class SettingWriter:
         if write is not None:
             name, wanted = write
             yield ValueChange(self._key(name), self._nodes.value(name), wanted)
+
+    def _switch_back(self, switched: Iterable[ValueChange]) -> None:
+        """Undo changes after a refused write. What the camera refuses now, too, is only logged."""
+        for change in switched:
+            if change.before is not None:
+                try:
+                    self._nodes.write(change.key.name, change.before)
+                except FeatureError as error:
+                    log.warning("%s stays %s: %s", change.key, format_value(change.after), error)
 
     def _target(self, name: str) -> _Target:
         target = self._targets.get(name)

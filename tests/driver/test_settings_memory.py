@@ -7,7 +7,7 @@ import random
 import pytest
 
 from grabbergui import sources
-from grabbergui.core.errors import FeatureError
+from grabbergui.core.errors import DeviceStatusError, FeatureError
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.driver.setting_writer import SettingsMemory
@@ -232,3 +232,22 @@ def test_a_refused_write_leaves_the_automatic_mode_as_it_was(sim, monkeypatch):
     with pytest.raises(FeatureError, match="busy"):
         sim.camera.write_feature("ExposureTime", 5000.0)
     assert sim.camera.feature("ExposureAuto").value == "Continuous"
+
+
+def test_a_write_whose_mode_cannot_be_switched_on_again_reports_its_own_refusal(sim, monkeypatch, caplog):
+    """A camera that refuses one write now and then refuses the next, too."""
+    sim.camera.write_feature("ExposureAuto", "Continuous")
+    device, written = sim.camera.device, []
+    write = device.write
+
+    def refuse_all_but_the_first(address, data):
+        written.append(address)
+        if len(written) > 1:
+            raise DeviceStatusError("the device is busy", 0x8007)
+        write(address, data)
+
+    monkeypatch.setattr(device, "write", refuse_all_but_the_first)
+    with pytest.raises(FeatureError, match="ExposureTime=5000: the camera answered: the device is busy"):
+        sim.camera.write_feature("ExposureTime", 5000.0)
+    assert len(written) == 3
+    assert "ExposureAuto stays Off: ExposureAuto=Continuous: the camera answered" in caplog.text
