@@ -24,6 +24,8 @@ USUAL_LEADER_SPACE = 1024
 "Leader or trailer size for a device that reports 0."
 LARGEST_PAYLOAD = 1 << 29
 "Bytes; more is a faulty register, not an image."
+LARGEST_LEADER = 1 << 20
+"Bytes of a leader or trailer, likewise."
 
 
 class PayloadType(IntEnum):
@@ -203,12 +205,17 @@ class TransferPlan:
         """Return the plan for a device's requirements, in transfers of at most `largest_transfer` bytes.
 
         Full transfers are multiples of the alignment and of USB's packet; the rest is one transfer, rounded
-        up to the alignment. Raises RemoteProtocolError for an impossible payload size.
+        up to the alignment. Raises RemoteProtocolError for an impossible size.
         """
         payload = needs.payload_size
         if not 0 < payload <= LARGEST_PAYLOAD:
             raise RemoteProtocolError(
                 f"the device announces a payload of {payload} bytes; 1 to {LARGEST_PAYLOAD} make sense"
+            )
+        if max(needs.leader_size, needs.trailer_size) > LARGEST_LEADER:
+            raise RemoteProtocolError(
+                f"the device announces a leader of {needs.leader_size} bytes and a trailer of"
+                f" {needs.trailer_size}; at most {LARGEST_LEADER} make sense"
             )
         unit = max(needs.alignment, packet_size)
         size = max(largest_transfer // unit * unit, unit)

@@ -140,6 +140,7 @@ class Watcher:
             return
         except EndpointHaltedError:
             self._handle.clear_halt(event.endpoint_in)
+            self._stopping.wait(EVENT_WAIT)  # unlike a timeout, a stall returns immediately
             return
         except DeviceLostError:
             raise
@@ -173,6 +174,8 @@ class Watcher:
 # -- the stream ----------------------------------------------------------------------------------
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
+MOST_LOST = 10_000
+"Blocks that a gap in the ids may stand for; beyond it the camera counts anew."
 STREAM_WAIT = 0.1
 "Seconds after which the receiving thread checks whether it should end."
 
@@ -285,7 +288,7 @@ class StreamReceiver:
         statistics = self._statistics
         assert block.leader is not None and block.trailer is not None
         block_id = block.leader.block_id
-        if self._last_id is not None and block_id > self._last_id + 1:
+        if self._last_id is not None and 1 < block_id - self._last_id <= MOST_LOST:
             statistics.lost += block_id - self._last_id - 1
         self._last_id = block_id
         if block.dropped:

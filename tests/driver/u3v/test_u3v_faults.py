@@ -20,9 +20,11 @@ from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.u3v import device as simulated_device
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.registers import CONTROL_IN, STREAM_IN
 from grabbergui.driver.u3v.device import U3vDevice
+from grabbergui.driver.u3v.stream_protocol import Leader
 from grabbergui.driver.u3v.threads import Watcher
 from grabbergui.driver.u3v.usb import UsbHandle
 from patience import PATIENCE, until
@@ -81,6 +83,21 @@ def test_stalls_are_cleared_and_the_stream_goes_on(plug_in) -> None:
     assert all(frame.complete for frame in frames)
     assert statistics.lost >= 3
     assert statistics.packets_missing >= 3
+
+
+def test_ids_that_jump_far_ahead_are_no_lost_frames(plug_in, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = simulated_device.Leader
+
+    def jumping(block_id: int, *fields: int) -> Leader:
+        return made(block_id + (1 << 60) * (block_id // 4) + 3 * (block_id > 1), *fields)
+
+    monkeypatch.setattr(simulated_device, "Leader", jumping)
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    assert len(grab(camera, 12)) == 12
+    assert 0 < camera.statistics().lost < 1000
+    camera.close()
 
 
 def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:

@@ -113,6 +113,13 @@ def test_an_absurd_payload_is_refused(payload: int) -> None:
         TransferPlan.for_device(StreamRequirements(1, False, payload, 52, 36), 1 << 20)
 
 
+@pytest.mark.parametrize(("leader", "trailer"), [((1 << 20) + 1, 36), (52, (1 << 32) - 1)])
+def test_an_absurd_leader_or_trailer_is_refused(leader: int, trailer: int) -> None:
+    needs = StreamRequirements(1, False, 3500, leader, trailer)
+    with pytest.raises(RemoteProtocolError, match=f"leader of {leader} bytes and a trailer of {trailer}"):
+        TransferPlan.for_device(needs, 1 << 20)
+
+
 def test_an_absurd_alignment_is_refused() -> None:
     with pytest.raises(RemoteProtocolError, match=r"aligned to 2\^40"):
         StreamRequirements.decode(bytes((0, 0, 0, 40)) + bytes(20))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -12,7 +13,7 @@ from grabbergui.core.errors import TransportError
 from grabbergui.driver.u3v import threads
 from grabbergui.driver.u3v.gencp import Event
 from grabbergui.driver.u3v.threads import ERRORS_IN_A_ROW, Watcher
-from grabbergui.driver.u3v.usb import BulkInterface, UsbTimeoutError
+from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbTimeoutError
 from patience import until
 
 EVENTS = BulkInterface(1, 0x82, 0, 1024)
@@ -39,6 +40,18 @@ class Handle:
         data = turn.encode(1)
         view[: len(data)] = np.frombuffer(data, np.uint8)
         return len(data)
+
+
+class StallingHandle(Handle):
+    """Stalls the endpoint at every read."""
+
+    cleared = 0
+
+    def read_into(self, endpoint: int, interface: int, view: np.ndarray, timeout: float) -> int:
+        raise EndpointHaltedError("camera halted a USB endpoint")
+
+    def clear_halt(self, endpoint: int) -> None:
+        self.cleared += 1
 
 
 Watch = Callable[[Handle], tuple[list[int], list[str]]]
@@ -82,3 +95,16 @@ def test_one_is_enough_if_the_camera_is_lost(watch: Watch) -> None:
     _, lost = watch(handle)
     until(lambda: lost)
     assert lost == ["camera: USB error: Overflow"]
+
+
+def test_an_endpoint_that_always_stalls_does_not_occupy_the_processor(
+    watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(threads, "EVENT_WAIT", 0.05)
+    handle = StallingHandle()
+    begun = time.monotonic()
+    _, lost = watch(handle)
+    until(lambda: handle.cleared >= 3)
+    time.sleep(0.2)
+    assert handle.cleared <= (time.monotonic() - begun) / 0.05 + 1
+    assert not lost
