@@ -123,6 +123,15 @@ def test_a_few_packets_make_no_long_lists_of_others(length: int, stride: int) ->
             assert len(packets) <= 2 * (size // min(stride, 512) + MOST_PARTS + 1)
 
 
+def test_a_camera_that_finds_ever_new_faults_does_not_fill_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    bench = Bench()
+    for number in range(1, 200):
+        leader = Leader(0x3000 + number, number, 0x01080001, WIDTH, HEIGHT).encode()
+        bench.feed([PacketHeader(PacketFormat.LEADER, number, 0).encode() + leader])
+    assert "payload type 0x3001" in caplog.text
+    assert len(caplog.records) == 16
+
+
 @pytest.mark.parametrize("restart", [1, 4950, 3])
 def test_ids_that_start_again_are_a_new_stream(restart: int) -> None:
     bench = Bench()

@@ -36,6 +36,8 @@ SHORT_PACKET = 512
 "Bytes of data in the smallest packets that cameras send, of 576 bytes."
 MOST_PARTS = 1024
 "Packets of a block that may be shorter: each part ends with one."
+MOST_WARNINGS = 16
+"Different faults of one stream that are logged."
 
 
 @dataclass
@@ -61,8 +63,8 @@ class Layout:
         return self.payload_size // min(self.stride, SHORT_PACKET) + MOST_PARTS
 
     def warn_once(self, fault: str, details: str) -> None:
-        """Log a fault that may recur with every packet, once in a stream."""
-        if fault not in self._reported:
+        """Log a fault that may recur with every packet once in a stream, and `MOST_WARNINGS` in all."""
+        if fault not in self._reported and len(self._reported) < MOST_WARNINGS:
             self._reported.add(fault)
             log.warning("%s: %s", fault, details)
 
