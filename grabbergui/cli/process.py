@@ -195,7 +195,7 @@ def raising_on_signals() -> Iterator[None]:
 @contextmanager
 def _repeated(handler: Callable[[int, FrameType | None], None], handled: threading.Event) -> Iterator[None]:
     """Send a signal of this handler again until it is `handled`."""
-    main = threading.get_ident()
+    main, process = threading.get_ident(), os.getpid()
     arrivals, arrival = socket.socketpair()
     arrival.setblocking(False)
 
@@ -209,6 +209,12 @@ def _repeated(handler: Callable[[int, FrameType | None], None], handled: threadi
                     signal.pthread_kill(main, number[0])
                 time.sleep(PUT_OFF)
 
+    def leave_to_parent() -> None:
+        if os.getppid() == process and arrival.fileno() >= 0:
+            signal.set_wakeup_fd(-1)  # a signal of the forked process would be repeated to this one
+
+    if sys.platform != "win32":
+        os.register_at_fork(after_in_child=leave_to_parent)
     before = signal.set_wakeup_fd(arrival.fileno(), warn_on_full_buffer=False)
     repeating = threading.Thread(target=repeat, name="repeated signals", daemon=True)
     repeating.start()

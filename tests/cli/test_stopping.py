@@ -76,6 +76,19 @@ def test_a_signal_just_before_a_system_call_ends_it():
     os.close(writer)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="it cannot fork")
+def test_a_signal_of_a_forked_process_is_not_repeated_to_its_parent():
+    with process.raising_on_signals():
+        child = os.fork()
+        if child == 0:
+            try:
+                os.kill(os.getpid(), signal.SIGTERM)
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        threading.Event().wait(10 * process.PUT_OFF)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
 def test_a_file_of_settings_that_never_ends_is_left(tmp_path):
     fifo = tmp_path / "settings.yaml"
