@@ -7,6 +7,7 @@ recordings; it imports no Qt.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
@@ -108,13 +109,13 @@ class CameraGroup:
     def frames(
         self, count: int | None = None, *, timeout: float | None = None
     ) -> Iterator[tuple[Frame, ...]]:
-        """Iterate over tuples with the next frame of each camera."""
-        iterators = [iter(camera.frames(count, timeout=timeout)) for camera in self]
-        try:
-            yield from zip(*iterators, strict=False)
-        finally:
-            for iterator in iterators:
-                iterator.close()
+        """Iterate over tuples of the n-th frame of each camera. All streams start before the first is awaited.
+
+        A frame that one camera loses shifts its later ones; their `frame_id` and `timestamp_ns` tell.
+        """
+        with contextlib.ExitStack() as streams:
+            loops = [camera.frames(count, timeout=timeout).started() for camera in self]
+            yield from zip(*[streams.enter_context(loop) for loop in loops], strict=False)
 
     def close(self) -> None:
         """Close all cameras. May be called twice; never raises."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import atexit
 import contextlib
+import itertools
 import os
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -62,18 +63,20 @@ class Frames:
         return self._queue.dropped if self._queue is not None else self._dropped
 
     def __iter__(self) -> Generator[Frame]:
-        with self._streaming() as queue:
-            left = self._count
-            while left is None or left > 0:
-                yield self._get(queue, self._timeout)
-                left = None if left is None else left - 1
+        with self.started() as frames:
+            yield from frames
 
     @contextlib.contextmanager
-    def _streaming(self) -> Iterator[FrameQueue]:
+    def started(self) -> Iterator[Iterator[Frame]]:
+        """Stream during the block, and return the iterator for `next(frames)`, which may follow a time-out.
+
+        So a program can start several cameras before their trigger, or wait for the next pulse once more.
+        """
         queue = self._queue = self._grabber.open_queue(self._depth)
+        times = itertools.repeat(None) if self._count is None else itertools.repeat(None, self._count)
         try:
             with self._use():
-                yield queue
+                yield map(lambda _: self._get(queue, self._timeout), times)
         finally:
             self._queue, self._dropped = None, queue.dropped
             queue.close()

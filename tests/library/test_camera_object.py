@@ -352,6 +352,17 @@ def test_settings_are_saved_and_loaded(camera: grabbergui.Camera, tmp_path: Path
     assert (camera.exposure_time, camera.gain) == (3000.0, 6.0)
 
 
+def test_a_loop_waits_for_the_next_trigger_after_a_timeout(camera: grabbergui.Camera) -> None:
+    camera["TriggerMode"] = "On"
+    with camera.frames(timeout=0.05).started() as frames:
+        with pytest.raises(grabbergui.FrameTimeoutError, match="waits for a trigger"):
+            next(frames)
+        camera.execute("TriggerSoftware")
+        until(lambda: camera.statistics.frames, "the frame")
+        assert next(frames).width == 64
+    assert not camera.streaming
+
+
 # -- several -----------------------------------------------------------------------------------------
 def test_several_cameras_are_opened_read_and_closed_as_one() -> None:
     with grabbergui.open_all([FAST, "sim:colour"]) as cameras:
@@ -362,6 +373,23 @@ def test_several_cameras_are_opened_read_and_closed_as_one() -> None:
         cameras.stop()
     with pytest.raises(grabbergui.GrabberError):
         cameras[0].grab()
+
+
+def test_all_streams_of_a_group_start_before_a_frame_is_awaited() -> None:
+    with grabbergui.open_all([f"{FAST}&serial=LEFT", f"{FAST}&serial=RIGHT"]) as cameras:
+        for camera in cameras:
+            camera["TriggerMode"] = "On"
+
+        def fire() -> None:
+            until(lambda: all(camera.streaming for camera in cameras), "both streams")
+            for camera in cameras:
+                camera.execute("TriggerSoftware")
+
+        firing = threading.Thread(target=fire)
+        firing.start()
+        (pair,) = cameras.frames(1, timeout=PATIENCE)
+        firing.join()
+    assert len(pair) == 2
 
 
 def test_if_one_does_not_open_none_stays_open() -> None:
