@@ -203,6 +203,8 @@ def _from_yaml(text: str, where: str) -> FeatureSet:
                 inside = name == "features"
                 if name == "device":
                     device = str(_scalar(rest))
+                elif inside and (flow := _without_comment(rest)) not in ("", "{}"):
+                    raise UsageError(f"'{flow[:60]}' follows 'features:'; write each setting in a line below")
             elif inside:
                 settings[SettingKey.parse(name)] = _scalar(rest)
         except UsageError as error:
@@ -239,7 +241,7 @@ def _scalar(text: str) -> FeatureValue:
         if match is None:
             raise UsageError("a text that begins with ' has no end")
         return match[1].replace("''", "'")
-    text = re.sub(r"(^|\s)#.*$", "", text).strip()
+    text = _without_comment(text)
     if text[:1] in ("[", "{", "|", ">", "&", "*", "!", "%", "@", "`"):
         raise UsageError(f"'{text[:60]}' is not a plain value; put text into quotes")
     if text in ("true", "false"):
@@ -247,6 +249,10 @@ def _scalar(text: str) -> FeatureValue:
     if _INTEGER.fullmatch(text):
         return int(text)
     return float(text) if _FLOAT.fullmatch(text) else text
+
+
+def _without_comment(text: str) -> str:
+    return re.sub(r"(^|\s)#.*$", "", text).strip()
 
 
 def _quoted(text: str) -> str:

@@ -46,6 +46,8 @@ HOSTILE = {
     "no end": 'features:\n  Width: "640\n',
     "half a selector": "features:\n  Gain[All]: 1\n",
     "no name": "features:\n  [Gain]: 1\n",
+    "a reference": "features: *other\n",
+    "in one line": "features: {Width: 640}\n",
     "nested": "features:\n  Gain: {a: {b: {}}}\n",
 }
 
