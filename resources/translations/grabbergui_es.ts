@@ -3968,9 +3968,14 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="215"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="217"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="217"/>
+        <source>“{0}” is not a number in {1}</source>
+        <translation>«{0}» no es un número en {1}</translation>
     </message>
 </context>
 <context>
@@ -5349,11 +5354,6 @@ It {1}.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
-        <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
-        <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
-    </message>
-    <message>
         <location filename="../../grabbergui/ui/controllers/sources.py" line="368"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
@@ -5382,6 +5382,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/controllers/sources.py" line="407"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
+        <source>Choose one of the sources (F8), or type its address; sim: is the simulated camera.</source>
+        <translation>Elija una de las fuentes (F8) o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
 </context>
 <context>

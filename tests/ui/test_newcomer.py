@@ -127,7 +127,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     assert newcomer.reads("a real camera appears here"), "how to find a real one is said"
     newcomer.press("Disconnect")
     newcomer.until(lambda: newcomer.reads("Nothing is connected"))
-    assert newcomer.reads("choose a source on the left")
+    assert newcomer.reads("choose one of the sources")
     sources = window.sources.sourceList
     newcomer.until(lambda: any(source.info.uri == "sim:" for source in listed(newcomer)))
     row = next(i for i, source in enumerate(listed(newcomer)) if source.info.uri == "sim:")

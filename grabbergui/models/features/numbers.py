@@ -161,6 +161,13 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
     return _fraction(bare)
 
 
+def units_to_type(unit: str) -> tuple[str, ...]:
+    """Return the units with which a number in `unit` can be typed, as display text, the largest first."""
+    family = next((powers for powers in _POWERS if unit in powers), {unit: 0} if unit else {})
+    spelt = {power: unit_text(name) for name, power in reversed(family.items())}  # the usual is first
+    return tuple(spelt[power] for power in sorted(spelt, reverse=True))
+
+
 def typed_unit(text: str, unit: str) -> str:
     """Return the unit at the end of a typed text if it belongs to the family of `unit`; else nothing."""
     family = next((powers for powers in _POWERS if unit in powers), {})

@@ -361,7 +361,7 @@ class StatusController(QObject):
         if source is None:
             return (
                 self.tr("Nothing is connected."),
-                self.tr("Choose a source on the left, or type its address; sim: is the simulated camera."),
+                self.tr("Choose one of the sources (F8), or type its address; sim: is the simulated camera."),
                 None,
             )
         if condition is Condition.CONNECTING:

@@ -21,6 +21,7 @@ from grabbergui.models.features.numbers import (
     shown_unit,
     stepped,
     typed_unit,
+    units_to_type,
     without_shown_unit,
 )
 from grabbergui.models.features.shown import limit_text
@@ -212,7 +213,9 @@ class NumberField(QAbstractSpinBox):
             typed = self._typed_number(feature)
             number = nearest_allowed(feature, typed)
         except (ValueError, OverflowError):
-            show_hint(self, self.tr("“{0}” is not a number").format(self._line.text()))
+            units = ", ".join(units_to_type(feature.unit))
+            hint = self.tr("“{0}” is not a number in {1}") if units else self.tr("“{0}” is not a number")
+            show_hint(self, hint.format(self._line.text(), units))
             self._stop_typing()
         else:
             self._typing = False
