@@ -109,7 +109,7 @@ class CameraGroup:
     def frames(
         self, count: int | None = None, *, timeout: float | None = None
     ) -> Iterator[tuple[Frame, ...]]:
-        """Iterate over tuples of the n-th frame of each camera. All streams start before the first is awaited.
+        """Iterate over tuples of the n-th frame of each camera. All streams start before a frame is awaited.
 
         A frame that one camera loses shifts its later ones; their `frame_id` and `timestamp_ns` tell.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import atexit
 import contextlib
+import functools
 import itertools
 import os
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
@@ -73,10 +74,10 @@ class Frames:
         So a program can start several cameras before their trigger, or wait for the next pulse once more.
         """
         queue = self._queue = self._grabber.open_queue(self._depth)
-        times = itertools.repeat(None) if self._count is None else itertools.repeat(None, self._count)
+        count = () if self._count is None else (self._count,)
         try:
             with self._use():
-                yield map(lambda _: self._get(queue, self._timeout), times)
+                yield map(functools.partial(self._get, queue), itertools.repeat(self._timeout, *count))
         finally:
             self._queue, self._dropped = None, queue.dropped
             queue.close()
