@@ -22,6 +22,8 @@ def main() -> int:
     # The matrices here are small, and OpenBLAS's threads spin while they wait for each other: they would take
     # three times as long. A program that imports the package keeps the threads that it has.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # OpenCV's messages about a damaged image would precede ours on stderr.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "FATAL")
     if sys.argv[1:2] == ["--complete"]:  # a shell asks while somebody types: without the commands' imports
         from grabbergui.setup.completion import main as complete
 

@@ -65,8 +65,8 @@ def require_display() -> None:
     places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
         raise SourceUnavailableError(
-            "there is no display for a window; `grabbergui gui --offscreen` does without one, "
-            "and so do the other commands (`grabbergui --help`)"
+            "there is no display for a window; leave out --window, add --headless to `servo`, or --offscreen "
+            "to `gui`"
         )
 
 

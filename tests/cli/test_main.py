@@ -6,9 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
-from grabbergui.cli import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED, machine, main
+from grabbergui.cli import EXIT_FAILURE, EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED, machine, main
 from patience import PROGRAM
 
 PROGRAM_LINE = [sys.executable, "-m", "grabbergui"]
@@ -143,6 +145,26 @@ def test_a_search_holds_nothing_that_a_signal_must_wait_for(number, monkeypatch,
     assert main(["list"]) == 0
     assert seen == [signal.SIG_DFL]
     assert signal.getsignal(number) is before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="always has a display")
+@pytest.mark.parametrize(
+    ("command", "advice"), [("servo", "--headless"), ("calibrate sim: --window", "leave out --window")]
+)
+def test_a_window_without_a_display_names_the_option_to_do_without(command, advice):
+    places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    env = {name: value for name, value in os.environ.items() if name not in places}
+    failed = run(*command.split(), env=env)
+    assert failed.returncode == EXIT_FAILURE
+    assert len(failed.stderr.splitlines()) == 1 and advice in failed.stderr
+
+
+def test_a_damaged_image_is_reported_in_one_line(tmp_path):
+    _, content = cv2.imencode(".tiff", np.random.default_rng(1).integers(0, 255, (40, 60), np.uint8))
+    (tmp_path / "0.tiff").write_bytes(content.tobytes()[:1000])
+    failed = run("grab", f"file:{tmp_path}")
+    assert failed.returncode == EXIT_FAILURE
+    assert len(failed.stderr.splitlines()) == 1 and "cut short" in failed.stderr
 
 
 # -- output ----------------------------------------------------------------------------------------
