@@ -345,6 +345,20 @@ def test_what_is_drawn_is_clipped_to_the_image(app):
     assert region == Region(region.x, region.y, 1224 - region.x, 1024 - region.y)
 
 
+@pytest.mark.parametrize(
+    "stroke", [((-200, -90), (-150, 700)), ((300, 200), (300, 700)), ((1500, 9), (2000, 900))]
+)
+def test_a_stroke_beside_the_image_is_no_region(app, stroke):
+    """The camera would be set to its smallest region at the edge."""
+    drawn, ended = [], []
+    drawing = app.window.image.drawing
+    drawing.regionDrawn.connect(lambda purpose, region: drawn.append(region))
+    drawing.ended.connect(lambda: ended.append(True))
+    drawing.begin(Purpose.SENSOR_REGION)
+    drag(app, *stroke)
+    assert (drawn, ended) == ([], [True])
+
+
 def test_single_pixels_show_their_values_once_they_are_large_enough(app):
     canvas = app.window.image.canvas
     app.watch()

@@ -375,6 +375,8 @@ class DrawingTool(QObject):
             self.lineDrawn.emit(purpose, Line(int(start.x()), int(start.y()), int(end.x()), int(end.y())))
             return
         box = QRectF(start, end).normalized()
+        if box.isEmpty():  # a straight stroke, or one beside the image
+            return
         # Every pixel that the box touches.
         left, top = math.floor(box.left()), math.floor(box.top())
         right, bottom = math.ceil(box.right()), math.ceil(box.bottom())
