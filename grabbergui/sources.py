@@ -24,6 +24,7 @@ from grabbergui.core.uri import (
     SourceUri,
     U3vOptions,
     YarpOptions,
+    read_options,
 )
 
 if TYPE_CHECKING:
@@ -120,8 +121,10 @@ def schemes() -> list[str]:
 
 
 def parse(uri: str) -> SourceUri:
-    """Parse a URI of a known kind. Raises UsageError."""
-    return _known(SourceUri.parse(uri))
+    """Parse a URI of a known kind with options that it has. Raises UsageError."""
+    parsed = _known(SourceUri.parse(uri))
+    read_options(SourceKind(parsed.scheme).options, parsed)
+    return parsed
 
 
 def create(uri: str | SourceUri) -> FrameGrabber:

@@ -111,7 +111,13 @@ def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(list
 
 
 @pytest.mark.parametrize(
-    ("typed", "says"), [("192.168.0.10", "did you mean gige:192.168.0.10"), ("foo:bar", "of no known kind")]
+    ("typed", "says"),
+    [
+        ("192.168.0.10", "did you mean gige:192.168.0.10"),
+        ("foo:bar", "of no known kind"),
+        ("sim:?pixelformat=Mono8", "did you mean pixel_format"),
+        ("v4l2:?fps=3", "sources have no options"),
+    ],
 )
 def test_a_malformed_address_is_refused(listing, typed, says):
     model = listing(Network())
