@@ -15,6 +15,7 @@ from grabbergui.cli import count, part, servo, servo_robots, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.opening import opened
 from grabbergui.cli.process import stop_on_signals
+from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 
 if TYPE_CHECKING:
@@ -107,10 +108,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         raise UsageError("calibrate which camera? Name a SOURCE, or --print FILE to print the board only")
     if options.window or options.screenshot:
         return _calibrate_in_window(options)
-    if not options.out.parent.is_dir():
-        raise UsageError(f"there is no folder {options.out.parent} for the calibration")
-    if not os.access(options.out if options.out.exists() else options.out.parent, os.W_OK):
-        raise UsageError(f"the calibration could not be written to {options.out}; choose another --out")
+    _check_writable(options.out)
     collector = Collector(board, options.views, still=True)
     _collect(collector, options)
     result = collector.solve(options.name)
@@ -123,6 +121,13 @@ def _calibrate(options: argparse.Namespace) -> int:
     camera_info.save(result.calibration, options.out)
     print(f"saved as {options.out}")
     return 0
+
+
+def _check_writable(path: Path) -> None:
+    """Raise UsageError if the result could not be written, before minutes are spent on it."""
+    check_folder_of(path)
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise UsageError(f"{path} could not be written; choose another --out")
 
 
 def _calibrate_in_window(options: argparse.Namespace) -> int:
@@ -232,9 +237,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
     from grabbergui.servo.hand_eye_stand import TargetWatch
 
     options.headless = not options.window
-    folder = options.out.resolve().parent
-    if not folder.is_dir() or not os.access(options.out if options.out.exists() else folder, os.W_OK):
-        raise UsageError(f"the result could not be written to {options.out}; choose another --out")
+    _check_writable(options.out)
     config = servo.configuration(options)
     with ExitStack() as stack, stop_on_signals() as stop:
         scene = servo_robots.assemble(options, config, stack)

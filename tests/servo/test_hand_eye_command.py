@@ -142,7 +142,7 @@ def test_without_tf_s_messages_it_says_what_to_do(monkeypatch):
 
 def test_a_result_that_could_not_be_written_is_refused_before_anything_moves(tmp_path, capsys):
     assert main(["hand-eye", "--out", str(tmp_path / "missing" / "robot.yaml")]) == 2
-    assert "choose another --out" in capsys.readouterr().err
+    assert "create it first" in capsys.readouterr().err
 
 
 def test_a_result_that_cannot_be_saved_has_been_printed(tmp_path, monkeypatch, capsys):
