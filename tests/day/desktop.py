@@ -128,7 +128,7 @@ class Camera:
     @property
     def streams(self) -> bool:
         """Whether it sends frames to somebody: GigE Vision's stream channel has a port."""
-        return bool(self.register(gev.SCP) & 0xFFFF)
+        return bool(self.register(gev.CHANNELS[0].scp) & 0xFFFF)
 
 
 class Operator:

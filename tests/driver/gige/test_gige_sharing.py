@@ -99,7 +99,7 @@ def test_the_camera_holds_the_pause_and_keeps_it(simulate: Callable[..., GigeCam
             assert isinstance(grabber.feature("GevSCPD").value, int)
             grabber.start()
             assert frames.get(PATIENCE).complete
-            assert camera.control.memory.integer(gev.SCPD) == ticks
+            assert camera.control.memory.integer(gev.CHANNELS[0].scpd) == ticks
             assert grabber.feature("GevSCPD").value == ticks, "GenApi's cache does not hide it"
             grabber.close()
 

@@ -9,7 +9,12 @@ from functools import partial
 from importlib import resources
 
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Capability, GvcpConfiguration, StreamChannel
+from grabbergui.driver.gige.bootstrap import (
+    Capability,
+    GvcpConfiguration,
+    MessageCapability,
+    StreamChannel,
+)
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport, zipped
@@ -43,14 +48,16 @@ _CAPABILITY = (
 )
 _STREAM_CAPABILITY = 0x80000000 | 0x40000000
 "The camera reports its source port and supports 16-bit block ids."
-EXTENDED_IDS = 0x40000000
-"In the GVSP configuration."
+_REGISTERS: list[Register] = []
+"Every register of a number; `_register` adds it."
 
 
 def _register(
     name: str, address: int, default: int = 0, *, writable: bool = False, high: int = 0xFFFFFFFF
 ) -> Register:
-    return Register(name, address, Kind.UINT32, 4, default, writable, 0, high)
+    register = Register(name, address, Kind.UINT32, 4, default, writable, 0, high)
+    _REGISTERS.append(register)
+    return register
 
 
 def _field(name: str, field: bootstrap.Field, text: str = "", *, writable: bool = False) -> Register:
@@ -115,68 +122,31 @@ class ChannelRegisters:
             _register(f"SCSP{index}", at.source_port),
         )
 
-    def all(self) -> tuple[Register, ...]:
-        """Return them in the order of their addresses."""
-        return self.scp, self.scps, self.scpd, self.scda, self.scsp
-
 
 CHANNELS = tuple(map(ChannelRegisters.of, range(2)))
 "Each that is open gets every frame."
+for _index in range(len(CHANNELS)):
+    _register(f"SCC{_index}", 0x0D20 + 0x40 * _index)
+    _register(f"SCCFG{_index}", 0x0D24 + 0x40 * _index, writable=True, high=0)
 STREAM_CHANNELS = _register("stream channels", _R.STREAM_CHANNELS, len(CHANNELS))
-SCP, SCPS, SCPD, SCDA, SCSP = CHANNELS[0].all()
 ACTION_GROUP_KEY = _register("action group key", 0x9800, writable=True)
 ACTION_GROUP_MASK = _register("action group mask", 0x9804, writable=True)
 
-_REGISTERS = (
-    _register("version", _R.VERSION, 0x00020000),
-    _register("device mode", _R.DEVICE_MODE, 0x80000001),
-    MAC_HIGH,
-    MAC_LOW,
-    _register("supported IP configuration", _R.SUPPORTED_IP_CONFIGURATION, 0x7),
-    IP_CONFIGURATION,
-    CURRENT_IP,
-    SUBNET_MASK,
-    GATEWAY,
-    _register("number of network interfaces", 0x0600, 1),
-    PERSISTENT_IP,
-    PERSISTENT_MASK,
-    PERSISTENT_GATEWAY,
-    LINK_SPEED,
-    _register("message channels", _R.MESSAGE_CHANNELS, 1),
-    STREAM_CHANNELS,
-    _register("action signals", _R.ACTION_SIGNALS, 1),
-    ACTION_DEVICE_KEY,
-    _register("active links", 0x0910, 1),
-    _register("stream capability", _R.STREAM_CAPABILITY, _STREAM_CAPABILITY),
-    _register("message capability", 0x0930, 0x80000000),
-    GVCP_CAPABILITY,
-    HEARTBEAT_TIMEOUT,
-    _register("tick frequency high", _R.TICK_FREQUENCY_HIGH),
-    _register("tick frequency low", _R.TICK_FREQUENCY_LOW, TICKS_PER_SECOND),
-    TIMESTAMP_CONTROL,
-    TIMESTAMP_HIGH,
-    TIMESTAMP_LOW,
-    GVCP_CONFIGURATION,
-    IEEE1588_STATUS,
-    _register("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
-    SWITCHOVER_KEY,
-    GVSP_CONFIGURATION,
-    CCP,
-    PRIMARY_PORT,
-    PRIMARY_IP,
-    MCP,
-    MCDA,
-    MCTT,
-    MCRC,
-    MCSP,
-    *(register for channel in CHANNELS for register in channel.all()),
-    _register("SCC0", 0x0D20),
-    _register("SCCFG0", 0x0D24, writable=True, high=0),
-    _register("SCC1", 0x0D60),
-    _register("SCCFG1", 0x0D64, writable=True, high=0),
-    ACTION_GROUP_KEY,
-    ACTION_GROUP_MASK,
-)
+for _name, _address, _value in (
+    ("version", _R.VERSION, 0x00020000),
+    ("device mode", _R.DEVICE_MODE, 0x80000001),
+    ("supported IP configuration", _R.SUPPORTED_IP_CONFIGURATION, 0x7),
+    ("number of network interfaces", 0x0600, 1),
+    ("message channels", _R.MESSAGE_CHANNELS, 1),
+    ("action signals", _R.ACTION_SIGNALS, 1),
+    ("active links", 0x0910, 1),
+    ("stream capability", _R.STREAM_CAPABILITY, _STREAM_CAPABILITY),
+    ("message capability", _R.MESSAGE_CAPABILITY, int(MessageCapability.SOURCE_PORT)),
+    ("tick frequency high", _R.TICK_FREQUENCY_HIGH, 0),
+    ("tick frequency low", _R.TICK_FREQUENCY_LOW, TICKS_PER_SECOND),
+    ("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
+):
+    _register(_name, _address, _value)
 
 _FEATURES = (
     "GevStreamChannelCount",

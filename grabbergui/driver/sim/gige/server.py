@@ -262,7 +262,7 @@ class GigeCamera:
 
     def _configure_stream(self) -> None:
         memory = self.control.memory
-        extended = bool(memory.integer(gev.GVSP_CONFIGURATION) & gev.EXTENDED_IDS)
+        extended = bool(memory.integer(gev.GVSP_CONFIGURATION) & bootstrap.GvspConfiguration.EXTENDED_IDS)
         self._stream.configure(
             [
                 StreamSettings(
