@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
 import pytest
 from block_bench import HEIGHT, LAST, SIZE, STRIDE, WIDTH, Bench, block, ids, image, is_image
 from gige_transcripts import lines
@@ -134,6 +135,26 @@ def test_a_trailer_that_announces_more_than_was_sent_adds_nothing_older() -> Non
     trailer = PacketHeader(PacketFormat.TRAILER, 2, len(sent)).encode()
     done = only_block([*sent, trailer + Trailer(0x4001, HEIGHT, SIZE).encode()])
     assert done.complete and len(done.payload) == SIZE - STRIDE and not done.payload.any()
+
+
+@pytest.mark.parametrize("stride", [64, 200])
+def test_a_length_of_packets_that_shows_late_makes_no_false_image(stride: int) -> None:
+    bench = Bench(deliver_incomplete=True)
+    leader, first, *others = block(1, stride=stride)
+    for done in bench.feed([leader, *others, first]) + bench.wait(1.0):
+        assert not done.complete
+        stored = np.flatnonzero(done.payload)
+        assert (done.payload[stored] == np.frombuffer(image(1), np.uint8)[stored]).all()
+    assert bench.statistics.incomplete == 1
+    assert [is_image(done) for done in bench.feed(block(2, stride=stride))] == [True]
+
+
+def test_a_new_length_of_packets_ends_blocks_that_wait_for_old_ones() -> None:
+    bench = Bench()
+    old = block(1)
+    assert bench.feed([*old[:5], *old[6:], *block(2, stride=200)]) == []
+    assert ids(bench.feed([old[5]])) == [2]
+    assert bench.statistics.incomplete == 1
 
 
 def test_packets_of_another_kind_of_data_make_no_image() -> None:

@@ -113,6 +113,8 @@ class Block(PacketAccount):
         """Begin the block of a packet. `buffer` is None if none was free: the block is then only counted."""
         super().__init__(header.block_id, header.extended, layout.max_payload_packets + 2, now)
         self.layout = layout
+        self._stride = layout.stride
+        "That of the packets stored so far."
         self.buffer = buffer
         self.leader: Leader | None = None
         "For an incomplete block this may be the leader of the previous block."
@@ -285,6 +287,8 @@ class Block(PacketAccount):
         if packet_id == 1 and LEAST_STRIDE <= length < size and length != stride:
             log.info("packets carry %d bytes instead of %d", length, stride)
             self.layout.stride = length
+            if not self.extent:
+                self._stride = length
         elif not 0 < length <= stride:
             raise RemoteProtocolError(f"a packet with {length} bytes of payload, {stride} are a full one")
 
@@ -368,6 +372,8 @@ class Block(PacketAccount):
     # -- result ----------------------------------------------------------------------------------
     def close(self) -> None:
         """Decide whether the block is complete; no packet is stored afterwards."""
+        if self._stride != self.layout.stride:  # packets are in wrong places
+            self.refused = True
         foreign = bool(self._pieces) and self.leader is not None and self.leader.kind not in POSITIONED
         self.complete = not foreign and (self.all_received() or self._ends_without_trailer())
 
