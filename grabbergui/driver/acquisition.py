@@ -52,6 +52,8 @@ class Acquisition:
         self.running = False
         self.wanted = False
         "Whether the stream should run; also true while it is paused or the camera is lost."
+        self.left_on = False
+        "Whether the camera refused to stop, or to unlock the layout of frames, when the stream was closed."
         self._device = device
         self._fanout = fanout
         self._deliver_incomplete = deliver_incomplete
@@ -69,6 +71,7 @@ class Acquisition:
         """Use the node map of a camera that was opened or reopened."""
         self._nodes, self._xml, self._in_control = nodes, xml, in_control
         self._chunk_reader = None
+        self.left_on = False
 
     def start(self) -> None:
         """Open the stream and, in control, start the acquisition. Raises GrabberError and stops again."""
@@ -88,21 +91,23 @@ class Acquisition:
             raise
         self._stream_locks.clear()
         self.running = self.wanted = True
+        self.left_on = False
 
     def stop(self) -> None:
-        """Stop the acquisition and close the stream, also if the camera refuses to stop."""
+        """Stop the acquisition and close the stream, also if the camera refuses to stop; then try again."""
         self.wanted = False
-        if self.running:
+        if self.running or self.left_on:
             self._halt()
 
     def _halt(self) -> None:
-        self.running = False
+        self.running, self.left_on = False, True
         try:
             if self._in_control:
                 self._attached().execute("AcquisitionStop")
         finally:
             self._device.close_stream()
-            self.lock_transport(locked=False)
+            unlocked = not self._in_control or self.lock_transport(locked=False)
+        self.left_on = not unlocked
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -129,16 +134,18 @@ class Acquisition:
             )
         return self._stream_locks[name]
 
-    def lock_transport(self, *, locked: bool) -> None:
-        """Forbid or allow changes of the size and layout of frames (TLParamsLocked)."""
+    def lock_transport(self, *, locked: bool) -> bool:
+        """Forbid or allow changes of the layout of frames (TLParamsLocked); return False if refused."""
         nodes = self._attached()
         if not nodes.has_node(TRANSPORT_LOCK):
-            return
+            return True
         try:
             if nodes.feature(TRANSPORT_LOCK).access.writable:
                 nodes.write(TRANSPORT_LOCK, int(locked))
         except GrabberError as error:
             log.info("%s=%d: %s", TRANSPORT_LOCK, locked, error)
+            return False
+        return True
 
     def _attached(self) -> CameraNodeMap:
         assert self._nodes is not None

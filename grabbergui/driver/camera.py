@@ -222,6 +222,8 @@ class Camera(FrameGrabber):
                 )
             if name == acquisition.TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
+            if self._acquisition.left_on and self._acquisition.pauses_for(name):
+                self._acquisition.stop()  # otherwise it is locked until the next stream ends
             restart = self._acquisition.running and self._acquisition.pauses_for(name)
             taking = None if restart else nodes.taking(name, value)
             feature, value = taking or _validated(nodes.feature(name), value)

@@ -3,7 +3,7 @@
 import re
 import threading
 import time
-from contextlib import closing
+from contextlib import closing, nullcontext
 
 import pytest
 
@@ -189,6 +189,31 @@ def test_a_camera_that_refuses_to_stop_for_a_write_streams_on(camera, monkeypatc
     assert camera.streaming
     queue.clear()
     assert queue.get(PATIENCE).width == 64
+
+
+@pytest.mark.parametrize("refused", ["AcquisitionStop", "TLParamsLocked"])
+def test_a_camera_that_refused_to_stop_is_stopped_later(camera, monkeypatch, refused):
+    camera.start()
+    nodes = camera._opened()
+    execute, write = nodes.execute, nodes.write
+    refusals = [FeatureError(f"{refused}: the camera answered: busy", refused)]
+
+    def refuse_once(act):
+        def acting(name, *value):
+            if name == refused and refusals:
+                raise refusals.pop()
+            act(name, *value)
+
+        return acting
+
+    monkeypatch.setattr(nodes, "execute", refuse_once(execute))
+    monkeypatch.setattr(nodes, "write", refuse_once(write))
+    with pytest.raises(FeatureError) if refused == "AcquisitionStop" else nullcontext():
+        camera.stop()
+    assert not camera.streaming and not refusals
+
+    assert camera.write_feature("PixelFormat", "Mono16").value == "Mono16"
+    assert not camera.streaming and camera.feature("TLParamsLocked").value == 0
 
 
 def test_a_value_under_its_automatic_mode_is_reported(camera):
