@@ -175,6 +175,15 @@ def check_payload_size(size: int) -> None:
         raise TransportError(f"the camera announces frames of {size} bytes; check PayloadSize")
 
 
+FARTHEST_BLOCK = 10_000
+"Steps between the ids of two blocks; after a larger gap the camera counts anew."
+
+
+def lost_between(steps: int) -> int:
+    """Return how many blocks were lost between two whose ids are `steps` apart."""
+    return steps - 1 if 1 < steps <= FARTHEST_BLOCK else 0
+
+
 def deliver_or_log(deliver: Callable[[Frame], None], frame: Frame) -> None:
     """Deliver a frame; log the failure of a consumer, which must not end the stream."""
     try:

@@ -19,6 +19,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.driver.device import lost_between
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
 from grabbergui.driver.u3v.gencp import Event, decode_events
@@ -174,8 +175,6 @@ class Watcher:
 # -- the stream ----------------------------------------------------------------------------------
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
-MOST_LOST = 10_000
-"Blocks that a gap in the ids may stand for; beyond it the camera counts anew."
 STREAM_WAIT = 0.1
 "Seconds after which the receiving thread checks whether it should end."
 
@@ -288,8 +287,8 @@ class StreamReceiver:
         statistics = self._statistics
         assert block.leader is not None and block.trailer is not None
         block_id = block.leader.block_id
-        if self._last_id is not None and 1 < block_id - self._last_id <= MOST_LOST:
-            statistics.lost += block_id - self._last_id - 1
+        if self._last_id is not None:
+            statistics.lost += lost_between(block_id - self._last_id)
         self._last_id = block_id
         if block.dropped:
             statistics.underruns += 1

@@ -197,6 +197,15 @@ def test_a_large_jump_ahead_is_a_new_stream_and_a_smaller_one_a_loss() -> None:
         assert bench.statistics.lost == lost
 
 
+def test_open_blocks_with_ids_far_apart_are_no_losses() -> None:
+    bench = Bench(max_blocks=2)
+    for block_id in (1, 1 << 30, 1 << 40, 1 << 50):
+        bench.feed(block(block_id, extended=True)[:3])
+    bench.wait(2.0)
+    assert bench.statistics.incomplete == 4
+    assert bench.statistics.lost == 0
+
+
 def test_no_more_blocks_than_allowed_wait_for_their_packets() -> None:
     bench = Bench(max_blocks=2)
     bench.feed([*block(1)[:4], *block(2)[:4]])

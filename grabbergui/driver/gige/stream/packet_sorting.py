@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.driver.device import FARTHEST_BLOCK, lost_between
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import EXTENDED_BIT, FLAG_RESEND, PacketFormat, PacketHeader
 
@@ -150,7 +151,7 @@ def run_ends(ids: NDArray[np.intp]) -> NDArray[np.intp]:
 
 # -- packets for which no block is open ----------------------------------------------------------
 RESTART_DISTANCE = 100
-"A block id that jumps back so far, or a hundred times as far ahead, belongs to a new stream."
+"A block id that jumps back so far, or beyond `FARTHEST_BLOCK` ahead, belongs to a new stream."
 REMEMBERED = 64
 "Finished blocks whose late packets are still recognised."
 
@@ -180,7 +181,7 @@ class BlockHistory:
         if self._last is None:
             return Meaning.NEXT
         steps = distance(self._last, header.block_id, header.extended)
-        if steps <= -RESTART_DISTANCE or steps > 100 * RESTART_DISTANCE or self._restarted(header, steps):
+        if steps <= -RESTART_DISTANCE or steps > FARTHEST_BLOCK or self._restarted(header, steps):
             return Meaning.RESTART
         return Meaning.NEXT if steps > 0 else Meaning.STALE
 
@@ -204,7 +205,7 @@ class BlockHistory:
         self._recent[block_id] = received
         while len(self._recent) > REMEMBERED:
             self._recent.popitem(last=False)
-        return max(steps - 1, 0)
+        return lost_between(steps)
 
     def clear(self) -> None:
         """Forget all: a new stream begins."""
