@@ -65,11 +65,14 @@ class ImagePublisher:
             from rclpy.qos_overriding_options import QoSOverridingOptions
 
             def on_incompatible(event: Any) -> None:
+                policy = qos_policy_name_from_kind(event.last_policy_kind)
                 log.warning(
-                    "%s: a subscriber asks for more than is offered (%s) and gets nothing; offer it with "
-                    "--qos reliable or qos_overrides",
+                    "%s: a subscriber asks for more than is offered (%s) and gets nothing; %s",
                     node.resolve_topic_name(topic),
-                    qos_policy_name_from_kind(event.last_policy_kind),
+                    policy,
+                    "offer it with --qos reliable or qos_overrides"
+                    if policy == "RELIABILITY"
+                    else "images are volatile, without deadline or liveliness: let it subscribe so",
                 )
 
             create = functools.partial(

@@ -83,6 +83,17 @@ def test_an_incompatible_qos_request_is_logged(serve, probe, caplog):
     until(lambda: [record for record in caplog.records if "with --qos reliable" in record.message])
 
 
+def test_a_subscriber_to_kept_messages_is_not_sent_to_an_option_that_does_not_help(serve, probe, caplog):
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    serve("/cam")
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    probe.subscribe(Image, "/cam/image", kept)
+
+    until(lambda: [record for record in caplog.records if "images are volatile" in record.message])
+    assert not any("--qos" in record.message for record in caplog.records)
+
+
 def test_compressed_images_can_be_read(server, probe):
     import cv2
 
