@@ -19,6 +19,7 @@ from grabbergui.core.errors import (
     GrabberError,
     ProtocolError,
     RemoteProtocolError,
+    ResourceExhaustedError,
     TransportError,
 )
 from grabbergui.core.priority import costly_work
@@ -194,8 +195,12 @@ class Input:
         self._thread = threading.Thread(target=self._run, name=f"yarp {owner.name} input", daemon=True)
 
     def start(self) -> None:
-        """Start to read."""
-        self._thread.start()
+        """Start to read. Raises ResourceExhaustedError if there is no thread left."""
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            sockets.shut_down(self._sock)
+            raise ResourceExhaustedError(sockets.NO_MORE_THREADS) from error
 
     def abort(self) -> None:
         """Shut the connection down. Any thread; may be called twice; does not wait."""

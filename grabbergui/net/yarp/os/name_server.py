@@ -224,6 +224,7 @@ class NameServer(Port):
     """Serves names until closed. Any thread."""
 
     sends = False
+    limit = 1 << 16
     obeys_environment = False
 
     def __init__(
@@ -235,7 +236,7 @@ class NameServer(Port):
         allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
         """Listen at `host`, 0.0.0.0 for all addresses of this machine. Port 0 means any free one."""
-        super().__init__(namespace, bind=host, port=port, limit=1 << 16, allowed=allowed)
+        super().__init__(namespace, bind=host, port=port, allowed=allowed)
         self.key = authentication_key()
         self.commands = _Commands(self)
         self._database_lock = threading.Lock()

@@ -10,39 +10,35 @@ from __future__ import annotations
 import logging
 import socket
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,
-    ResourceExhaustedError,
     SourceNotFoundError,
     TransportError,
 )
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
-from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name, literal_address
+from grabbergui.net.yarp.os.framing import new_memory
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
-from grabbergui.net.yarp.os.link import Link, report_end, tell_all
+from grabbergui.net.yarp.os.link import Link, Listener, report_end, tell_all
 from grabbergui.net.yarp.os.name_client import (
     Contact,
     NameClient,
-    Registration,
     port_name,
     port_number,
     registered_address,
 )
-from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
-from grabbergui.net.yarp.os.registry import Listener, Registry, StrangerLog
-from grabbergui.net.yarp.os.values import Item
-
-if TYPE_CHECKING:
-    from grabbergui.core.frame import BufferPool
+from grabbergui.net.yarp.os.outputs import Output, connect
+from grabbergui.net.yarp.os.registry import Registration, Registry, StrangerLog
+from grabbergui.net.yarp.os.values import Item, Vocab
 
 log = logging.getLogger(__name__)
 
@@ -55,8 +51,8 @@ END_SECONDS: Final = 5.0
 REPORT_SECONDS: Final = 1.0
 """Longest wait for udp readers when a port closes; one that hangs must not hold up the end of a program."""
 
-_POOLED: Final = 1 << 16
-"""Size in bytes from which the memory of bodies is reused."""
+Handler = Callable[[Request], Reply]
+"""Answers a request, on the thread of its connection."""
 
 
 class Port:
@@ -64,6 +60,8 @@ class Port:
 
     sends = True
     "Whether readers may be connected to it."
+    limit = 16 << 20
+    "Size of the longest message accepted, in bytes."
     obeys_environment = True
     "Whether YARP's environment variables change its name and TCP port."
 
@@ -72,12 +70,14 @@ class Port:
         name: str,
         names: NameClient | None = None,
         *,
+        handler: Handler | None = None,
         bind: str = "",
         port: int = 0,
-        limit: int = wire.MESSAGE_LIMIT,
         allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
         """Make a port; `open` starts it. YARP's environment variables may change `name` and `port`.
+
+        `handler` answers requests, several at once; without it they get no reply.
 
         Without `names` it is reached as `tcp://HOST:PORT/` only. `bind` is the address to listen at; by
         default the one from which the name server is reached, or loopback without a name server. Peers that
@@ -86,7 +86,6 @@ class Port:
         if self.obeys_environment:
             name, port = port_name(name), port_number(name) or port
         self.name = check_port_name(name)
-        self.limit = limit
         self.properties: dict[str, Item] = {}
         self.contact = Contact(self.name, "", 0)
         "Address on which the port listens, once open."
@@ -94,13 +93,13 @@ class Port:
         self.commands = PortCommands(self, images=self.sends)
         "Answers administrative requests."
         self._names = names
+        self._handler = handler
         self._allowed = allowed
         self._strangers = StrangerLog(self.name)
         self._address = (bind, port)
         self._registry = Registry(self._strangers)
         self._listener = Listener(self.name, self._welcome, self._registry.free_resources)
         self._registration: Registration | None = None
-        self._pool: BufferPool | None = None
 
     # -- life ------------------------------------------------------------------------------------
     def open(self) -> None:
@@ -178,12 +177,6 @@ class Port:
             sock.close()
             return
         self._registry.add(connection)
-        try:
-            connection.start()
-        except RuntimeError as error:
-            self._registry.shut_down(connection)
-            sock.close()
-            raise ResourceExhaustedError(sockets.NO_MORE_THREADS) from error
 
     # -- connections -----------------------------------------------------------------------------
     @property
@@ -199,16 +192,6 @@ class Port:
     def connections(self) -> int:
         """Number of connected readers; without any, no message needs to be prepared."""
         return len(self._registry.outputs)
-
-    @property
-    def sources(self) -> list[str]:
-        """Names of the connected sources."""
-        return list(self.carriers(outgoing=False))
-
-    @property
-    def dropped(self) -> int:
-        """Messages for which connected readers were too slow, in total."""
-        return sum(output.dropped for output in self._registry.outputs)
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
         """Return the carrier of each connection, by the name at its other end."""
@@ -251,17 +234,16 @@ class Port:
             raise TransportError(f"{address[0]} is not among the allowed addresses ({self._allowed})")
         self.remove_output(target.name)
         link = connect(self.name, target.sender(self.name), target.name, address, carrier, self.key)
-        self._start(
-            Output(
-                self.name,
-                target.name,
-                carrier,
-                link,
-                carrier_text=target.carrier,
-                listens_at=address,
-                on_close=self._registry.remove,
-            )
+        output = Output(
+            self.name,
+            target.name,
+            carrier,
+            link,
+            carrier_text=target.carrier,
+            listens_at=address,
+            on_close=self._registry.remove,
         )
+        self._registry.add(output)
 
     def _pull(self, target: Target) -> None:
         raise TransportError(
@@ -286,40 +268,6 @@ class Port:
 
     def _inputs_from(self, sender: str) -> list[Input]:
         return [connection for connection in self._registry.inputs if connection.peer == sender]
-
-    def asked_for(self, modifier: str) -> frozenset[str]:
-        """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
-        return frozenset(output.modifiers.get(modifier, "") for output in self._registry.outputs)
-
-    def send(
-        self, parts: Sequence[Buffer], envelope: str = "", *, only: tuple[str, str] | None = None
-    ) -> None:
-        """Pass a message to every reader, or `only` to those that give a modifier this value.
-
-        Never waits, and holds `parts` until all readers have it.
-        """
-        outputs = self._registry.outputs
-        if only is not None:
-            modifier, value = only
-            outputs = [output for output in outputs if output.modifiers.get(modifier, "") == value]
-        if outputs:
-            message = Outgoing(parts, envelope)
-            for output in outputs:
-                output.put(message)
-
-    def wait_sent(self, timeout: float) -> bool:
-        """Wait until no message waits for a reader; return whether that was so within `timeout` seconds."""
-        deadline = time.monotonic() + timeout
-        return all(output.wait_taken(deadline - time.monotonic()) for output in self._registry.outputs)
-
-    def _start(self, output: Output, replaces: Input | None = None) -> None:
-        try:
-            self._registry.add(output, replaces=replaces)
-            output.start()
-        except GrabberError:
-            output.abort()
-            self._registry.remove(output)
-            raise
 
     def _close_outputs(self) -> None:
         """Close all at once. Waits for udp readers that hang, REPORT_SECONDS at most."""
@@ -361,22 +309,18 @@ class Port:
         self._strangers.warn(text)
 
     def allocate(self, size: int) -> memoryview:
-        """Return memory for a body; that of images is reused."""
-        if size < _POOLED:
-            return memoryview(bytearray(size))
-        import numpy as np  # a name server receives no images
-
-        from grabbergui.core.frame import BufferPool
-
-        pool = self._pool
-        if pool is None or pool.size != size:
-            pool = self._pool = BufferPool(size, limit=8)
-        buffer = pool.take()
-        return memoryview((np.empty(size, np.uint8) if buffer is None else buffer).data)
+        """Return memory for a body."""
+        return new_memory(size)
 
     def deliver(self, request: Request) -> Reply:
-        """Pass a message to the port's user and return the reply; this port has no user."""
-        return None
+        """Answer where there is a handler; its refusal is a reply as well."""
+        if self._handler is None:
+            return None
+        try:
+            return self._handler(request)
+        except GrabberError as error:
+            log.info("%s: request of %s refused: %s", self.name, request.info.peer, error)
+            return Bottle([Vocab("fail"), str(error)])
 
     def attach(
         self,
@@ -399,5 +343,5 @@ class Port:
             output.active = replaces.active
         if on_made is not None:
             on_made(output)
-        self._start(output, replaces)
+        self._registry.add(output, replaces=replaces)
         return output

@@ -11,8 +11,11 @@ from contextlib import ExitStack, suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 
+import numpy as np
+
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.core.frame import BufferPool
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
@@ -21,34 +24,29 @@ from grabbergui.net.yarp.os.carrier import Header, Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet, tell_all
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.port import NO_OUTPUT, Port
+from grabbergui.net.yarp.os.outputs import Outgoing
+from grabbergui.net.yarp.os.port import NO_OUTPUT, Handler, Port
 from grabbergui.net.yarp.os.values import Vocab
 
 log = logging.getLogger(__name__)
 
-Handler = Callable[[Request], Reply]
-RPC_LIMIT = 16 << 20
-"""Size of a request in bytes."""
+_POOLED = 1 << 16
+"""Size in bytes from which the memory of messages is reused."""
 PARTING_SECONDS = 0.3
 """Seconds that a port waits at its end for its sources to disconnect; one that hangs must not hold it up."""
 
 
 class OutputPort(Port):
-    """Sends a stream to any number of readers."""
+    """Sends a stream to any number of readers; may answer requests, too, as a frame grabber's image port."""
 
-    def __init__(
-        self,
-        name: str,
-        names: NameClient | None = None,
-        *,
-        handler: Handler | None = None,
-        bind: str = "",
-        port: int = 0,
-        allowed: AllowedAddresses = EVERYBODY,
-    ) -> None:
-        """With a `handler` it also answers requests, as a frame grabber's image port does."""
-        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT, allowed=allowed)
-        self._handler = handler
+    @property
+    def dropped(self) -> int:
+        """Messages for which connected readers were too slow, in total."""
+        return sum(output.dropped for output in self._registry.outputs)
+
+    def asked_for(self, modifier: str) -> frozenset[str]:
+        """Return the values that readers' carriers give to a modifier; an empty one of those without it."""
+        return frozenset(output.modifiers.get(modifier, "") for output in self._registry.outputs)
 
     def write(
         self,
@@ -63,19 +61,27 @@ class OutputPort(Port):
         `only` is a modifier and its value: readers whose carrier gives it another one get nothing.
         Never waits. A reader that is still busy gets the newest message when it is ready.
         """
-        self.send([header, payload] if len(payload) else [header], envelope, only=only)
+        outputs = self._registry.outputs
+        if only is not None:
+            modifier, value = only
+            outputs = [output for output in outputs if output.modifiers.get(modifier, "") == value]
+        if outputs:
+            message = Outgoing([header, payload] if len(payload) else [header], envelope)
+            for output in outputs:
+                output.put(message)
 
     def write_bottle(self, bottle: Bottle, envelope: str = "") -> None:
         """Send a Bottle."""
-        self.send([bottle.encode()], envelope)
+        self.write(bottle.encode(), envelope=envelope)
 
-    def deliver(self, request: Request) -> Reply:
-        """Answer where there is a handler."""
-        return _handled(self.name, self._handler, request)
+    def wait_sent(self, timeout: float) -> bool:
+        """Wait until no message waits for a reader; return whether that was so within `timeout` seconds."""
+        deadline = time.monotonic() + timeout
+        return all(output.wait_taken(deadline - time.monotonic()) for output in self._registry.outputs)
 
 
 class RpcServer(Port):
-    """Answers requests: `handler` is called on the thread of each connection, so several at once."""
+    """Answers requests."""
 
     sends = False
 
@@ -89,18 +95,14 @@ class RpcServer(Port):
         port: int = 0,
         allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
-        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT, allowed=allowed)
-        self._handler = handler
-
-    def deliver(self, request: Request) -> Reply:
-        """Answer."""
-        return _handled(self.name, self._handler, request)
+        super().__init__(name, names, handler=handler, bind=bind, port=port, allowed=allowed)
 
 
 class InputPort(Port):
     """Receives a stream; keeps the newest messages, so a slow reader never holds up a source."""
 
     sends = False
+    limit = wire.MESSAGE_LIMIT
 
     def __init__(
         self, name: str, names: NameClient | None = None, *, depth: int = 1, bind: str = "", port: int = 0
@@ -115,6 +117,12 @@ class InputPort(Port):
         self._putting = threading.Lock()
         self._pulling = threading.Lock()
         self._pulled: dict[str, _Puller] = {}
+        self._pool: BufferPool | None = None
+
+    @property
+    def sources(self) -> list[str]:
+        """Names of the connected sources."""
+        return list(self.carriers(outgoing=False))
 
     def read(self, timeout: float) -> tuple[memoryview, str]:
         """Return the oldest message kept and its envelope's text. Raises FrameTimeoutError."""
@@ -161,6 +169,16 @@ class InputPort(Port):
             administer(self.locate(source), Bottle([Vocab("del"), self.name]), self.key)
         except GrabberError as error:
             log.debug("%s: %s", self.name, error)
+
+    def allocate(self, size: int) -> memoryview:
+        """Return memory for a body; that of images is reused."""
+        if size < _POOLED:
+            return super().allocate(size)
+        pool = self._pool
+        if pool is None or pool.size != size:
+            pool = self._pool = BufferPool(size, limit=8)
+        buffer = pool.take()
+        return memoryview((np.empty(size, np.uint8) if buffer is None else buffer).data)
 
     def deliver(self, request: Request) -> Reply:
         """Keep the message for `read`."""
@@ -288,13 +306,3 @@ def open_all(ports: Iterable[Port]) -> None:
             opened.callback(port.close)
             port.open()
         opened.pop_all()
-
-
-def _handled(name: str, handler: Handler | None, request: Request) -> Reply:
-    if handler is None:
-        return None
-    try:
-        return handler(request)
-    except GrabberError as error:
-        log.info("%s: request of %s refused: %s", name, request.info.peer, error)
-        return Bottle([Vocab("fail"), str(error)])

@@ -1,19 +1,20 @@
-"""Accepts connections of a port, lists them, and limits what strangers may use: connections and log lines."""
+"""What is registered for a port: connections, whose number is limited, and its name at the name server."""
 
 from __future__ import annotations
 
 import logging
-import selectors
-import socket
+import os
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from grabbergui.core.errors import ResourceExhaustedError, TransportError
-from grabbergui.net.yarp.os import sockets
+from grabbergui.core.errors import GrabberError, SourceNotFoundError, TransportError
+from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.inputs import Input
+from grabbergui.net.yarp.os.link import describes_itself
+from grabbergui.net.yarp.os.name_client import Contact, NameClient
 from grabbergui.net.yarp.os.outputs import Output
 
 log = logging.getLogger(__name__)
@@ -118,21 +119,27 @@ class Registry:
             return self.inputs
 
     def add(self, connection: Connection, *, replaces: Input | None = None) -> None:
-        """Add a connection that is not started yet, and close another if it is one too many.
+        """Add a connection and start it; close another if it is one too many.
 
         A connection that `replaces` another, because a reader reversed it, takes its place. Raises
-        TransportError if the other connection or the port was closed.
+        TransportError if the other connection or the port was closed, ResourceExhaustedError if there is no
+        thread left; the connection is closed then.
         """
-        with self._lock:
-            if self._closed:
-                raise TransportError("the port was closed")
-            if replaces is None:
-                self._make_room(connection.address)
-            elif replaces not in self.connections:
-                raise TransportError("the connection was closed for a newer one")
-            else:
-                self.remove(replaces)
-            self.connections = [*self.connections, connection]
+        try:
+            with self._lock:
+                if self._closed:
+                    raise TransportError("the port was closed")
+                if replaces is None:
+                    self._make_room(connection.address)
+                elif replaces not in self.connections:
+                    raise TransportError("the connection was closed for a newer one")
+                else:
+                    self.remove(replaces)
+                self.connections = [*self.connections, connection]
+            connection.start()
+        except GrabberError:
+            self.shut_down(connection)
+            raise
 
     def remove(self, connection: Connection) -> None:
         """Remove a connection, if it is there."""
@@ -163,93 +170,135 @@ class Registry:
         self._strangers.warn(f"nobody can connect: {reason}{closed}")
 
 
-# -- accepting -----------------------------------------------------------------------------------
-_PAUSE_SECONDS: Final = 0.2
-"""Pause before the next connection is accepted after descriptors or threads ran out."""
+# -- the name ------------------------------------------------------------------------------------
+KEEP_SECONDS: Final = 5.0
+"""Seconds between two checks whether the name server still knows a port."""
 
-# Neither needs a descriptor of its own, and poll has no highest one.
-_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
+HOLDER_SECONDS: Final = 1.0
+"""Longest wait for the port that has our name already: one that does not answer loses it."""
+
+LONGEST_PAUSE: Final = 300.0
+"""Longest pause in seconds between two registrations of a disputed name."""
 
 
-class Listener:
-    """Accepts connections until closed.
+GIVE_UP_SECONDS: Final = 2.0
+"""Longest wait for a name server when a port closes; one that hangs must not hold up the end of a program."""
 
-    `on_connection` is called with a socket and the peer's IP address, on the listener's thread. If it raises
-    ResourceExhaustedError, or there is no descriptor for a connection, `on_shortage` is called with the
-    reason, and the listener pauses.
-    """
+
+class Registration:
+    """The name of one port, from when it opens until it closes."""
 
     def __init__(
-        self,
-        name: str,
-        on_connection: Callable[[socket.socket, str], None],
-        on_shortage: Callable[[str], None],
+        self, contact: Contact, names: NameClient, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._name = name
-        self._on_connection = on_connection
-        self._on_shortage = on_shortage
+        self._contact = contact
+        self._names = names
+        self._clock = clock
         self._closing = threading.Event()
-        self._socket: socket.socket | None = None
-        self._wake: tuple[socket.socket, socket.socket] | None = None
-        self._thread: threading.Thread | None = None
+        self._given_up = 0.0
+        self._thread = threading.Thread(target=self._run, name=f"yarp {contact.name} name", daemon=True)
 
-    @property
-    def is_open(self) -> bool:
-        """Whether it listens."""
-        return self._socket is not None
+    def open(self) -> None:
+        """Register, and keep it so; if it fails, nothing is registered.
 
-    def open(self, address: tuple[str, int]) -> int:
-        """Listen, and return the port number. Connections wait until `start`. Raises TransportError."""
-        self._socket = sockets.listen(address)
-        self._socket.setblocking(False)
+        Raises SourceUnavailableError, TransportError if another port has the name and answers.
+        """
         try:
-            self._wake = socket.socketpair()
-        except OSError as error:
+            self._require_free()
+            self._register()
+        except GrabberError:
+            self.give_up()
+            self._thread.start()
             self.close()
-            raise ResourceExhaustedError.of(error) or TransportError(sockets.reason(error)) from error
-        self._closing.clear()
-        return int(self._socket.getsockname()[1])
-
-    def start(self) -> None:
-        """Accept connections from now on."""
-        self._thread = threading.Thread(target=self._accept, name=f"yarp {self._name}", daemon=True)
+            raise
         self._thread.start()
 
-    def stop(self) -> None:
-        """Stop accepting connections, but keep the address. Waits for the thread."""
-        self._closing.set()
-        if self._wake:
-            self._wake[1].send(b"x")
-        if self._thread:
-            self._thread.join(10)
+    def announce(self) -> None:
+        """Register the port as listening. Never raises."""
+        self._quietly(self._names.announce, self._contact.name)
+
+    def give_up(self) -> None:
+        """Begin to give the name up. Never waits."""
+        if not self._closing.is_set():
+            self._given_up = time.monotonic()
+            self._closing.set()
 
     def close(self) -> None:
-        """Give the address up. May be called twice."""
-        for sock in (self._socket, *(self._wake or ())):
-            if sock is not None:
-                sock.close()
-        self._socket = self._wake = self._thread = None
+        """Give the name up, unless another port has it by now. Never raises.
 
-    def _accept(self) -> None:
-        listener, wake = self._socket, self._wake
-        assert listener and wake
-        with _Selector() as selector:
-            selector.register(listener, selectors.EVENT_READ)
-            selector.register(wake[0], selectors.EVENT_READ)
-            while not self._closing.is_set():
-                selector.select()
-                try:
-                    sock, address = listener.accept()
-                except OSError as error:
-                    if failure := ResourceExhaustedError.of(error):
-                        self._pause(str(failure))
+        If the name server hangs, waits no longer than `GIVE_UP_SECONDS` after `give_up`.
+        """
+        self.give_up()
+        self._thread.join(max(0.0, self._given_up + GIVE_UP_SECONDS - time.monotonic()))
+
+    def _run(self) -> None:
+        self._keep()
+        self._quietly(self._unregister)
+
+    def _unregister(self) -> None:
+        if self._names.query(self._contact.name).address == self._contact.address:
+            self._names.unregister(self._contact.name)
+
+    def _require_free(self) -> None:
+        """Raise TransportError if another port has this name. One that is gone left it behind."""
+        try:
+            holder = self._names.query(self._contact.name)
+        except SourceNotFoundError:
+            return
+        if holder.address == self._contact.address:
+            return
+        if not describes_itself(holder.name, holder.address, self._names.key, HOLDER_SECONDS):
+            log.info("%s: taken over from %s:%d, where it does not answer", holder.name, *holder.address)
+            return
+        process = self._names.property_of(holder.name, "process")
+        raise TransportError(
+            f"{holder.name} is taken by the port at {holder.host}:{holder.port}"
+            f"{f', of process {process}' if process else ''}; end that program, or choose another name"
+        )
+
+    def _register(self) -> None:
+        contact = self._contact
+        self._names.register(contact.name, "tcp", contact.host, contact.port)
+        for key in ("offers", "accepts"):
+            self._names.set_property(contact.name, key, *wire.CARRIERS)
+        self._names.set_property(contact.name, "ips", contact.host)
+        self._names.set_property(contact.name, "process", str(os.getpid()))
+
+    def _keep(self) -> None:
+        """Register the name again when the name server forgot it or another port took it."""
+        name, unreachable = self._contact.name, False
+        pause, since = KEEP_SECONDS, self._clock()
+        while not self._closing.wait(KEEP_SECONDS):
+            try:
+                known = self._names.query(name)
+                unreachable = False
+                if self._clock() - since < pause:
                     continue
-                sock.setblocking(True)
-                try:
-                    self._on_connection(sock, address[0])
-                except ResourceExhaustedError as error:
-                    self._pause(str(error))
+                since = self._clock()
+                if known.address == self._contact.address:
+                    pause = max(KEEP_SECONDS, pause / 2)
+                    continue
+                # Back off: two ports with one name must not load the name server.
+                pause = min(2 * pause, LONGEST_PAUSE)
+                log.warning(
+                    "%s: %s:%d took this name at the name server; it is registered again, and if it is taken "
+                    "again, in %g s",
+                    *(name, *known.address, pause),
+                )
+                self._register()
+            except SourceNotFoundError:
+                if self._quietly(self._register):
+                    log.info("%s: registered again", name)
+            except GrabberError as error:
+                if not unreachable:
+                    log.warning("%s: %s", name, error)
+                unreachable = True
 
-    def _pause(self, reason: str) -> None:
-        self._on_shortage(reason)
-        self._closing.wait(_PAUSE_SECONDS)
+    def _quietly(self, action: Callable[..., object], *arguments: str) -> bool:
+        """Do something that may fail; return whether it succeeded."""
+        try:
+            action(*arguments)
+        except GrabberError as error:
+            log.debug("%s: %s", self._contact.name, error)
+            return False
+        return True
