@@ -194,6 +194,8 @@ class PanelLayout(QObject):
         docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isFloating()]
         tools = [dock for dock in docks if dock not in self._sides]
         front = next((dock for dock in tools if not dock.visibleRegion().isEmpty()), first)
+        for bar in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            bar.hide()  # Qt leaves that of an arrangement that was never painted
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
         for dock in docks:
             if dock is not first:
