@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass, field
 
+import pytest
+
 from fakes import XmlDevice
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.driver.device import lost_between
 
 
 @dataclass
@@ -47,3 +50,11 @@ def test_a_loss_is_reported_once_whoever_detects_it_first():
     device.report_lost("unplugged")
     device.report_lost("no answer")
     assert reported == ["unplugged"] and device.lost == "unplugged"
+
+
+@pytest.mark.parametrize(
+    "steps, lost",
+    [(1, 0), (2, 1), (10_000, 9_999), (10_001, 0), (1 << 63, 0), (0, 0), (-65534, 0)],
+)
+def test_only_a_gap_of_sensible_length_counts_as_lost(steps, lost):
+    assert lost_between(steps) == lost

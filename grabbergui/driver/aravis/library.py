@@ -35,7 +35,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log
+from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log, lost_between
 
 log = logging.getLogger(__name__)
 
@@ -361,8 +361,8 @@ class AravisStream:
         used = min(size.value, len(array))
         frame_id = library.arv_buffer_get_frame_id(buffer)
         statistics = self._statistics
-        if self._last_id is not None and frame_id > self._last_id + 1:
-            statistics.lost += frame_id - self._last_id - 1
+        if self._last_id is not None:
+            statistics.lost += lost_between(frame_id - self._last_id)
         self._last_id = frame_id
         # Aravis reports neither size nor format of an incomplete frame; the counters contain it.
         if not complete:

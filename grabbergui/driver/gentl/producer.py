@@ -38,7 +38,7 @@ from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log
+from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log, lost_between
 
 log = logging.getLogger(__name__)
 
@@ -353,8 +353,8 @@ class GentlStream:
         statistics = self._statistics
         frame_id = _number(buffer, "frame_id")
         last, self._last_frame_id = self._last_frame_id, frame_id
-        if last is not None and frame_id > last + 1:
-            statistics.lost += frame_id - last - 1
+        if last is not None:
+            statistics.lost += lost_between(frame_id - last)
         complete = _complete(buffer)
         size = min(_number(buffer, "size_filled"), len(self._memory[index]))
         if complete:

@@ -34,7 +34,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, deliver_or_log
+from grabbergui.driver.device import Device, StreamRequest, deliver_or_log, lost_between
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
 from grabbergui.driver.v4l2.video import (
@@ -313,8 +313,8 @@ class V4l2Stream:
     def _frame(self, filled: Filled) -> Frame | None:
         statistics = self._statistics
         last, self._last = self._last, filled.sequence
-        if last is not None and filled.sequence > last + 1:
-            statistics.lost += filled.sequence - last - 1
+        if last is not None:
+            statistics.lost += lost_between(filled.sequence - last)
         buffer = self._pool.take()
         if buffer is None:
             statistics.underruns += 1
