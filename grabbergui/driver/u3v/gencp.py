@@ -310,9 +310,16 @@ class ControlChannel:
     def expire(self, now: float) -> bytes:
         """Return the same command with a new id, to send when `deadline` has passed.
 
-        Raises AckTimeoutError after the last try. A late answer to the previous id is ignored.
+        Raises AckTimeoutError after the last try, or after the longest time that the device may ask for. A
+        late answer to the previous id is ignored.
         """
         waiting = self._current()
+        if now >= waiting.last_deadline:  # it may still be at work on the command
+            self._outstanding = None
+            raise AckTimeoutError(
+                f"{waiting.command.name} was not acknowledged within {LONGEST_PENDING:g} s;"
+                " the camera had asked for more time"
+            )
         if waiting.tries >= TRIES:
             self._outstanding = None
             raise AckTimeoutError(

@@ -209,6 +209,8 @@ def test_a_pending_acknowledge_moves_the_deadline_but_not_for_ever() -> None:
         channel.receive(pending(transfer, 60_000), now)
         now += 10
     assert channel.deadline == LONGEST_PENDING
+    with pytest.raises(AckTimeoutError, match="within 60 s; the camera had asked for more time"):
+        channel.expire(LONGEST_PENDING)
 
 
 def test_a_refusal_names_address_and_status() -> None:
