@@ -140,7 +140,8 @@ class Ros2Node:
         from rclpy.signals import SignalHandlerOptions
 
         self.context = rclpy.Context()
-        arguments = ["--ros-args", *ros_args] if ros_args else []
+        # ROS's log file, one for each process, would stay empty: our messages go to stderr and /rosout.
+        arguments = ["--ros-args", "--disable-external-lib-logs", *ros_args]
         try:
             rclpy.init(args=arguments, context=self.context, signal_handler_options=SignalHandlerOptions.NO)
             self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)

@@ -33,24 +33,30 @@ from grabbergui.net.ros2.server import GrabberServices, Ros2GrabberServer  # noq
 from patience import PATIENCE, attempts  # noqa: E402
 
 
-def test_a_search_without_a_folder_for_ros_logs_finds_the_others(tmp_path):
-    """As in a home that is read-only: ROS 2 does not start then, which is no matter of the other kinds."""
-    (tmp_path / "file").touch()
-    environment = os.environ | {"ROS_LOG_DIR": str(tmp_path / "file" / "log")}
-    command = [sys.executable, "-m", "grabbergui"]
-    listed = subprocess.run(
-        [*command, "list", "--timeout", "0.5"], env=environment, capture_output=True, text=True, check=False
-    )
-    assert (listed.returncode, listed.stderr) == (0, "") and "sim:" in listed.stdout
-    served = subprocess.run(
-        [*command, "serve", "sim:", "--ros2", "/logless"],
-        env=environment,
+def _run(*arguments, logs):
+    return subprocess.run(
+        [sys.executable, "-m", "grabbergui", *arguments],
+        env=os.environ | {"ROS_LOG_DIR": str(logs)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert served.returncode == 1
-    assert "ROS 2 cannot start" in served.stderr and "ROS_LOG_DIR" in served.stderr
+
+
+def test_a_program_leaves_no_log_of_ros(tmp_path):
+    listed = _run("list", "--timeout", "0.5", logs=tmp_path / "log")
+    assert (listed.returncode, listed.stderr) == (0, "") and "sim:" in listed.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_log_of_ros_that_is_wanted_needs_its_folder(tmp_path):
+    (tmp_path / "file").touch()
+    served = _run(
+        *("serve", "sim:", "--ros2", "/logged", "--ros-args", "--enable-external-lib-logs"),
+        logs=tmp_path / "file" / "log",
+    )
+    assert served.returncode == 2
+    assert "log directory" in served.stderr and "ROS_LOG_DIR" in served.stderr
     assert len(served.stderr.splitlines()) == 1
 
 
