@@ -11,6 +11,7 @@ import math
 import os
 import queue
 import re
+import subprocess
 import sys
 import threading
 from collections.abc import Sequence
@@ -40,13 +41,28 @@ SHARED_MEMORY = Path("/dev/shm")
 
 # -- what to do without ROS 2 --------------------------------------------------------------------
 def require_ros2() -> None:
-    """Raise SourceUnavailableError, in one line, where rclpy is missing."""
+    """Raise SourceUnavailableError, in one line, where rclpy or the chosen middleware is missing."""
+    _require_middleware()
     try:
         import rclpy  # noqa: F401
     except ImportError as error:
         raise SourceUnavailableError(
             f"ROS 2 is not installed: run `{shell_command('setup', 'ros2')}`, {_OR_SOURCE} ({error})"
         ) from error
+
+
+@functools.cache
+def _require_middleware() -> None:
+    """Raise SourceUnavailableError if RMW_IMPLEMENTATION is not installed; rcl would end this process."""
+    wanted = os.environ.get("RMW_IMPLEMENTATION")
+    if not wanted or "rclpy" in sys.modules:
+        return
+    probe = subprocess.run([sys.executable, "-c", "import rclpy"], capture_output=True, check=False)
+    if probe.returncode and b"exiting with" in probe.stderr:
+        raise SourceUnavailableError(
+            f"ROS 2 cannot start: RMW_IMPLEMENTATION={wanted} is not installed with it; install it, or unset "
+            "the variable"
+        )
 
 
 def require_packages(*modules: str) -> None:

@@ -33,10 +33,10 @@ from grabbergui.net.ros2.server import GrabberServices, Ros2GrabberServer  # noq
 from patience import PATIENCE, attempts  # noqa: E402
 
 
-def _run(*arguments, logs):
+def _run(*arguments, **environment):
     return subprocess.run(
         [sys.executable, "-m", "grabbergui", *arguments],
-        env=os.environ | {"ROS_LOG_DIR": str(logs)},
+        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=False,
@@ -44,7 +44,7 @@ def _run(*arguments, logs):
 
 
 def test_a_program_leaves_no_log_of_ros(tmp_path):
-    listed = _run("list", "--timeout", "0.5", logs=tmp_path / "log")
+    listed = _run("list", "--timeout", "0.5", ROS_LOG_DIR=str(tmp_path / "log"))
     assert (listed.returncode, listed.stderr) == (0, "") and "sim:" in listed.stdout
     assert not list(tmp_path.iterdir())
 
@@ -53,10 +53,19 @@ def test_a_log_of_ros_that_is_wanted_needs_its_folder(tmp_path):
     (tmp_path / "file").touch()
     served = _run(
         *("serve", "sim:", "--ros2", "/logged", "--ros-args", "--enable-external-lib-logs"),
-        logs=tmp_path / "file" / "log",
+        ROS_LOG_DIR=str(tmp_path / "file" / "log"),
     )
     assert served.returncode == 2
     assert "log directory" in served.stderr and "ROS_LOG_DIR" in served.stderr
+    assert len(served.stderr.splitlines()) == 1
+
+
+def test_a_middleware_that_is_not_installed_ends_no_other_search():
+    listed = _run("list", "--timeout", "0.5", RMW_IMPLEMENTATION="rmw_none")
+    assert (listed.returncode, listed.stderr) == (0, "") and "sim:" in listed.stdout
+    served = _run("serve", "sim:", "--ros2", "/mute", RMW_IMPLEMENTATION="rmw_none")
+    assert served.returncode == 1
+    assert "ROS 2 cannot start: RMW_IMPLEMENTATION=rmw_none is not installed" in served.stderr
     assert len(served.stderr.splitlines()) == 1
 
 
