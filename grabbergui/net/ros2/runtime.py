@@ -34,6 +34,8 @@ QUEUE_DEPTH = 5
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 _OURS = "<transport_id>images</transport_id>"
 """Of our profile with shared memory, as its copies have it too."""
+LAST_DOMAIN = 232
+"""Highest ROS_DOMAIN_ID: the UDP ports of a higher one would be beyond 65535."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 SHARED_MEMORY = Path("/dev/shm")
 "Where Fast DDS has it."
@@ -150,6 +152,7 @@ class Ros2Node:
         Without `shared_memory` the first node of a process decides that it sends by UDP alone.
         """
         require_ros2()
+        _require_domain(os.environ.get("ROS_DOMAIN_ID", ""))
         use_transports(shared_memory=shared_memory)
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
@@ -202,6 +205,15 @@ class Ros2Node:
             except Exception:
                 # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)
+
+
+def _require_domain(text: str) -> None:
+    """Raise SourceUnavailableError for a domain that UDP has no ports for: Fast DDS would end the program."""
+    number = text.strip().lstrip("+0")
+    if number.isdecimal() and (len(number) > 3 or int(number) > LAST_DOMAIN):
+        raise SourceUnavailableError(
+            f"ROS_DOMAIN_ID={text[:9]}: domains have numbers from 0 to {LAST_DOMAIN}"
+        )
 
 
 def sendable(text: str) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.net.ros2 import runtime
 
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
@@ -48,3 +49,11 @@ def test_udp_is_used_beside_another_users_programs(other, profile, monkeypatch):
     runtime.use_transports(shared_memory=True)
     assert Path(os.environ[PROFILES]).name == profile
     assert (RESOURCES / profile).exists()
+
+
+@pytest.mark.parametrize("domain", ["233", "300", "0000000233", "9" * 5000])
+def test_a_domain_that_does_not_exist_is_refused_before_fast_dds_ends_the_program(monkeypatch, domain):
+    pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    with pytest.raises(SourceUnavailableError, match="domains have numbers from 0 to 232"):
+        runtime.Ros2Node("nowhere")
