@@ -73,7 +73,7 @@ class YarpGrabberServer:
         Intrinsics and field of view are those of `calibration`, without it those that the source itself
         reports.
         """
-        self.name = name
+        self.name = name = name.rstrip("/") or name  # /grabber/ would have its requests at /grabber//rpc
         self._grabber = grabber
         self._service = GrabberService(
             grabber, normalised=normalised, terminal=terminal, calibration=calibration

@@ -317,3 +317,10 @@ def test_a_range_image_is_on_a_port_of_its_own_in_metres(scene: Stage) -> None:
     finally:
         scene.grabber.write_feature("ComponentSelector", "Range")
         scene.grabber.write_feature("ComponentEnable", False)
+
+
+def test_a_slash_at_the_end_of_the_name_is_left_out(scene: Stage) -> None:
+    with YarpGrabberServer(scene.grabber, "/slashed/", names=scene.names) as server:
+        assert server.name == "/slashed"
+        found = {contact.name for contact in scene.names.list("/slashed")}
+    assert found == {"/slashed", "/slashed/rpc", "/slashed/terminal"}
