@@ -1,11 +1,13 @@
 """Fixtures of every test. Its presence makes the modules of this folder importable from them."""
 
+import contextlib
 import gc
 import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from typing import Any
 
 import pytest
@@ -111,12 +113,19 @@ def pytest_xdist_auto_num_workers() -> int:
     return isolation.workers_allowed()
 
 
-@pytest.fixture
-def full_disk() -> Iterator[None]:
-    """Let no file of this process grow beyond three bytes."""
+@contextlib.contextmanager
+def _full_disk() -> Iterator[None]:
     import resource  # not on Windows
 
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.fixture
+def full_disk() -> Callable[[], AbstractContextManager[None]]:
+    """Return a context in which no file grows beyond three bytes; pytest's own report may be a file, too."""
+    return _full_disk

@@ -120,7 +120,7 @@ def test_a_board_that_fits_no_paper_and_a_file_of_another_kind_are_refused(tmp_p
 
 @pytest.mark.parametrize("name", ["board.pdf", "board.png"])
 def test_a_full_disk_leaves_no_part_of_a_sheet(tmp_path, full_disk, name):
-    with pytest.raises(OSError, match="too large"):
+    with full_disk(), pytest.raises(OSError, match="too large"):
         boards.save(CHESSBOARD, tmp_path / name)
     assert not list(tmp_path.iterdir())
 

@@ -53,7 +53,8 @@ def test_nothing_on_this_computer_is_overwritten(tmp_path, capsys):
 
 
 def test_a_full_disk_keeps_no_part_of_a_file(tmp_path, capsys, full_disk):
-    assert files("get", "LUTLuminance", tmp_path / "table.bin") == 1
+    with full_disk():
+        assert files("get", "LUTLuminance", tmp_path / "table.bin") == 1
     assert f"{tmp_path / 'table.bin'}: File too large" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 

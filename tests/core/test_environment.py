@@ -55,7 +55,7 @@ def test_numpy_has_one_thread_in_the_program():
 
 def test_a_full_disk_leaves_the_old_file(tmp_path, full_disk):
     (path := tmp_path / "camera.yaml").write_text("old")
-    with pytest.raises(OSError, match="File too large") as failure:
+    with full_disk(), pytest.raises(OSError, match="File too large") as failure:
         write_whole(path, "what does not fit")
     assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
     assert failure.value.filename == str(path)

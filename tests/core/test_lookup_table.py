@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -105,9 +106,11 @@ def test_values_beyond_16_bits_need_text(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["gamma.csv", "gamma.bin"])
-def test_a_full_disk_leaves_the_old_table(tmp_path: Path, full_disk: None, name: str) -> None:
+def test_a_full_disk_leaves_the_old_table(
+    tmp_path: Path, full_disk: Callable[[], AbstractContextManager[None]], name: str
+) -> None:
     (path := tmp_path / name).write_text("old")
-    with pytest.raises(OSError, match="too large"):
+    with full_disk(), pytest.raises(OSError, match="too large"):
         lookup_table.save_table(path, np.arange(256))
     assert path.read_text() == "old"
 
