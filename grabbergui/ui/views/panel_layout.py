@@ -150,7 +150,9 @@ class PanelLayout(QObject):
         fits = least == least.boundedTo(screen_room(self._window))
         if fits and self._places is not None:
             self._spread()
-        elif not fits and self._places is None:
+        elif not fits and self._places is not None:
+            self._hide_old_tabs()
+        elif not fits:
             self._gather()
             if not self._window.isMaximized() and not self._window.isFullScreen():
                 self._window.resize(self._window.size().boundedTo(screen_room(self._window)))
@@ -194,8 +196,6 @@ class PanelLayout(QObject):
         docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isFloating()]
         tools = [dock for dock in docks if dock not in self._sides]
         front = next((dock for dock in tools if not dock.visibleRegion().isEmpty()), first)
-        for bar in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
-            bar.hide()  # Qt leaves that of an arrangement that was never painted
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
         for dock in docks:
             if dock is not first:
@@ -203,6 +203,15 @@ class PanelLayout(QObject):
         front.raise_()
         if (layout := window.layout()) is not None:
             layout.activate()  # so that the window may become smaller now
+
+    def _hide_old_tabs(self) -> None:
+        """Hide the tabs that Qt leaves of an arrangement that was never painted."""
+        front = next(
+            (d for d in self._window.findChildren(QDockWidget) if not d.visibleRegion().isEmpty()), None
+        )
+        for bar in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            if front is not None and bar.isVisible() and bar.x() != front.x():
+                bar.hide()
 
     def _spread(self) -> None:
         docks = self._window.findChildren(QDockWidget)
