@@ -204,7 +204,7 @@ def _repeated(handler: Callable[[int, FrameType | None], None], handled: threadi
             time.sleep(PUT_OFF)
             while signal.getsignal(number[0]) is handler and not handled.is_set():
                 if sys.platform == "win32":
-                    _thread.interrupt_main(number[0])
+                    _thread.interrupt_main(signal.Signals(number[0]))
                 else:  # also ends a system call in which the main thread waits
                     signal.pthread_kill(main, number[0])
                 time.sleep(PUT_OFF)
