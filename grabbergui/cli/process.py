@@ -114,7 +114,7 @@ def set_up_log(level: str, kind: str) -> None:
 SAME = 1.0
 """Seconds within which a second signal counts as the same request: terminal and launcher both send one."""
 PUT_OFF = 0.02
-"""Seconds after which a signal that was not handled is sent again."""
+"""Seconds until a postponed signal is tried again."""
 _MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
@@ -156,8 +156,7 @@ def raising_on_signals() -> Iterator[None]:
     """Raise KeyboardInterrupt on Ctrl-C and Terminated on SIGTERM and SIGHUP, but never within GenApi.
 
     GenApi is C++ that calls our ports: an exception that it does not expect crashes it, or leaves its lock
-    taken. So a signal during such a call is postponed until it returns. One that comes just before a system
-    call is repeated: Python would handle it after that call, which may never return.
+    taken. So a signal during such a call is postponed until it returns.
     """
     if not _in_main_thread():
         yield
@@ -168,64 +167,24 @@ def raising_on_signals() -> Iterator[None]:
         for number in _requests_to_end()
         if (handler := signal.getsignal(number)) in (signal.default_int_handler, signal.SIG_DFL)
     }
-    raised = threading.Event()
-    last = 0.0
 
     def on_signal(number: int, frame: FrameType | None) -> None:
-        nonlocal last
-        if _within(frame, _MUST_NOT_BE_LEFT):
-            raised.clear()
-            return
-        if time.monotonic() - last < PUT_OFF:
-            return  # a repetition, sent while the exception was raised
-        last = time.monotonic()
-        raised.set()
-        raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
+        if not _within(frame, _MUST_NOT_BE_LEFT):
+            raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
+        if sys.platform == "win32":
+            again = threading.Timer(PUT_OFF, _thread.interrupt_main, (number,))
+        else:  # also ends a system call in which the main thread waits
+            again = threading.Timer(PUT_OFF, signal.pthread_kill, (threading.get_ident(), number))
+        again.daemon = True
+        again.start()
 
     for number in ours:
         signal.signal(number, on_signal)
     try:
-        with _repeated(on_signal, raised):
-            yield
+        yield
     finally:
         for number, handler in ours.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _repeated(handler: Callable[[int, FrameType | None], None], handled: threading.Event) -> Iterator[None]:
-    """Send a signal of this handler again until it is `handled`."""
-    main, process = threading.get_ident(), os.getpid()
-    arrivals, arrival = socket.socketpair()
-    arrival.setblocking(False)
-
-    def repeat() -> None:
-        while number := arrivals.recv(1):
-            time.sleep(PUT_OFF)
-            while signal.getsignal(number[0]) is handler and not handled.is_set():
-                if sys.platform == "win32":
-                    _thread.interrupt_main(signal.Signals(number[0]))
-                else:  # also ends a system call in which the main thread waits
-                    signal.pthread_kill(main, number[0])
-                time.sleep(PUT_OFF)
-
-    def leave_to_parent() -> None:
-        if os.getppid() == process and arrival.fileno() >= 0:
-            signal.set_wakeup_fd(-1)  # a signal of the forked process would be repeated to this one
-
-    if sys.platform != "win32":
-        os.register_at_fork(after_in_child=leave_to_parent)
-    before = signal.set_wakeup_fd(arrival.fileno(), warn_on_full_buffer=False)
-    repeating = threading.Thread(target=repeat, name="repeated signals", daemon=True)
-    repeating.start()
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(before)
-        handled.set()
-        arrival.close()
-        repeating.join()
-        arrivals.close()
 
 
 @contextmanager
