@@ -167,9 +167,10 @@ def test_a_recording_ends_at_its_limit(app, limit, amount, check):
 
 
 @pytest.mark.parametrize("width", [1280, 800])
-def test_nothing_moves_when_a_recording_starts_or_ends(app, qapp, request, width):
+def test_nothing_moves_when_a_recording_starts_or_ends(make_app, qapp, request, width):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
     dress(qapp, Theme.LIGHT)
+    app = make_app()
     app.window.resize(width, 700)
     app.connect("sim:?width=320&height=240")
     bar, canvas = app.window.recordingBar, app.window.image.canvas
