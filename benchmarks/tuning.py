@@ -27,7 +27,7 @@ to the first painted image of another grey value, which shows the gain of its ex
 apply a setting to the next frame; a slower camera's delay comes on top. With GigE Vision, YARP and ROS 2 the
 camera runs in another process; with `sim:`, U3V (the protocol without a kernel's USB stack) and GenTL it runs
 in the window's own. GenTL is EMVA's simulated producer: there the frame rate is changed instead of the gain,
-and one image cannot be told from another.
+and no two images can be distinguished.
 
 Then the slider is dragged from end to end for {DRAG_SECONDS:g} s at {DRAG_RATE:g} signals a second. CPU is
 that of the window's whole process: the stream, the painting and, where it runs there, the camera."""

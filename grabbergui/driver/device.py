@@ -176,7 +176,7 @@ def check_payload_size(size: int) -> None:
 
 
 FARTHEST_BLOCK = 10_000
-"Steps between the ids of two blocks; after a larger gap the camera counts anew."
+"Steps between the ids of two blocks; a camera with a larger gap has restarted its ids."
 
 
 def lost_between(steps: int) -> int:

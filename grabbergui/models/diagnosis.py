@@ -216,7 +216,7 @@ class Observation:
     "Mean of the 8-bit pixels of the last painted frame."
     facts: CameraFacts = CameraFacts()
     silence: str = ""
-    "What a remote source tells about images that do not arrive."
+    "What a remote source reports while no images arrive."
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ FORMATS: Final = {
 _POLL = 0.5
 _numbers = itertools.count(1)
 _TOKEN: Final = secrets.token_hex(2)
-"""Tells programs in two containers apart, whose process numbers are often the same."""
+"""Distinguishes programs in two containers, whose process numbers are often the same."""
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
