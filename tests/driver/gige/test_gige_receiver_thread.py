@@ -1,4 +1,4 @@
-"""How the thread that receives a stream is scheduled."""
+"""The thread that receives a stream: how it is scheduled, and what it survives."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from contextlib import closing
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.frame import Frame
 from grabbergui.core.priority import realtime_threads_permitted
+from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import until
@@ -40,3 +43,27 @@ def test_a_stream_that_is_easy_to_follow_is_received_with_real_time_priority(rin
         until(lambda: policies() == [os.SCHED_RR])
         frames.clear()
         assert frames.get(10.0).complete
+
+
+def test_a_block_that_cannot_become_a_frame_ends_no_stream(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    build = FrameBuilder.build
+
+    def failing_at_first(builder: FrameBuilder, block: Block) -> Frame:
+        if block.block_id < 4:
+            raise ZeroDivisionError("a height of 0")
+        return build(builder, block)
+
+    monkeypatch.setattr(FrameBuilder, "build", failing_at_first)
+    address = f"127.88.{os.getpid() % 250 + 1}.3"
+    with (
+        closing(GigeCamera(address, power_on=SMALL)),
+        closing(sources.create(f"gige:{address}")) as camera,
+    ):
+        camera.open()
+        frames = camera.open_queue(4)
+        camera.start()
+        assert frames.get(10.0).frame_id >= 4
+    warned = [record for record in caplog.records if "ZeroDivisionError: a height of 0" in record.message]
+    assert len(warned) == 1

@@ -311,7 +311,11 @@ class StreamReceiver:
 
     def _deliver_finished(self) -> None:
         for block in self._assembler.finished():
-            frame = self._builder.build(block)
+            try:
+                frame = self._builder.build(block)
+            except Exception as error:  # without this thread nothing would arrive any more
+                block.layout.warn_once("a block became no frame", f"{type(error).__name__}: {error}")
+                continue
             if block.complete:
                 self._rate.add(len(block.payload))
             deliver_or_log(self._deliver, frame)
