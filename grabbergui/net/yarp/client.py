@@ -331,7 +331,7 @@ _MOST = 64
 
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the grabber for a port. Raises UsageError."""
-    name = uri.name or "/grabber"
+    name = uri.name.rstrip("/") or uri.name or "/grabber"  # its requests are not at /grabber//rpc
     options = read_options(YarpOptions, uri)
     check_port_name(name)
     carrier = options.carrier.replace(" ", "+")  # as a query spells it

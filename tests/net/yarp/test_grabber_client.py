@@ -211,6 +211,7 @@ def test_a_missing_port_or_name_server_is_reported(scene: Stage) -> None:
 
 def test_a_uri_with_an_unknown_port_name_or_option_is_refused() -> None:
     assert client.create(SourceUri.parse("yarp:")).info.address == "/grabber"
+    assert client.create(SourceUri.parse("yarp:/grabber/")).info.address == "/grabber", "as `serve` names it"
     for bad in ("yarp:grabber", "yarp:/g?speed=3"):
         with pytest.raises(UsageError, match=r"yarp:|begin with /"):
             client.create(SourceUri.parse(bad))
