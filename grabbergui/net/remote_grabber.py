@@ -6,6 +6,7 @@ import logging
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Generic, Protocol, TypeVar
 
 from typing_extensions import override
@@ -57,6 +58,13 @@ class RemoteStream(Protocol):
 
     def silence(self) -> str:
         """Return from where images should arrive, as display text. Any thread."""
+
+
+def reached_by(link: DeviceInfo, camera: DeviceInfo) -> DeviceInfo:
+    """Return the camera that the other end describes, with the way by which it is reached here."""
+    return replace(
+        camera, uri=link.uri, bus=link.bus, address=link.address, interface=link.interface, note=""
+    )
 
 
 StreamType = TypeVar("StreamType", bound=RemoteStream)

@@ -10,7 +10,7 @@ from typing import Any
 
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.net.remote_grabber import RemoteFeatures
+from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
 from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
@@ -168,14 +168,7 @@ class CameraLink:
         seen = DeviceInfo(info.uri, bus="ROS 2", address=self.topic, interface=str(self.publisher))
         if not isinstance(self.features, TreeFeatures):
             return replace(seen, model=self.publisher.node)
-        reported = read_info(self.features.look().get("info", {}))
-        return replace(
-            seen,
-            vendor=reported.vendor,
-            model=reported.model,
-            serial=reported.serial,
-            hardware_id=reported.hardware_id,
-        )
+        return reached_by(seen, read_info(self.features.look().get("info", {})))
 
     @property
     def unanswered(self) -> float:

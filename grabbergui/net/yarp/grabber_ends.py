@@ -10,7 +10,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Protocol
 
 from grabbergui.calibration.camera_info import FittedCalibration
@@ -33,7 +32,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, frame_wait
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
-from grabbergui.net.remote_grabber import RemoteFeatures
+from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree import Terminal, TreeFeatures, TreeService, no_terminal
 from grabbergui.net.yarp import grabber_values
@@ -310,10 +309,10 @@ class GrabberLink:
     def info(self, info: DeviceInfo) -> DeviceInfo:
         """Return `info` completed with the camera's properties that the server reports."""
         if self.ours:
-            return _merged(info, self._camera)
+            return reached_by(info, self._camera)
         description = self.ask(Operation.DESCRIPTION)
         model = str(description.values[1]) if description.ok else ""
-        return _merged(info, DeviceInfo(info.uri, model=model))
+        return reached_by(info, DeviceInfo(info.uri, model=model))
 
     def ask(self, operation: Operation, *arguments: Value) -> Reply:
         """Perform an operation on the server; an invalid answer is a failure."""
@@ -376,9 +375,3 @@ def _request_port(name: str, names: NameClient) -> str:
     except SourceNotFoundError:
         names.query(name)
         return name
-
-
-def _merged(info: DeviceInfo, camera: DeviceInfo) -> DeviceInfo:
-    return replace(
-        camera, uri=info.uri, bus=info.bus, address=info.address, interface=info.interface, note=""
-    )

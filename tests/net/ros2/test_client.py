@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -85,6 +86,10 @@ def test_a_source_that_cannot_join_the_network_is_closed_again(monkeypatch):
 
 def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
     assert remote.feature_tree() == camera.feature_tree()
+    assert remote.info == replace(
+        camera.info,
+        **{name: getattr(remote.info, name) for name in ("uri", "bus", "address", "interface")},
+    )
     assert remote.info.model == "Simulated camera"
     assert remote.info.interface == "/cam (reliable, volatile)"
     frames = remote.open_queue()
