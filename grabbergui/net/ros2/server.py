@@ -359,6 +359,8 @@ class Diagnostics:
         self._of_the_network = of_the_network
         self._lost = 0
         "Frames lost or incomplete, when last looked at."
+        self._namesake = False
+        "Whether another node had this node's name, when last looked at."
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         node.create_timer(_DIAGNOSTICS_PERIOD, self._publish)
 
@@ -373,6 +375,8 @@ class Diagnostics:
             level, message = DiagnosticStatus.ERROR, f"the camera is lost: {self._grabber.lost}"
         elif self._grabber.streaming and counters.frame_rate == 0:
             level, message = DiagnosticStatus.ERROR, "no frames"
+        elif self._has_namesake():
+            level, message = DiagnosticStatus.WARN, f"{message}, another node has this name"
         elif newly:
             level, message = DiagnosticStatus.WARN, f"{message}, {newly} lost in the last second"
         facts = {**counters.as_dict(), **self._of_the_network(), **self._temperature()}
@@ -388,6 +392,19 @@ class Diagnostics:
             )
         ]
         self._publisher.publish(array)
+
+    def _has_namesake(self) -> bool:
+        """Return whether another node has this node's name; log when one appears. ROS does not prevent it."""
+        namespace, name = self._node.get_namespace(), self._node.get_name()
+        found = self._node.get_node_names_and_namespaces().count((name, namespace)) > 1
+        if found and not self._namesake:
+            log.warning(
+                "another node is called /%s, or was killed in the last 20 s: if it runs, images of both mix, "
+                "and either answers requests; end it, or choose another name (--ros2, -r __node:=NAME)",
+                self._name,
+            )
+        self._namesake = found
+        return found
 
     def _temperature(self) -> dict[str, float]:
         """Return where the camera measures it: degrees Celsius, or what an old camera counts in."""

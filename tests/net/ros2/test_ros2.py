@@ -199,6 +199,17 @@ def test_diagnostics_say_that_the_camera_is_lost(camera, serve, probe):
     until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
 
 
+def test_another_node_of_the_same_name_is_reported(server, camera, serve, probe, caplog):
+    arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
+    until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
+    assert "another node" not in caplog.text
+    namesake = serve("/cam")
+    until(lambda: "another node is called /cam" in caplog.text)
+    until(lambda: "another node has this name" in arrays.get(timeout=PATIENCE).status[0].message)
+    namesake.stop()
+    until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
+
+
 def test_diagnostics_go_on_when_the_camera_is_closed_first(camera, serve, probe, caplog):
     serve("/cam")
     arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
