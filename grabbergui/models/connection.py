@@ -163,7 +163,7 @@ class Connection:
     def _begin(
         self, uri: SourceUri, start: bool, *, current: bool, access: Access = Access.CONTROL
     ) -> OpenSource:
-        source = OpenSource(uri, access)
+        source = OpenSource(uri, access, lambda: self._sources)
         with self._lock:
             self._sources = (*self._sources, source)
             if current:
@@ -173,7 +173,7 @@ class Connection:
         return source
 
     def _begin_pending(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
-        source = OpenSource(uri)
+        source = OpenSource(uri, among=lambda: self._sources)
         source.replaces = before
         with self._lock:
             self._pending = source

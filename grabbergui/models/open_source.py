@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Sequence
 from enum import Enum
 
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, is_same
+from grabbergui.core.identity import DeviceInfo, distinct_names, is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
@@ -132,8 +133,15 @@ def lack_of(source: OpenSource | None, *, stream: bool = False, control: bool = 
 class OpenSource:
     """One source from being opened to being closed, and the one thread that calls it."""
 
-    def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
+    def __init__(
+        self,
+        uri: SourceUri,
+        access: Access = Access.CONTROL,
+        among: Callable[[], Sequence[OpenSource]] = tuple,
+    ) -> None:
+        """`among` returns the open sources, from which its names must differ."""
         self.uri = uri
+        self._among = among
         self.access = access
         "The access requested on opening."
         self.state = LinkState.OPENING
@@ -167,8 +175,8 @@ class OpenSource:
 
     @property
     def title(self) -> str:
-        """Display name."""
-        return self.grabber.info.title if self.grabber is not None else str(self.uri)
+        """Display name, different from that of each other open source."""
+        return self.names[0]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -176,7 +184,20 @@ class OpenSource:
         if self.grabber is None:
             return (str(self.uri),)
         info = self.grabber.info
-        return info.title, info.short_title, info.mark
+        apart = self._apart(info)
+        return info.title + apart, info.short_title + apart, info.mark + apart
+
+    def _apart(self, info: DeviceInfo) -> str:
+        """Return what sets it apart from open sources of its title: ` · YARP`. Empty without such sources."""
+        others = [
+            source.grabber.info
+            for source in self._among()
+            if source.grabber is not None and source not in (self, self.replaces)
+        ]
+        twins = [info, *(other for other in others if other.title == info.title)]
+        if len(twins) == 1:
+            return ""
+        return f" · {distinct_names((twin.bus, twin.address, twin.uri) for twin in twins)[0]}"
 
     def is_named(self, uri: SourceUri) -> bool:
         """Return whether a URI is the requested one or the camera's own."""

@@ -7,6 +7,7 @@ import weakref
 from dataclasses import replace
 
 import pytest
+from connection_bench import Source
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -267,6 +268,28 @@ def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
 
     until(seen)
     assert shown == {"sim:" + SMALL: 2, "sim:colour" + SMALL: 3}, "one in grey, one in colour"
+
+
+def test_one_camera_over_two_networks_has_two_names(bench):
+    remote = replace(FOUND, user_name="left eye")
+    for uri, bus in (("yarp:/left", "YARP"), ("ros2:/left", "ROS 2"), ("ros2:/eye", "ROS 2")):
+        bench.others[uri] = source = Source()
+        source.info = replace(remote, uri=uri, bus=bus, address=uri.partition(":")[2])
+    bench.link.connect_to("yarp:/left")
+    bench.until(LinkState.STREAMING)
+    over_yarp = bench.link.source
+    assert over_yarp.names == ("left eye", "left eye", "left eye")
+    for uri in ("ros2:/left", "ros2:/eye"):
+        bench.link.open_additional(uri)
+    until(lambda: all(source.state is LinkState.STREAMING for source in bench.link.sources))
+    assert [source.title for source in bench.link.sources] == [
+        "left eye · YARP",
+        "left eye · ros2:/left",
+        "left eye · /eye",
+    ]
+    bench.link.close(bench.link.sources[1])
+    bench.link.close(bench.link.sources[1])
+    until(lambda: over_yarp.title == "left eye")
 
 
 def test_a_late_signal_with_older_sources_removes_no_tile(open_sources):
