@@ -396,7 +396,7 @@ class Diagnostics:
     def _has_namesake(self) -> bool:
         """Return whether another node has this node's name; log when one appears. ROS does not prevent it."""
         namespace, name = self._node.get_namespace(), self._node.get_name()
-        found = self._node.get_node_names_and_namespaces().count((name, namespace)) > 1
+        found: bool = self._node.get_node_names_and_namespaces().count((name, namespace)) > 1
         if found and not self._namesake:
             log.warning(
                 "another node is called /%s, or was killed in the last 20 s: if it runs, images of both mix, "
