@@ -8,8 +8,10 @@ values at once. Help has an example, keeps to the terminal's width, and ends by 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import difflib
 import importlib
+import json
 import math
 import os
 import shutil
@@ -17,7 +19,7 @@ import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from grabbergui import __version__
 from grabbergui.cli.process import (
@@ -42,12 +44,29 @@ EXIT_CODES = {
     EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
     "control. `diff`: the settings differ; `doctor`: a problem was found; `servo`: the marker was not "
     "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image arrived",
-    EXIT_USAGE: "wrong usage: an option, a value, or a file that does not exist",
+    EXIT_USAGE: "wrong usage: an option, a value, a file that does not exist, or one that does and would be "
+    "overwritten",
     EXIT_HUNG_UP: "the terminal was closed before the end (SIGHUP); the camera is released first",
     EXIT_INTERRUPTED: "Ctrl-C before the end; the camera is released first",
     EXIT_TERMINATED: "SIGTERM before the end; the camera is released first",
 }
 """Exit codes."""
+ON_FAILURE = (
+    'With `--json`, a command that fails prints `{"error": {"type": "SourceNotFoundError", "message": "…"}}` '
+    "on stdout, besides the line on stderr. `record` and `load` put `error` beside their results until then; "
+    "`events` prints it as the last line. A command that a signal ends prints no such object."
+)
+"""How scripts learn of a failure."""
+
+
+class PartialResultError(GrabberError):
+    """A command failed after it had a result, which `--json` prints beside the error, its cause."""
+
+    def __init__(self, message: str, result: dict[str, Any]) -> None:
+        super().__init__(message)
+        self.result = result
+        "As JSON."
+
 
 FAMILIES = {
     "gui": ("gui", "terminal"),
@@ -72,27 +91,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return the exit code: 0, 1 after a failure, 2 for wrong usage."""
     spell_out(sys.stdout)
     spell_out(sys.stderr)
+    arguments = list(sys.argv[1:] if argv is None else argv)
     try:
         with raising_on_signals():
-            return _run(list(sys.argv[1:] if argv is None else argv))
-    except UsageError as error:
-        print(f"grabbergui: {error}", file=sys.stderr)
-        return EXIT_USAGE
+            return _run(arguments)
     except BrokenPipeError:
         # The reader of our output is gone; nothing may be written at exit either.
         _give_up_output()
         return 0
-    except GrabberError as error:
-        print(f"grabbergui: {error}", file=sys.stderr)
-        return EXIT_FAILURE
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename is not None else ""
-        print(f"grabbergui: {place}{error.strerror or error}", file=sys.stderr)
-        _give_up_output()
-        # A named file is missing, as with MissingFileError elsewhere.
-        return EXIT_USAGE if isinstance(error, FileNotFoundError) else EXIT_FAILURE
+    except (GrabberError, OSError) as error:
+        return _report(error, as_json="--json" in arguments)
     except KeyboardInterrupt as interrupt:
         return 128 + interrupt.number if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
+
+
+def _report(error: GrabberError | OSError, *, as_json: bool) -> int:
+    """Report why a command failed; return its exit code."""
+    message = str(error)
+    if isinstance(error, OSError):
+        place = f"{error.filename}: " if error.filename is not None else ""
+        message = f"{place}{error.strerror or error}"
+    print(f"grabbergui: {message}", file=sys.stderr)
+    if as_json:
+        result: dict[str, Any] = {}
+        cause: BaseException = error
+        if isinstance(error, PartialResultError):
+            result, cause = error.result, error.__cause__ or GrabberError()
+        with contextlib.suppress(OSError):
+            print(json.dumps({**result, "error": {"type": type(cause).__name__, "message": message}}))
+    _give_up_output()
+    # A named file is missing, as with MissingFileError elsewhere.
+    return EXIT_USAGE if isinstance(error, UsageError | FileNotFoundError) else EXIT_FAILURE
 
 
 def _run(arguments: list[str]) -> int:
@@ -210,13 +239,18 @@ class CommandParser(argparse.ArgumentParser):
                 counts.pop()
         return counts
 
+    def error(self, message: str) -> NoReturn:
+        """Print the usage, and raise UsageError, which `main` reports."""
+        self.print_usage(sys.stderr)
+        raise UsageError(message)
+
     def format_help(self) -> str:
         """Return usage, description, arguments, and the example."""
         text = super().format_help()
         return f"{text}\nexample:\n  {self.example}\n" if self.example else text
 
 
-class _Parser(argparse.ArgumentParser):
+class _Parser(CommandParser):
     """Ends its help with the kinds of source, which take a while to import."""
 
     def format_help(self) -> str:

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from grabbergui.cli import PartialResultError
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
-from grabbergui.core.errors import FeatureAccessError, GrabberError, UsageError
+from grabbergui.core.errors import FeatureAccessError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
@@ -241,16 +242,19 @@ def _load(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber:
         features = files.load(options.file, grabber.selectors.of)
         report, rolled_back = _apply(grabber, features, options)
-    if options.json:
-        print(json.dumps({**_loaded(report), "rolled_back": rolled_back}, indent=2))
-    unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
+    result = {**_loaded(report), "rolled_back": rolled_back}
     if not report.settled:
-        if not (unsettled or report.lost_lines):
-            raise GrabberError(report.problem)  # lost before the written values were read back, for instance
-        raise GrabberError(
-            f"{len(unsettled) + len(report.lost_lines)} of {len(report.settings) + len(report.lost_lines)}"
-            f" settings are not as {options.file} has them"
-        )
+        unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
+        problem = report.problem  # lost before the written values were read back, for instance
+        if unsettled or report.lost_lines:
+            lines = len(report.lost_lines)
+            problem = (
+                f"{len(unsettled) + lines} of {len(report.settings) + lines}"
+                f" settings are not as {options.file} has them"
+            )
+        raise PartialResultError(problem, result)
+    if options.json:
+        print(json.dumps(result, indent=2))
     return 0
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import passing_note, stop_on_signals
 from grabbergui.core.environment import check_folder_of, write_whole
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import ExistingFileError, UsageError
 from grabbergui.core.file_access import (
     CameraFile,
     Progress,
@@ -89,7 +89,7 @@ def _line(file: CameraFile, width: int) -> str:
 def _get(options: argparse.Namespace) -> None:
     path = options.path or Path(options.name)
     if path.exists():
-        raise UsageError(f"{path} exists already; nothing is overwritten. Name another file")
+        raise ExistingFileError(f"{path} exists already; nothing is overwritten. Name another file")
     check_folder_of(path)
     with (
         opened(options.source) as grabber,

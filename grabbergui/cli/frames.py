@@ -12,7 +12,7 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
 
-from grabbergui.cli import count, counted, positive, wait_time
+from grabbergui.cli import PartialResultError, count, counted, positive, wait_time
 from grabbergui.cli.features import assignment, write
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.process import stop_on_signals
@@ -253,6 +253,7 @@ def _record(options: argparse.Namespace) -> int:
         grabber = source.grabber
         recorder = create_recorder(grabber, options.out, kind, _limits(options))
         recorder.start()
+        failure: GrabberError | None = None
         try:
             grabber.start(keep_trigger=options.keep_trigger)
             begun = time.monotonic()
@@ -260,14 +261,25 @@ def _record(options: argparse.Namespace) -> int:
                 source.outage.check()
                 if not recorder.progress.frames and source.outage.waited(begun) > source.timeout:
                     raise source.no_frame()
+        except GrabberError as error:
+            failure = error
         finally:
             recorder.stop()
             recorder.wait()
-        grabber.stop()
+        if failure is None:
+            grabber.stop()
     progress = recorder.progress
-    summary = {"frames": progress.frames, "dropped": progress.dropped, "seconds": progress.seconds}
+    reason = str(failure) if failure is not None else progress.reason
+    summary = {
+        "frames": progress.frames,
+        "dropped": progress.dropped,
+        "seconds": progress.seconds,
+        "bytes": progress.size,
+        "path": str(options.out),
+    }
     if options.json:
-        print(json.dumps({**summary, "bytes": progress.size, "path": str(options.out)}))
+        if not reason:
+            print(json.dumps(summary))
     elif progress.frames:
         megabytes = progress.size / 1e6
         print(
@@ -276,10 +288,10 @@ def _record(options: argparse.Namespace) -> int:
         )
         if progress.left_out:
             print(f"only the first of {progress.left_out + 1} images in each frame; .mcap keeps all")
-    elif not progress.reason:
+    elif not reason:
         print("nothing was recorded")
-    if progress.reason:
-        raise GrabberError(progress.reason)
+    if reason:
+        raise PartialResultError(reason, summary) from failure or progress.error
     return 0
 
 

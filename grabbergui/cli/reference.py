@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import __version__
-from grabbergui.cli import EXIT_CODES, command_parsers, sentence, shared_options, wrapped
+from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options, wrapped
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
 from grabbergui.core.uri import option_rows
@@ -83,7 +83,7 @@ def command_line_page() -> str:
         parts += ["```sh", parser.example, "```", ""]
         parts += _table(("argument", "meaning"), _arguments(parser))
         parts.append("")
-    parts += ["## Exit codes\n", *_table(("code", "meaning"), _rows(EXIT_CODES.items())), ""]
+    parts += ["## Exit codes\n", *_table(("code", "meaning"), _rows(EXIT_CODES.items())), "", ON_FAILURE, ""]
     return "\n".join(parts)
 
 
@@ -224,6 +224,7 @@ def man_page() -> str:
     parts.append(".SH EXIT STATUS")
     for code, meaning in EXIT_CODES.items():
         parts += [".TP", f".B {code}", _roff(sentence(meaning.replace("`", "")))]
+    parts += [".PP", _roff(ON_FAILURE.replace("`", ""))]
     parts += [
         ".SH ENVIRONMENT",
         ".TP\n.B GRABBERGUI_INTERFACES",

@@ -22,6 +22,10 @@ class MissingFileError(UsageError):
     """The named file or folder does not exist."""
 
 
+class ExistingFileError(UsageError):
+    """The named file or folder exists, and is not overwritten."""
+
+
 class SourceNotFoundError(GrabberError):
     """No camera or remote port answers to the URI."""
 

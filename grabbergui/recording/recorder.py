@@ -16,7 +16,7 @@ from pathlib import Path
 from psygnal import Signal
 
 from grabbergui.core.calibration import Scan3d
-from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError
+from grabbergui.core.errors import ExistingFileError, FeatureError, FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -241,11 +241,11 @@ def create_writer(
 ) -> RecordingWriter:
     """Return a writer of a kind. `rate` is the camera's in Hz, 0 if unknown; `scan` describes 3D data.
 
-    Raises RecordingError if the path is taken or cannot be created.
+    Raises ExistingFileError if the path is taken, RecordingError if it cannot be created.
     """
     try:
         if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-            raise RecordingError(
+            raise ExistingFileError(
                 f"{path} is there already; a recording overwrites nothing, choose another name"
             )
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -267,6 +267,8 @@ def create_writer(
         # The file may also be a movie's notes, left from a recording that was removed.
         file = error.filename or path
         problem = f"{file} could not be created: {error.strerror or error}; choose another folder or name"
+        if isinstance(error, FileExistsError):
+            raise ExistingFileError(problem) from error
         raise RecordingError(problem) from error
 
 
@@ -275,7 +277,7 @@ def create_recorder(
 ) -> Recorder:
     """Return a recorder of a grabber's next frames, not yet started.
 
-    Raises RecordingError if the path is taken or cannot be made.
+    Raises as `create_writer`.
     """
     scan = read_scan3d(grabber)
     rate = frame_rate(grabber)

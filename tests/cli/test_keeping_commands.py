@@ -1,12 +1,15 @@
 """`save`, `load`, `diff` and `record` as one types them."""
 
 import argparse
+import json
 from contextlib import ExitStack
+from itertools import count
 
 import pytest
 
-from grabbergui.cli import CommandParser, features, frames
-from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
+from grabbergui.cli import EXIT_FAILURE, CommandParser, features, frames, main
+from grabbergui.cli.opening import Outage
+from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
 from grabbergui.driver.camera import Camera
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.recording import open_recording
@@ -101,12 +104,35 @@ def test_frames_are_recorded(tmp_path, capsys, name, options):
     recording.close()
 
 
+def test_a_recording_of_a_source_that_stays_lost_says_what_it_has(tmp_path, capsys, monkeypatch):
+    looks = count()
+
+    def check(outage):
+        if next(looks) % 10 == 9:
+            raise TransportError("the camera was lost")
+
+    monkeypatch.setattr(Outage, "check", check)
+    assert main(["record", SMALL, "--out", str(tmp_path / "a.mcap")]) == EXIT_FAILURE
+    printed = capsys.readouterr()
+    assert "frames in" in printed.out and printed.err == "grabbergui: the camera was lost\n"
+    assert main(["record", SMALL, "--out", str(tmp_path / "b.mcap"), "--json"]) == EXIT_FAILURE
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["frames"] > 0 and reported["bytes"] > 0 and reported["path"] == str(tmp_path / "b.mcap")
+    assert reported["error"] == {"type": "TransportError", "message": "the camera was lost"}
+
+
+def test_settings_that_do_not_fit_are_listed_beside_the_error(tmp_path, capsys):
+    (tmp_path / "a.yaml").write_text("features:\n  Gain: 3\n  Flavour: vanilla\n")
+    assert main(["load", SMALL, str(tmp_path / "a.yaml"), "--json"]) == EXIT_FAILURE
+    reported = json.loads(capsys.readouterr().out)
+    assert [each["outcome"] for each in reported["settings"]] == ["written", "unknown"]
+    assert reported["error"]["type"] == "GrabberError"
+    assert reported["error"]["message"].startswith("1 of 2 settings are not as")
+
+
 def test_what_makes_no_sense_is_refused(tmp_path):
-    for wrong in (["-n", "0"], ["-t", "0"], ["-t", "nan"], ["--size", "inf"], ["--timeout", "-1"]):
-        with pytest.raises(SystemExit) as exit_info:
-            run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
-        assert exit_info.value.code == 2
-    for wrong in (["--tiff"], ["--lossless"]):
+    numbers = (["-n", "0"], ["-t", "0"], ["-t", "nan"], ["--size", "inf"], ["--timeout", "-1"])
+    for wrong in (*numbers, ["--tiff"], ["--lossless"]):
         with pytest.raises(UsageError):
             run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
     assert not (tmp_path / "m.mcap").exists()

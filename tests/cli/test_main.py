@@ -1,5 +1,6 @@
 """Common to all commands: unknown words, signals, and output that cannot be written."""
 
+import json
 import os
 import signal
 import subprocess
@@ -165,6 +166,46 @@ def test_a_damaged_image_is_reported_in_one_line(tmp_path):
     failed = run("grab", f"file:{tmp_path}")
     assert failed.returncode == EXIT_FAILURE
     assert len(failed.stderr.splitlines()) == 1 and "cut short" in failed.stderr
+
+
+# -- failures --------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("command", "code", "kind"),
+    [
+        ("get sim: NoSuchFeature", 1, "FeatureNotFoundError"),
+        ("events sim: NoSuchEvent", 1, "FeatureValueError"),
+        ("features file:missing", 2, "MissingFileError"),
+        ("features foo:bar", 2, "UsageError"),
+        ("grab sim: -n 0", 2, "UsageError"),
+        ("list --lively", 2, "UsageError"),
+        ("lits", 2, "UsageError"),
+        ("save sim: taken/x/camera.yaml", 2, "MissingFileError"),
+        ("record sim: --out taken", 2, "ExistingFileError"),
+        ("record sim: --out taken/movie.mp4", 2, "ExistingFileError"),
+        ("files sim: get LUTLuminance taken", 2, "ExistingFileError"),
+        ("record sim: --set ExposureTime=-1 --out new", 1, "FeatureValueError"),
+    ],
+)
+def test_a_script_reads_why_a_command_failed(command, code, kind, tmp_path, monkeypatch, capsys):
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "movie.frames.jsonl").touch()
+    monkeypatch.chdir(tmp_path)
+    assert main(command.split()) == code
+    printed = capsys.readouterr()
+    message = printed.err.splitlines()[-1].removeprefix("grabbergui: ")
+    assert printed.out == "", "a person reads it on stderr"
+    assert main([*command.split(), "--json"]) == code
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == {"error": {"type": kind, "message": message}}
+    assert printed.err.splitlines()[-1] == f"grabbergui: {message}"
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no /dev/full")
+def test_a_failure_that_cannot_be_printed_keeps_its_exit_code():
+    with Path("/dev/full").open("w") as full:
+        done = run("get", "foo:bar", "X", "--json", stdout=full)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1 and "no known kind" in done.stderr
 
 
 # -- output ----------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import pytest
 from recorded_frames import INFO, NAMES, START, STEP, made, written
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import ExistingFileError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.recording import (
     RecordingError,
@@ -117,7 +117,7 @@ def test_nothing_is_overwritten(tmp_path):
     for kind, name in NAMES.items():
         path = tmp_path / kind.value / name
         written(kind, path, [made("Mono8", 0)])
-        with pytest.raises(RecordingError, match="overwrites nothing"):
+        with pytest.raises(ExistingFileError, match="overwrites nothing"):
             create_writer(kind, path, INFO)
 
 
@@ -134,7 +134,7 @@ def test_a_source_whose_name_is_no_utf8_is_recorded(tmp_path, kind):
 def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
     notes = tmp_path / "movie.frames.jsonl"
     notes.write_text("")
-    with pytest.raises(RecordingError, match=re.escape(f"{notes} could not be created: File exists")):
+    with pytest.raises(ExistingFileError, match=re.escape(f"{notes} could not be created: File exists")):
         create_writer(RecordingKind.H264, tmp_path / "movie.mp4", INFO)
 
 
