@@ -32,7 +32,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import RecordingKind, kind_of, snapshot
+from grabbergui.recording import CODECS, kind_of, snapshot
 from grabbergui.recording.recorder import RecordingLimits, create_recorder
 
 _LOOK = 0.5
@@ -212,12 +212,6 @@ def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namesp
 
 
 # -- record --------------------------------------------------------------------------------------
-_CODECS = {
-    kind.value: kind
-    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
-}
-
-
 def _add_record(commands: Any) -> None:
     parser = commands.add_parser(
         "record",
@@ -238,7 +232,7 @@ def _add_record(commands: Any) -> None:
     parser.add_argument("--lossless", action="store_true", help="lossless movie, larger: H.264 or FFV1")
     parser.add_argument(
         "--codec",
-        choices=_CODECS,
+        choices=CODECS,
         help="codec of a movie: h264 (default), hevc or av1 (smaller), ffv1 (lossless)",
     )
     parser.add_argument("--tiff", action="store_true", help="in a folder: TIFF, larger and faster than PNG")
@@ -248,10 +242,12 @@ def _add_record(commands: Any) -> None:
 
 def _record(options: argparse.Namespace) -> int:
     check_folder_of(options.out)
-    kind = _kind(options)
+    kind = kind_of(options.out, codec=options.codec, lossless=options.lossless, tiff=options.tiff)
+    size = None if options.size is None else options.size * 1e6
+    limits = RecordingLimits(options.frames, options.seconds, size)
     with _awaited_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
-        recorder = create_recorder(grabber, options.out, kind, _limits(options))
+        recorder = create_recorder(grabber, options.out, kind, limits)
         recorder.start()
         failure: GrabberError | None = None
         try:
@@ -293,25 +289,6 @@ def _record(options: argparse.Namespace) -> int:
     if reason:
         raise PartialResultError(reason, summary) from failure or progress.error
     return 0
-
-
-def _kind(options: argparse.Namespace) -> RecordingKind:
-    movie = _CODECS[options.codec or "h264"]
-    if options.lossless and movie is not RecordingKind.FFV1:
-        if options.codec not in (None, "h264"):
-            raise UsageError(f"--lossless is h264's or ffv1's, not {options.codec}'s")
-        movie = RecordingKind.LOSSLESS
-    kind = kind_of(options.out, movie=movie)
-    if options.tiff and kind is not RecordingKind.PNG:
-        raise UsageError(f"--tiff is for a folder of images, not for {options.out.name}")
-    if (options.lossless or options.codec) and kind is not movie:
-        raise UsageError(f"--lossless and --codec are for a movie, not for {options.out.name}")
-    return RecordingKind.TIFF if options.tiff else kind
-
-
-def _limits(options: argparse.Namespace) -> RecordingLimits:
-    size = None if options.size is None else round(options.size * 1e6)
-    return RecordingLimits(options.frames, options.seconds, size)
 
 
 # -- events --------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.component import Component
-from grabbergui.core.environment import write_whole
+from grabbergui.core.environment import expanded, write_whole
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
@@ -34,6 +34,7 @@ from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
+from grabbergui.recording import kind_of
 from grabbergui.recording.recorder import RecordingLimits
 
 RETRIGGER = 0.5
@@ -319,16 +320,23 @@ class Camera(FeatureAccess):
         *,
         frames: int | None = None,
         seconds: float | None = None,
+        megabytes: float | None = None,
+        codec: str | None = None,
         lossless: bool = False,
+        tiff: bool = False,
     ) -> Recording:
-        """Record the stream: `.mp4` (H.264, with `lossless` exact), `.mcap`, or a folder of PNG (no ending).
+        """Record the stream: a movie (`.mp4`), ROS 2 messages (`.mcap`), or a folder of images (no ending).
 
-        `camera.record("run.mcap", seconds=5).wait()`, or `with camera.record("run.mcap"): …`. Nothing is
-        overwritten. Raises GrabberError.
+        `camera.record("run.mcap", seconds=5).wait()`, or `with camera.record("run.mcap"): …`. It ends by
+        itself at the first of its limits: `frames`, `seconds` or `megabytes`. A movie's `codec` is `h264`
+        (default), `hevc`, `av1` or `ffv1`; h264 can be `lossless`, and ffv1 always is. A folder has PNG, or
+        with `tiff` TIFF. Nothing is overwritten. Raises GrabberError.
         """
-        return Recording.begin(
-            self._grabber, path, RecordingLimits(frames, seconds), self._use_stream, lossless=lossless
-        )
+        size = None if megabytes is None else megabytes * 1e6
+        file = expanded(path)
+        kind = kind_of(file, codec=codec, lossless=lossless, tiff=tiff)
+        limits = RecordingLimits(frames, seconds, size)
+        return Recording.begin(self._grabber, file, kind, limits, self._use_stream)
 
     def points(self, frame: Frame) -> PointCloud:
         """Compute the points of a frame's range image by the camera's Scan3d features.
@@ -343,7 +351,7 @@ class Camera(FeatureAccess):
 
         Raises as `points` does, and OSError if the file cannot be written.
         """
-        write_whole(Path(path), self.points(frame).ply())
+        write_whole(expanded(path), self.points(frame).ply())
 
     def distances(self, component: Frame | Component) -> NDArray[np.float32]:
         """Return a range image in millimetres: (height, width) float32, NaN where nothing was measured."""
@@ -352,7 +360,7 @@ class Camera(FeatureAccess):
 
     def save_settings(self, path: str | Path) -> None:
         """Write every setting to a file: GenICam's feature stream, or YAML for `.yaml`."""
-        settings_files.save(capture(self._grabber), Path(path))
+        settings_files.save(capture(self._grabber), expanded(path))
 
     def load_settings(self, path: str | Path, *, dry_run: bool = False) -> LoadReport:
         """Set the camera as a file says and report what became of each setting; see `LoadReport.lines`.
@@ -360,7 +368,7 @@ class Camera(FeatureAccess):
         With `dry_run` nothing is written. Settings that the camera refuses are reported, the others written.
         If the camera is lost meanwhile, the report is `interrupted` and says what was written until then.
         """
-        features = settings_files.load(Path(path), self._grabber.selectors.of)
+        features = settings_files.load(expanded(path), self._grabber.selectors.of)
         report = load_onto(self._grabber, features, dry_run=dry_run)
         self._keep_trigger |= not dry_run and any(key.name == "TriggerMode" for key in features.settings)
         return report

@@ -18,7 +18,7 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.recording import RecordingKind, kind_of
+from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
 DEPTH = 8
@@ -130,17 +130,9 @@ class Recording:
 
     @classmethod
     def begin(
-        cls,
-        grabber: FrameGrabber,
-        path: str | Path,
-        limits: RecordingLimits,
-        use: Use,
-        *,
-        lossless: bool,
+        cls, grabber: FrameGrabber, path: Path, kind: RecordingKind, limits: RecordingLimits, use: Use
     ) -> Recording:
         """Start writing the frames that arrive from now on. Raises GrabberError where it cannot be made."""
-        path = Path(path)
-        kind = kind_of(path, movie=RecordingKind.LOSSLESS if lossless else RecordingKind.H264)
         recorder = create_recorder(grabber, path, kind, limits)
         stream = contextlib.ExitStack()
         recorder.start()

@@ -66,16 +66,44 @@ MOVIE_KINDS = (
 )
 
 
-def kind_of(path: Path, *, movie: RecordingKind = RecordingKind.H264) -> RecordingKind:
-    """Return the kind for a path's suffix: a movie, MCAP, or a folder of PNG. Raises UsageError."""
+CODECS = {
+    kind.value: kind
+    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
+}
+"""Codecs of a movie by their names; lossless H.264 has none of its own."""
+
+
+def kind_of(
+    path: Path, *, codec: str | None = None, lossless: bool = False, tiff: bool = False
+) -> RecordingKind:
+    """Return the kind for a path's suffix: a movie, MCAP, or a folder of PNG.
+
+    `codec` is one of CODECS, h264 by default; `codec` and `lossless` are for a movie, `tiff` for a folder.
+    Raises UsageError.
+    """
     suffix = path.suffix.lower()
-    if suffix == ".mcap":
-        return RecordingKind.MCAP
-    if suffix == ".mp4":
-        return movie
     if suffix in (".mkv", ".avi", ".mov", ".bag", ".db3"):
         raise UsageError(f"{path}: recordings are .mp4, .mcap, or a folder (no ending)")
-    return RecordingKind.PNG
+    if tiff and suffix in (".mp4", ".mcap"):
+        raise UsageError(f"tiff is for a folder of images, not for {path.name}")
+    if suffix == ".mp4":
+        return _movie_kind(codec or RecordingKind.H264.value, lossless=lossless)
+    if codec is not None or lossless:
+        raise UsageError(f"codec and lossless are for a movie (.mp4), not for {path.name}")
+    if suffix == ".mcap":
+        return RecordingKind.MCAP
+    return RecordingKind.TIFF if tiff else RecordingKind.PNG
+
+
+def _movie_kind(codec: str, *, lossless: bool) -> RecordingKind:
+    if codec not in CODECS:
+        raise UsageError(f"'{codec}' is no codec of a movie; there are {', '.join(CODECS)}")
+    kind = CODECS[codec]
+    if not lossless or kind is RecordingKind.FFV1:
+        return kind
+    if kind is not RecordingKind.H264:
+        raise UsageError(f"{codec} is not lossless here; h264 and ffv1 are")
+    return RecordingKind.LOSSLESS
 
 
 # -- errors --------------------------------------------------------------------------------------

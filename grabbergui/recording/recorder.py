@@ -16,7 +16,13 @@ from pathlib import Path
 from psygnal import Signal
 
 from grabbergui.core.calibration import Scan3d
-from grabbergui.core.errors import ExistingFileError, FeatureError, FrameTimeoutError, GrabberError
+from grabbergui.core.errors import (
+    ExistingFileError,
+    FeatureError,
+    FrameTimeoutError,
+    GrabberError,
+    UsageError,
+)
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -55,8 +61,14 @@ class RecordingLimits:
     frames: int | None = None
     seconds: float | None = None
     "From the first frame to the last."
-    size: int | None = None
+    size: float | None = None
     "Bytes; the frame that reaches them is the last."
+
+    def __post_init__(self) -> None:
+        """Raise UsageError for a limit that no recording can have."""
+        for unit, limit in (("frames", self.frames), ("seconds", self.seconds), ("bytes", self.size)):
+            if limit is not None and not limit > 0:
+                raise UsageError(f"a recording cannot end after {limit} {unit}; write more than 0")
 
 
 UNLIMITED = RecordingLimits()

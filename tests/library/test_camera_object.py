@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
+import math
 import subprocess
 import sys
 import threading
@@ -220,6 +221,12 @@ def test_closing_ends_a_wait(camera: grabbergui.Camera) -> None:
         lambda c: c.bracket(ExposureTime=[1], Gain=[1, 2]),
         lambda c: c.bracket(ExposureTime=5),
         lambda c: c.bracket(ExposureTime="5ms"),
+        lambda c: c.record("run.mcap", frames=0),
+        lambda c: c.record("run.mcap", seconds=-1),
+        lambda c: c.record("run.mcap", megabytes=math.nan),
+        lambda c: c.record("run.mp4", codec="vp9"),
+        lambda c: c.record("run.mp4", codec="hevc", lossless=True),
+        lambda c: c.record("run.mp4", tiff=True),
     ],
 )
 def test_senseless_arguments_are_refused(camera: grabbergui.Camera, call: Any) -> None:
@@ -331,6 +338,46 @@ def test_a_recording_holds_every_frame(camera: grabbergui.Camera, tmp_path: Path
     assert (done.frames, done.dropped) == (10, 0) and not camera.streaming
     with grabbergui.open(f"file:{path}") as played:
         assert len(list(played.frames(10))) == 10
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "pixel_format", "file"),
+    [
+        ("run.mp4", {"codec": "ffv1"}, "Mono12", "run.mp4"),
+        ("run.mp4", {"lossless": True}, "Mono8", "run.mp4"),
+        ("run", {"tiff": True}, "Mono12", "run/00000000.tiff"),
+    ],
+)
+def test_a_recording_keeps_what_its_options_promise(
+    camera: grabbergui.Camera,
+    tmp_path: Path,
+    name: str,
+    options: dict[str, Any],
+    pixel_format: str,
+    file: str,
+) -> None:
+    camera.pixel_format = pixel_format
+    camera.record(tmp_path / name, frames=2, **options).wait(PATIENCE)
+    assert (tmp_path / file).is_file()
+    with grabbergui.open(f"file:{tmp_path / name}") as played:
+        assert played.grab().pixel_format.name == pixel_format
+
+
+def test_a_recording_ends_at_its_size(camera: grabbergui.Camera, tmp_path: Path) -> None:
+    done = camera.record(tmp_path / "run.mcap", megabytes=0.05).wait(PATIENCE)
+    assert done.ended and done.frames > 2 and 0.05e6 <= done.size < 0.1e6
+
+
+def test_files_may_be_in_the_home_directory(
+    camera: grabbergui.Camera, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    camera.record("~/data/run.mcap", frames=1).wait(PATIENCE)
+    camera.save_settings("~/data/camera.yaml")
+    assert camera.load_settings("~/data/camera.yaml").settled
+    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ["camera.yaml", "run.mcap"]
+    with grabbergui.open("file:~/data/run.mcap") as played:
+        assert played.grab().complete
 
 
 def test_a_recording_lasts_as_long_as_its_block(camera: grabbergui.Camera, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from recorded_frames import INFO, NAMES, START, STEP, made, written
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import ExistingFileError, GrabberError
+from grabbergui.core.errors import ExistingFileError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.recording import (
     RecordingError,
@@ -140,11 +140,41 @@ def test_notes_that_are_left_of_a_removed_movie_are_named(tmp_path):
 
 def test_the_suffix_chooses_the_kind():
     assert kind_of(Path("a.MP4")) is RecordingKind.H264
-    assert kind_of(Path("a.mp4"), movie=RecordingKind.LOSSLESS) is RecordingKind.LOSSLESS
+    assert kind_of(Path("a.mp4"), lossless=True) is RecordingKind.LOSSLESS
     assert kind_of(Path("a.mcap")) is RecordingKind.MCAP
     assert kind_of(Path("a")) is RecordingKind.PNG
     with pytest.raises(GrabberError, match=r"\.mcap"):
         kind_of(Path("a.bag"))
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "kind"),
+    [
+        ("a.mp4", {"codec": "h264"}, RecordingKind.H264),
+        ("a.mp4", {"codec": "av1"}, RecordingKind.AV1),
+        ("a.mp4", {"codec": "h264", "lossless": True}, RecordingKind.LOSSLESS),
+        ("a.mp4", {"codec": "ffv1", "lossless": True}, RecordingKind.FFV1),
+        ("a", {"tiff": True}, RecordingKind.TIFF),
+    ],
+)
+def test_options_choose_among_movies_and_folders(name, options, kind):
+    assert kind_of(Path(name), **options) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "problem"),
+    [
+        ("a.mp4", {"codec": "vp9"}, "'vp9' is no codec of a movie; there are h264, hevc, av1, ffv1"),
+        ("a.mp4", {"codec": "hevc", "lossless": True}, "hevc is not lossless here; h264 and ffv1 are"),
+        ("a.mp4", {"tiff": True}, "tiff is for a folder of images, not for a.mp4"),
+        ("a.mcap", {"tiff": True}, "tiff is for a folder of images, not for a.mcap"),
+        ("a.mcap", {"lossless": True}, "codec and lossless are for a movie (.mp4), not for a.mcap"),
+        ("a", {"codec": "ffv1"}, "codec and lossless are for a movie (.mp4), not for a"),
+    ],
+)
+def test_options_of_another_kind_are_refused(name, options, problem):
+    with pytest.raises(UsageError, match=f"^{re.escape(problem)}$"):
+        kind_of(Path(name), **options)
 
 
 def test_free_space_is_that_of_its_disk(tmp_path):
