@@ -146,8 +146,7 @@ class ServoLoop:
         `held_back` is the gate's reason for slowing the hand down or refusing its motion.
         """
         self._held_back = held_back
-        # The gate may keep the hand at rest.
-        self._watch.commanded(replace(command, hand=np.zeros(6)) if held_back else command)
+        self._watch.commanded(command, held_back)
 
     def _add_reading(self, now: float, robot: RobotState) -> None:
         self._history.add(robot.time, robot.head)
@@ -225,15 +224,14 @@ class ServoLoop:
 
     def _judge_encoders(self, now: float, robot: RobotState) -> None:
         """Stop if encoders repeat their reading during motion, unless the arm is where it cannot move."""
-        if self._watch.head_frozen:
-            self._stop_for_encoders(now, "head")
-        elif self._watch.arm_frozen and robot.arm is not None and self._hindrance(robot.arm, self._twist):
+        problem = self._watch.problem
+        if not problem:
+            return
+        head = self._watch.head_frozen
+        if not head and robot.arm is not None and self._hindrance(robot.arm, self._twist):
             self._progress.give_up()
-        elif self._watch.arm_frozen:
-            self._stop_for_encoders(now, "arm")
-
-    def _stop_for_encoders(self, now: float, part: str) -> None:
-        self.machine.stop(now, f"the {part}'s encoders stand still though it is commanded to move")
+            return
+        self.machine.stop(now, problem)
         # A robot at rest repeats its reading: without a reset, a resumed run would stop before it moves.
         self._watch.reset()
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.gate import Command
-from grabbergui.servo.robots.robot import RobotState
+from grabbergui.servo.robots.robot import ARM, HEAD, RobotState
 
 
 class State(Enum):
@@ -248,10 +248,16 @@ class EncoderWatch:
         """Whether the arm's readings repeat although it is commanded to move."""
         return self._hand.seconds > self._patience
 
-    def commanded(self, command: Command) -> None:
-        """Note the command that the robot follows from now on."""
+    @property
+    def problem(self) -> str:
+        """Why the robot must stop, as display text; empty if it need not."""
+        part = HEAD if self.head_frozen else ARM if self.arm_frozen else ""
+        return f"the {part}'s encoders stand still though it is commanded to move" if part else ""
+
+    def commanded(self, command: Command, held_back: str = "") -> None:
+        """Note the command that the robot follows from now on, and why the gate holds its hand back, if so."""
         self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
-        self._hand.moves = self._hand.is_fast(command.hand)
+        self._hand.moves = not held_back and self._hand.is_fast(command.hand)
 
     def reset(self) -> None:
         """Start counting again."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
+from grabbergui.calibration import geometry
 from grabbergui.core.errors import (
     CalibrationError,
     RobotStoppedError,
@@ -44,14 +45,20 @@ def test_poses_that_are_obstructed_are_named():
     assert "workspace" in gate.obstruction(np.zeros(6))
 
 
+def no_number(bench):
+    state = bench.robot.state
+    return lambda: replace(state(), head=np.array([np.nan, 0.0]))
+
+
 @pytest.mark.parametrize(
     ("end", "complaint"),
     [
         (lambda bench: bench.gate.halt("the button"), "stopped: the button"),
         (lambda bench: (bench.gate.halt("the button"), bench.gate.release()), "not for this calibration"),
         (lambda bench: setattr(bench.robot, "state", lambda: None), "does not report its joints"),
+        (lambda bench: setattr(bench.robot, "state", no_number(bench)), "does not report its joints"),
     ],
-    ids=["stop", "stop that somebody else ended", "silent"],
+    ids=["stop", "stop that somebody else ended", "silent", "no number"],
 )
 def test_a_run_that_is_ended_leaves_the_robot_at_rest(end, complaint):
     bench = Bench("head")
@@ -108,3 +115,34 @@ def test_a_source_that_cannot_be_started_keeps_no_queue(monkeypatch):
     with pytest.raises(TransportError, match="no stream"):
         TargetWatch(grabber, QUICK.marker, closed_loop.calibration().scaled_to)
     assert not grabber._fanout.consumers
+
+
+@pytest.mark.parametrize("eye", ["head", "hand", "fixed"])
+def test_encoders_that_freeze_stop_the_robot_for_good(eye):
+    """The hand went on blindly by half a metre, and the head to its limit, pose after pose."""
+    bench = Bench(eye)
+    true_state, frozen = bench.robot.state, []
+
+    def state():
+        return replace(frozen[0], time=bench.now) if frozen else true_state()
+
+    bench.robot.state = state
+    bench.on_observation = lambda number: frozen.append(true_state()) if number == 3 else None
+    with pytest.raises(RobotStoppedError, match="encoders stand still though it is commanded to move"):
+        bench.run.run(VIEWS)
+    moved, before = true_state(), frozen[0]
+    assert geometry.distance(moved.hand, before.hand) < 0.1
+    assert np.degrees(np.abs(moved.head - before.head).max()) < 12
+    assert bench.robot.speed < 1e-3
+
+
+@pytest.mark.parametrize("eye", ["hand", "fixed"])
+def test_an_arm_at_a_limit_that_stands_still_is_not_dead_but_skips_the_pose(eye, monkeypatch):
+    bench = Bench(eye)
+    true_state, first = bench.robot.state, bench.robot.state()
+    bench.robot.state = lambda: replace(first, time=true_state().time)
+    monkeypatch.setattr(teo.MODEL.arm, "hindrance", lambda angles, twist: "the elbow is at its limit")
+    with pytest.raises(CalibrationError):
+        bench.run.run(VIEWS)
+    assert not bench.gate.halted
+    assert any("it was not reached" in progress.text for progress in bench.said)
