@@ -196,8 +196,8 @@ class RunnerServer:
             self._last_heartbeat is not None and time.monotonic() - self._last_heartbeat > HEARTBEAT_TIMEOUT
         )
         if silent and not self._not_answering:
-            log.error("%s: the robot is stopped", NOT_ANSWERING)
             _start_thread(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
+            log.error("%s: the robot is stopped", NOT_ANSWERING)
         self._not_answering = silent
 
     # -- requests --------------------------------------------------------------------------------

@@ -3,7 +3,8 @@
 It refuses commands that are not finite or too fast, that would lead the hand out of the workspace or the arm
 into the robot's body or an obstacle, and every motion while the emergency stop is on or the guardian could
 not stop the robot. It stops the robot when commands cease. A stop always passes, from any thread, and goes to
-the guardian, too; only a planned rest that the robot confirms does not.
+the guardian, too; only a planned rest that the robot confirms does not. A stop is logged only afterwards, as a
+terminal may take no text for a while (Ctrl-S).
 """
 
 from __future__ import annotations
@@ -122,8 +123,8 @@ class CommandGate:
             problem = self._problem(command)
             if problem:
                 self.refused += 1
-                log.error("no command sent: %s", problem)
                 self._rest()
+                log.error("no command sent: %s", problem)
                 return False
             command = self._kept_clear(command)
             self._last_word, self._until = now, command.until
@@ -149,14 +150,15 @@ class CommandGate:
                 self._move_hand(command)
             except GrabberError as error:
                 self.refused += 1
-                if self._halted or not self._moving:
+                overtaken = self._halted or not self._moving
+                self._guard.stop()
+                self._robot.stop()
+                self._moving = False
+                if overtaken:
                     # After a stop from another thread, the robot refuses an older command.
                     log.info("%s: a command was overtaken by a stop: %s", self._robot.name, error)
                 else:
                     log.error("%s does not take a command: %s", self._robot.name, error)
-                self._guard.stop()
-                self._robot.stop()
-                self._moving = False
                 return False
             self.sent += command.moves
             self._moving = True  # again, as the watchdog may have stopped it in between
@@ -248,8 +250,8 @@ class CommandGate:
 
     def _heed(self, verdict: Verdict) -> None:
         if verdict.for_good and not self._halted:
-            log.error("%s", verdict.why_not)
             self.halt(verdict.why_not)
+            log.error("%s", verdict.why_not)
         elif verdict != ALLOWED and self._moving:
             # The guardian has stopped it; this end of its connections must follow.
             self._moving = False

@@ -269,7 +269,7 @@ class Guardian:
                 break
             time.sleep(max(0.0, min(self._vigil.due - now, 0.01)))
         problems = [keeper.problem for keeper in self._keepers if keeper.problem]
-        _say(f"{self._vigil.why}: " + ("; ".join(problems) or "the robot was stopped"))
+        _say(f"{self._vigil.why}: " + ("; ".join(problems) or "the robot was stopped"), FAREWELL_S)
 
 
 class Lines:
@@ -278,6 +278,14 @@ class Lines:
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
         self._rest = b""
+        self._early: list[dict[str, Any]] = []
+
+    def first(self) -> dict[str, Any]:
+        """Wait for the first message; others that came along with it are read next. Raises EOFError."""
+        while not (messages := self.read(math.inf)):
+            pass
+        first, *self._early = messages
+        return first
 
     def read(self, until: float) -> list[dict[str, Any]]:
         """Return the messages that have arrived; wait for one until a moment on the monotonic clock at most.
@@ -285,6 +293,9 @@ class Lines:
         Raises EOFError at the end. Heartbeats that arrived are read even after the deadline: on a busy
         machine the guardian may be late, not the program.
         """
+        if self._early:
+            early, self._early = self._early, []
+            return early
         wait = None if math.isinf(until) else max(0.0, until - time.monotonic())
         if not select.select([self._descriptor], [], [], wait)[0]:
             return []
@@ -315,22 +326,28 @@ def main() -> None:
     with suppress(OSError):  # standard error may be closed
         os.dup2(2, 1)
     lines = Lines(sys.stdin.fileno())
-    start = None
-    with suppress(EOFError):
-        while start is None:
-            start = next(iter(lines.read(math.inf)), None)
-    if start is not None:
-        keepers = [Keeper(channel(each)) for each in start["channels"]]
-        Guardian(keepers, start["silence"], reports).run(lines)
+    try:
+        start = lines.first()
+    except EOFError:
+        return
+    keepers = [Keeper(channel(each)) for each in start["channels"]]
+    Guardian(keepers, start["silence"], reports).run(lines)
 
 
 def _on_terminate(*_: object) -> None:
     raise SystemExit("the guardian was terminated")
 
 
-def _say(text: str) -> None:
-    with suppress(OSError):  # the terminal may be gone
-        print(f"grabbergui guardian: {text}", file=sys.stderr, flush=True)
+def _say(text: str, timeout: float = 0.02) -> None:
+    """Print a message; wait no longer than `timeout` seconds for a terminal that takes none (Ctrl-S)."""
+
+    def say() -> None:
+        with suppress(OSError):  # the terminal may be gone
+            os.write(2, f"grabbergui guardian: {text}\n".encode())
+
+    thread = threading.Thread(target=say, daemon=True)
+    thread.start()
+    thread.join(timeout)
 
 
 if __name__ == "__main__":

@@ -66,6 +66,8 @@ class ServoLoop:
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
         "The detections in the newest image."
+        self.no_image = ""
+        "Why the newest image does not count, as display text; empty if it does."
         self.motion = TargetMotion()
         "The marker's motion, in the robot's base."
         self._camera_pose = robot.camera_pose
@@ -279,7 +281,7 @@ class ServoLoop:
         if not fresh_robot:
             return "the robot's readings are old"
         if not fresh:
-            return "no fresh image"
+            return self.no_image or "no fresh image"
         marker = self.marker.pose
         if marker is not None and ARM not in self._parts:
             return "the arm is not driven: only the head follows"

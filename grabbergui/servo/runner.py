@@ -14,9 +14,10 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
@@ -79,6 +80,7 @@ class Runner:
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
+        self._images = ImageWatch()
         self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
@@ -201,7 +203,7 @@ class Runner:
         self._tuned = config
 
     def _run(self) -> None:
-        failure = ""
+        failure: Exception | None = None
         queue = self._grabber.open_queue(1)
         try:
             self._grabber.start()
@@ -219,20 +221,20 @@ class Runner:
                     continue
                 self._cycle(now, captured, None if captured is None else frame)
                 due = max(due + 1 / self.config.loop.rate, now)
-        except GrabberError as error:
-            log.error("servo loop: %s", error)
-            failure = str(error)
         except Exception as error:
-            log.exception("servo loop")
-            # psygnal wraps an exception of a listener to `cycle_done`.
-            failure = f"internal error, see the log: {error.__cause__ or error}"
+            failure = error
         finally:
             self._running.clear()
             self.gate.halt(ENDED)
             queue.close()
             self._close_detector()
-        if failure:
-            self.failed.emit(failure)
+        if isinstance(failure, GrabberError):
+            log.error("servo loop: %s", failure)
+            self.failed.emit(str(failure))
+        elif failure is not None:
+            log.error("servo loop", exc_info=failure)
+            # psygnal wraps an exception of a listener to `cycle_done`.
+            self.failed.emit(f"internal error, see the log: {failure.__cause__ or failure}")
 
     def _close_detector(self) -> None:
         """Release the detector; the next frame gets a new one."""
@@ -241,7 +243,10 @@ class Runner:
             detector.close()
 
     def _see(self, frame: Frame) -> float | None:
-        """Detect; return the image's time of exposure (monotonic), None for an incomplete frame."""
+        """Detect; return the image's time of exposure (monotonic), None for a frame that does not count.
+
+        Raises UsageError if the calibration may not fit it.
+        """
         if not frame.complete:
             return None
         began = time.monotonic()
@@ -249,9 +254,12 @@ class Runner:
         if self._detector is None or self._renew:
             self._renew = False  # first: a request during this image is for the next one
             self._close_detector()
-            self._detector = self._make_detector(frame)
-        grey = frame.mono()
-        self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))
+            self._detector, self._images = self._make_detector(frame), ImageWatch()
+        grey = np.asarray(frame.mono())
+        self.loop.no_image = self._images.problem_of(frame, grey)
+        if self.loop.no_image:
+            return None
+        self.loop.see(self._detector.detect(grey, captured, frame.frame_id))
         self.images += 1
         self.detection_ms.append(1e3 * (time.monotonic() - began))
         return captured
@@ -296,3 +304,40 @@ class Runner:
             self.gate.expire(time.monotonic())
             self.gate.beat()
             time.sleep(_WATCH_S)
+
+
+# -- images that do not count --------------------------------------------------------------------
+_SPARSE = 16
+"Every so many rows are compared first, as they nearly always differ."
+
+
+class ImageWatch:
+    """Compares each image of a source with the one before. Use from one thread."""
+
+    def __init__(self) -> None:
+        self._last: NDArray[np.uint8] | None = None
+        self._region: tuple[int, int, int, int] | None = None
+
+    def problem_of(self, frame: Frame, grey: NDArray[np.uint8]) -> str:
+        """Return why an image does not count, as display text; empty if it does.
+
+        `grey` are its pixels. A camera that hangs may send its last image for ever, with new stamps: a head
+        that turned to a target in it would turn on and on. A live image has other noise than the last one.
+        Raises UsageError if size or region changed, as the calibration is of those before.
+        """
+        region = (frame.width, frame.height, frame.offset_x, frame.offset_y)
+        before, self._region = self._region, region
+        if before is not None and before != region:
+            raise UsageError(
+                f"the camera's region changed from {_region_text(before)} to {_region_text(region)}: set it "
+                "back, or start again if the calibration is right for it"
+            )
+        last, self._last = self._last, grey
+        if last is None or not np.array_equal(last[::_SPARSE], grey[::_SPARSE]):
+            return ""
+        return "the camera repeats its image" if np.array_equal(last, grey) else ""
+
+
+def _region_text(region: tuple[int, int, int, int]) -> str:
+    width, height, x, y = region
+    return f"{width}×{height} at ({x}, {y})"

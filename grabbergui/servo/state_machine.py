@@ -255,7 +255,7 @@ class EncoderWatch:
         return f"the {part}'s encoders stand still though it is commanded to move" if part else ""
 
     def commanded(self, command: Command, held_back: str = "") -> None:
-        """Note the command that the robot follows from now on, and why the gate holds its hand back, if so."""
+        """Note the command that the robot follows from now on; `held_back` is the gate's reason to rest."""
         self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
         self._hand.moves = not held_back and self._hand.is_fast(command.hand)
 

@@ -24,7 +24,7 @@ from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.runner import Runner
+from grabbergui.servo.runner import ImageWatch, Runner
 from grabbergui.servo.state_machine import State
 from patience import until
 
@@ -236,6 +236,59 @@ def test_an_image_that_is_not_complete_is_not_announced_as_one_that_counted():
         assert set(cycles) == {None}
     finally:
         runner.stop()
+
+
+@pytest.fixture
+def repeating(live):
+    """A run whose camera sends the same pixels again and again from the moment on that `hang` is called."""
+    runner, _, robot = live
+    deliver, hung = runner._see, []
+
+    def see(frame):
+        if hung and hung[0] is None:
+            hung[0] = frame
+        return deliver(dataclasses.replace(hung[0], captured=frame.captured) if hung else frame)
+
+    runner._see = see
+    return runner, robot, lambda: hung.append(None)
+
+
+def test_a_camera_that_sends_its_last_image_for_ever_moves_nothing(repeating):
+    """The hand went on to where the marker had been, and the head turned after a face to its limit."""
+    runner, robot, hang = repeating
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    hang()
+    until(lambda: runner.loop.machine.state is State.LOST)
+    assert runner.loop.machine.reason == "the camera repeats its image"
+    until(lambda: robot.speed == 0)
+    images = runner.images
+    time.sleep(0.2)
+    assert runner.images == images
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"offset_x": 8}, r"from 64×48 at \(0, 0\) to 64×48 at \(8, 0\): set it back"),
+        ({"width": 32, "height": 24}, r"to 32×24 at \(0, 0\)"),
+    ],
+)
+def test_a_region_that_changes_ends_the_run_until_a_person_starts_it_again(change, said):
+    frame = frame_of(np.zeros((48, 64), np.uint8))
+    changed = dataclasses.replace(frame, **change)
+    watch = ImageWatch()
+    watch.problem_of(frame, frame.mono())
+    with pytest.raises(UsageError, match=said):
+        watch.problem_of(changed, changed.mono())
+
+
+def test_only_an_image_that_is_the_same_in_every_pixel_is_a_repetition():
+    frame, watch = frame_of(np.zeros((48, 64), np.uint8)), ImageWatch()
+    grey = frame.mono()
+    other = grey.copy()
+    other[17, 5] = 1
+    assert [bool(watch.problem_of(frame, each)) for each in (grey, other, grey, grey)] == [0, 0, 0, 1]
 
 
 # -- what is left behind -------------------------------------------------------------------------

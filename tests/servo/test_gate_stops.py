@@ -10,7 +10,7 @@ from robots_for_tests import RecordingRobot
 from grabbergui.core.errors import TransportError
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.guardian_link import Guard
+from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from patience import PATIENCE, until
 
 
@@ -175,3 +175,41 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
     assert not gate.send(Command(head=np.array([0.1, 0])), 1.0)
     assert not [record for record in caplog.records if record.levelname == "ERROR"]
     assert robot.stops
+
+
+class Dying(Guard):
+    """A guardian that ends when it is told to."""
+
+    verdict = ALLOWED
+
+    def beat(self, moving):
+        return self.verdict
+
+
+def bad_command(gate, robot, guard):
+    gate.send(fast(head=np.array([math.nan, 0])), 0.02)
+
+
+def refusal(gate, robot, guard):
+    def refuse(velocity):
+        raise TransportError("its port is gone")
+
+    robot.move_head = refuse
+    gate.send(fast(), 0.02)
+
+
+def guardian_that_ends(gate, robot, guard):
+    guard.verdict = Verdict("the guardian has ended", for_good=True)
+    gate.beat()
+
+
+@pytest.mark.parametrize("fault", [bad_command, refusal, guardian_that_ends])
+def test_the_robot_is_stopped_before_the_log_says_why(fault, caplog):
+    """A terminal in which Ctrl-S was pressed takes no text: the stop waited for it."""
+    robot, guard = RecordingRobot(), Dying()
+    gate = CommandGate(robot, Config(), guard)
+    assert gate.send(fast(), 0.0)
+    moving = []
+    caplog.handler.addFilter(lambda record: moving.append(robot.moving) or True)
+    fault(gate, robot, guard)
+    assert moving == [False]

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import pytest
 
@@ -216,6 +217,76 @@ def test_nothing_moves_until_a_stop_that_was_asked_for_is_over(link):
     assert link.beat(lambda: True) == Verdict("the guardian is stopping the robot")
     os.kill(link.pid, signal.SIGCONT)
     until(lambda: link.beat(lambda: True) == ALLOWED)
+
+
+def test_a_stop_while_it_starts_is_not_lost(link):
+    """It arrived along with the list of channels, and nothing moved for 20 s."""
+    link.stop()
+    link.await_ready()
+
+
+def test_one_that_is_closed_while_it_starts_stops_nobody(capfd):
+    """It took the end for a crash: a second program, which was refused, stopped the robot of the first."""
+    link = GuardianLink([], SILENCE)
+    link.open()
+    link.close()
+    assert capfd.readouterr().err == ""
+
+
+NOTING = """
+import pathlib, sys
+from grabbergui.servo import guardian
+
+class Noting(guardian.Channel):
+    name = "noting"
+
+    def __init__(self, path):
+        self.path = pathlib.Path(path)
+
+    def prepare(self):
+        pass
+
+    close = prepare
+
+    def stop(self):
+        with self.path.open("a") as file:
+            file.write("stop ")
+
+if __name__ == "__main__":
+    guardian.KINDS["noting"] = "noting:Noting"
+    guardian.main()
+"""
+
+
+def test_a_terminal_that_takes_no_text_holds_up_no_stop(monkeypatch, tmp_path):
+    """After Ctrl-S, or behind a pager: it printed its alarm, waited for good, and never repeated the stop."""
+    program, noted, start = tmp_path / "noting.py", tmp_path / "noted", subprocess.Popen
+    program.write_text(NOTING)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    reader, full = os.pipe()
+    os.set_blocking(full, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(full, bytes(4096))
+    os.set_blocking(full, True)
+    monkeypatch.setattr(
+        subprocess,
+        "Popen",
+        lambda command, **options: start([command[0], str(program)], stderr=full, **options),
+    )
+    link = GuardianLink([{"kind": "noting", "path": str(noted)}], SILENCE)
+    link.open()
+    process = link._process
+    try:
+        link.await_ready()
+        process.stdin.close()  # as if this program had died
+        assert process.wait(PATIENCE) == 0
+        assert noted.read_text().split() == ["stop"] * len(REPEATS)
+    finally:
+        os.close(reader)
+        os.close(full)
+        process.kill()
+        link._end()
 
 
 LOUD = """

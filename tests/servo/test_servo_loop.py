@@ -199,7 +199,9 @@ def test_why_a_hand_comes_no_nearer(held_back, confined, hindrance, reason):
 def test_an_arm_that_cannot_but_stand_still_is_stuck_not_dead(hindrance):
     loop = Bench().loop
     angles = np.ones(6)
-    loop._watch = SimpleNamespace(head_frozen=False, arm_frozen=True, problem="it stands still", reset=lambda: None)
+    loop._watch = SimpleNamespace(
+        head_frozen=False, arm_frozen=True, problem="it stands still", reset=lambda: None
+    )
     loop._twist = np.arange(6.0)
     asked = []
     loop._hindrance = lambda *given: asked.append(given) or hindrance
