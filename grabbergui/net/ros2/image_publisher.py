@@ -35,7 +35,8 @@ from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
 
-_JPEG_QUALITY = 90
+JPEG_QUALITY = "image_raw.compressed.jpeg_quality"
+"""The node's parameter, named as image_transport's."""
 
 
 class ImagePublisher:
@@ -43,8 +44,8 @@ class ImagePublisher:
 
     Frames with several components also have `ComponentTopics`.
 
-    A thread of its own publishes the messages; their headers carry the node's parameter `frame_id`. A slow
-    network drops frames here and does not affect the camera or other consumers.
+    A thread of its own publishes the messages; the node's parameters `frame_id` and `JPEG_QUALITY` apply. A
+    slow network drops frames here and does not affect the camera or other consumers.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
@@ -136,7 +137,8 @@ class ImagePublisher:
         message = self._compressed_type()
         mono = frame.pixel_format.family in (Family.MONO, Family.COORDINATES)
         image = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
-        done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        quality = self._node.get_parameter(JPEG_QUALITY).value
+        done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
         if not done:
             raise PixelFormatError(f"an image of {frame.width}×{frame.height} cannot be written as JPEG")
         # The encoding that image_transport's subscribers give the decoded image precedes that of the JPEG.

@@ -13,6 +13,7 @@ from typing import Any
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError, GrabberError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import as_editable
 from grabbergui.net.ros2.runtime import sendable
 
@@ -129,6 +130,21 @@ def _fits_a_slider(low: float, high: float) -> bool:
     return 0 < span < math.inf and max(abs(low), abs(high)) / span < _SLIDER.stop / 100
 
 
+def setting_of(grabber: FrameGrabber, name: str) -> SettingKey:
+    """Return the setting that a parameter means: `Gain`, or `BalanceRatio.Red` with its selectors' entries.
+
+    Raises FeatureNotFoundError for a number of entries other than that of the selectors.
+    """
+    feature, *entries = name.split(".")
+    selectors = grabber.selectors.of(feature)
+    if not entries or not grabber.has_feature(feature):
+        return SettingKey(name)
+    if len(entries) != len(selectors):
+        chosen = "".join(f".<{selector}>" for selector in selectors)
+        raise FeatureNotFoundError(f"there is no parameter {name}; write {feature}{chosen}", feature)
+    return SettingKey(feature, tuple(zip(selectors, entries, strict=True)))
+
+
 # -- changes -------------------------------------------------------------------------------------
 class ParameterEvents:
     """Follows a grabber's features, and publishes their values from a thread of its own.
@@ -188,7 +204,7 @@ class ParameterEvents:
         event = ParameterEvent(node=self._node.get_fully_qualified_name())
         for name in sorted(names):
             try:
-                feature = self._grabber.feature(name)
+                feature = self._grabber.read_setting(setting_of(self._grabber, name))
             except GrabberError as error:
                 log.debug("parameter %s: %s", name, error)
                 continue
@@ -282,6 +298,8 @@ class FeatureParameters:
             lambda feature: _descriptor_of(feature, settable=self._settable(feature)),
             self._node.describe_parameter,
         )
+        for name, descriptor in zip(request.names, answer.descriptors, strict=False):
+            descriptor.name = name
         return answer
 
     def _each(
@@ -305,7 +323,7 @@ class FeatureParameters:
         return int(self._node.get_parameter(name).type_.value)
 
     def _feature(self, name: str) -> Feature:
-        feature = self._grabber.feature(name)
+        feature = self._grabber.read_setting(setting_of(self._grabber, name))
         if feature.kind not in _TYPES:
             raise FeatureNotFoundError(
                 f"{name} is a command and no parameter; run it by the service `ask`", name
@@ -370,7 +388,7 @@ class FeatureParameters:
             raise FeatureAccessError(f"{feature.name} {feature.access_problem()}", feature.name)
         value = _accepted(feature, parameter.value)
         if feature.access.writable or value != feature.value:
-            self._grabber.write_feature(feature.name, value)
+            self._grabber.write_setting(setting_of(self._grabber, parameter.name), value)
 
     def _set_own(self, parameter: Any) -> Any:
         from rcl_interfaces.msg import SetParametersResult

@@ -20,7 +20,7 @@ from grabbergui.net.numbered_features import (
     number_of,
 )
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
-from grabbergui.net.ros2.image_publisher import ImagePublisher
+from grabbergui.net.ros2.image_publisher import JPEG_QUALITY, ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.runtime import (
     Ros2Node,
@@ -140,27 +140,26 @@ class Ros2GrabberServer:
 
     # -- calibration -----------------------------------------------------------------------------
     def _declare(self, frame_id: str) -> None:
-        """Declare the two parameters that ROS's camera drivers share. Raises UsageError for a wrong type.
+        """Declare the parameters that ROS's camera drivers share. Raises UsageError for a wrong value.
 
         The URL is fixed at the start: otherwise any client could have any file overwritten.
         """
-        from rcl_interfaces.msg import ParameterDescriptor
-        from rclpy.exceptions import InvalidParameterTypeException
+        from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+        from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
         file = self._calibration.file
-        for name, value, fixed, description in (
-            ("frame_id", frame_id, self._read_only, "Frame of reference in the headers of images."),
-            (
-                "camera_info_url",
-                file.absolute().as_uri() if file else "",
-                True,
-                f"Calibration file; empty: {DEFAULT_URL}",
-            ),
+        url = file.absolute().as_uri() if file else ""
+        quality = [IntegerRange(from_value=1, to_value=100, step=1)]
+        for name, value, described in (
+            ("frame_id", frame_id, {"description": "Frame of reference in the headers of images."}),
+            ("camera_info_url", url, {"description": f"Calibration file; empty: {DEFAULT_URL}"}),
+            (JPEG_QUALITY, 90, {"description": "Higher is better and larger.", "integer_range": quality}),
         ):
-            descriptor = ParameterDescriptor(description=description, read_only=fixed)
+            fixed = self._read_only or name == "camera_info_url"
+            descriptor = ParameterDescriptor(read_only=fixed, **described)
             try:
                 self._ros.node.declare_parameter(name, value, descriptor)
-            except InvalidParameterTypeException as error:
+            except (InvalidParameterTypeException, InvalidParameterValueException) as error:
                 raise UsageError(f"parameter {name}: {error}") from error
 
     def _find_calibration(self) -> None:

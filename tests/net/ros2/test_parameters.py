@@ -1,5 +1,6 @@
 """Features as parameters, asked by rclpy's own parameter client, which `ros2 param` stands on."""
 
+import re
 from contextlib import closing
 
 import pytest
@@ -189,6 +190,50 @@ def test_words_that_ros2_param_misreads_are_put_right(parameters, camera):
     assert parameters.set(DeviceUserID=1.5)[0].successful and camera.feature("DeviceUserID").value == "1.5"
 
 
+@pytest.fixture
+def colour():
+    """A camera with a selected feature."""
+    with closing(sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")) as grabber:
+        grabber.open()
+        yield grabber
+
+
+@pytest.fixture
+def of_colour(colour, domain):
+    with Ros2GrabberServer(colour, "/colour"), closing(ParameterProbe("/colour")) as probe:
+        yield probe
+
+
+def test_a_value_under_a_selector_is_a_parameter_that_is_not_listed(of_colour, colour):
+    colour.write_feature("BalanceRatioSelector", "Green")
+    assert all(
+        result.successful for result in of_colour.set(**{"BalanceRatio.Red": 1.5, "BalanceRatio.Blue": 2})
+    )
+    red, blue = of_colour.values("BalanceRatio.Red", "BalanceRatio.Blue")
+    assert (red.double_value, blue.double_value) == (1.5, 2.0)
+    assert (colour.read_setting(ratio("Red")).value, colour.read_setting(ratio("Blue")).value) == (1.5, 2)
+    assert colour.feature("BalanceRatioSelector").value == "Green"
+    (described,) = of_colour.describe("BalanceRatio.Red")
+    assert described.name == "BalanceRatio.Red" and described.floating_point_range
+    assert not any(name.startswith("BalanceRatio.") for name in of_colour.names())
+    together = of_colour.set_together(**{"BalanceRatio.Red": 1.0, "ExposureTime": -1.0})
+    assert not together.successful and colour.read_setting(ratio("Red")).value == 1.5
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("BalanceRatio.Purple", "allowed: .*Red"),
+        ("BalanceRatio.Red.Left", "write BalanceRatio.<BalanceRatioSelector>"),
+        ("Gain.Red", "there is no parameter Gain.Red; write Gain$"),
+        ("Gian.Red", "has no feature Gian.Red"),
+    ],
+)
+def test_a_selector_that_is_not_there_is_named(of_colour, name, reason):
+    (result,) = of_colour.set(**{name: 1.0})
+    assert not result.successful and re.search(reason, result.reason)
+
+
 def test_an_atomic_request_sets_all_or_none(parameters, camera):
     assert parameters.set_together(Gain=2.0, ExposureTime=5000.0).successful
 
@@ -277,6 +322,14 @@ def test_a_file_is_loaded_on_the_running_server(parameters, camera, tmp_path):
     results = {result.successful for result in parameters.load(file)}
 
     assert results == {True, False} and camera.feature("Gain").value == 3
+
+
+def test_a_file_sets_several_values_of_one_selected_feature(colour, domain, tmp_path, caplog):
+    file = tmp_path / "camera.yaml"
+    file.write_text("/balanced:\n  ros__parameters:\n    BalanceRatio: {Red: 1.7, Blue: 2.3}\n")
+    with Ros2GrabberServer(colour, "/balanced", ros_args=["--params-file", str(file)]):
+        assert [colour.read_setting(ratio(entry)).value for entry in ("Red", "Blue")] == [1.7, 2.3]
+    assert not caplog.records
 
 
 def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, probe, tmp_path, caplog):

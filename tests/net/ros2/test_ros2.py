@@ -103,6 +103,29 @@ def test_compressed_images_can_be_read(server, probe):
     assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
 
 
+def test_the_quality_of_jpeg_is_a_parameter(serve, probe):
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    serve("/cam", ros_args=["-p", "image_raw.compressed.jpeg_quality:=95"])
+    images = probe.subscribe(CompressedImage, "/cam/image_raw/compressed")
+    fine = len(images.get(timeout=PATIENCE).data)
+
+    def set_quality(value):
+        parameter = Parameter("image_raw.compressed.jpeg_quality", value=value).to_parameter_msg()
+        (result,) = probe.call(SetParameters, "/cam/set_parameters", parameters=[parameter]).results
+        return result.successful
+
+    assert not set_quality(101) and set_quality(20)
+    until(lambda: len(images.get(timeout=PATIENCE).data) < fine / 2)
+
+
+@pytest.mark.parametrize("value", ["0", "high"])
+def test_a_quality_of_jpeg_that_does_not_exist_is_refused(camera, domain, value):
+    with pytest.raises(UsageError, match="jpeg_quality"):
+        Ros2GrabberServer(camera, "/cam", ros_args=["-p", f"image_raw.compressed.jpeg_quality:={value}"])
+
+
 def whole_sensor():
     """Return a calibration of the simulated camera's whole sensor."""
     info = CameraInfo(width=4096, height=2160, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
