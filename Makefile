@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint bench fuzz docs screenshots translations deb test-deb clean
+.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint types bench fuzz docs screenshots translations deb test-deb clean
 
 setup: $(STAMP)
 
@@ -38,9 +38,13 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-logo
+	@$(MAKE) --no-print-directory --jobs=3 types types-win32 types-darwin  # beside each other: mypy uses one core
+
+types:
 	$(BIN)/mypy
-	$(BIN)/mypy --package grabbergui --platform win32 --cache-dir .mypy_cache/win32
-	$(BIN)/mypy --package grabbergui --platform darwin --cache-dir .mypy_cache/darwin
+
+types-%:
+	$(BIN)/mypy --package grabbergui --platform $* --cache-dir .mypy_cache/$*
 
 # The tests of one package alone: make test PACKAGE=net/yarp; ROOM is the variable's older name.
 PACKAGE ?= $(ROOM)
