@@ -3,8 +3,8 @@
 It refuses commands that are not finite or too fast, that would lead the hand out of the workspace or the arm
 into the robot's body or an obstacle, and every motion while the emergency stop is on or the guardian could
 not stop the robot. It stops the robot when commands cease. A stop always passes, from any thread, and goes to
-the guardian, too; only a planned rest that the robot confirms does not. A stop is logged only afterwards, as a
-terminal may take no text for a while (Ctrl-S).
+the guardian, too; only a planned rest that the robot confirms does not. A stop is logged only afterwards, as
+a terminal may take no text for a while (Ctrl-S).
 """
 
 from __future__ import annotations
