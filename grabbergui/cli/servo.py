@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import select
 import statistics
 import sys
@@ -255,7 +256,10 @@ class _Outcome:
 
 
 def _at_terminal() -> bool:
-    return bool(sys.stdin) and sys.stdin.isatty()
+    """Return whether the keyboard is ours: a background job that reads it is frozen (SIGTTIN)."""
+    if not sys.stdin or not sys.stdin.isatty():
+        return False
+    return sys.platform == "win32" or os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
 
 
 def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
@@ -268,9 +272,15 @@ def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
     line = sys.stdin.readline().strip().lower()
     if line == "":
         runner.emergency_stop("stopped from the keyboard")
-    elif line == "r" and (why_not := runner.resume()):
-        print(f"still stopped: {why_not}", flush=True)
+    elif line == "r":
+        # On a thread of its own, as a guardian that must start again would hold up the next stop.
+        threading.Thread(target=_resume, args=(runner, runner.gate.stops), daemon=True).start()
     return line
+
+
+def _resume(runner: Runner, stops: int) -> None:
+    if why_not := runner.resume(stops):
+        print(f"still stopped: {why_not}", flush=True)
 
 
 def _timing(runner: Runner) -> dict[str, float | None]:

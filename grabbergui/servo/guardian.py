@@ -189,7 +189,8 @@ class Keeper:
                     self._channel.prepare()
                 self.problem = ""
             except Exception as error:  # whatever a network's library raises, the stop must be tried again
-                self.problem = f"{self._channel.name}: {error}"
+                name, text = self._channel.name, str(error)
+                self.problem = text if text.startswith(name) else f"{name}: {text}"
                 self._channel.reset()
             if not closing:
                 self._wake.wait(RETRY_S if self.problem else CHECK_S)

@@ -72,6 +72,7 @@ class ServoLoop:
         "The marker's motion, in the robot's base."
         self._camera_pose = robot.camera_pose
         self._parts = robot.parts
+        self._silence = robot.silence
         self._history = JointHistory()
         self._watch = EncoderWatch(config.safety.freeze)
         self._progress = ProgressWatch(config.safety.stuck)
@@ -279,7 +280,7 @@ class ServoLoop:
         if not sound:
             return "the robot's readings are no numbers"
         if not fresh_robot:
-            return "the robot's readings are old"
+            return self._silence() or "the robot's readings are old"
         if not fresh:
             return self.no_image or "no fresh image"
         marker = self.marker.pose

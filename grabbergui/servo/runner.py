@@ -167,16 +167,17 @@ class Runner:
         """Stop the robot and pass no command until `resume`. Any thread."""
         self.gate.halt(reason)
 
-    def resume(self) -> str:
+    def resume(self, stops: int | None = None) -> str:
         """End an emergency stop, and start the guardian again if it has ended. Any thread.
 
-        Return why the robot is still stopped (the loop has ended, no guardian could stop it, or another stop
-        came); empty if it is not.
+        `stops` is the gate's number of stops when a person decided it, if that was earlier than now. Return
+        why the robot is still stopped (the loop has ended, no guardian could stop it, or another stop came);
+        empty if it is not.
         """
         if not self.running:
             return ENDED
         try:
-            self.gate.release()
+            self.gate.release(stops)
         except RobotStoppedError as error:
             return f"it was stopped again: {error.reason}"
         except GrabberError as error:

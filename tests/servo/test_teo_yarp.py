@@ -241,17 +241,22 @@ def test_a_robot_whose_board_is_gone_takes_no_velocities(robot, names, simulated
         robot.move_head(np.array([0.1, 0.0]))
 
 
-def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
+def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names, caplog):
     ports = TeoPorts(SimRobot(teo.MODEL), names)
     ports.open()
     client = TeoOverYarp(names)
     client.open()
     until(lambda: client.state() is not None)
+    assert client.silence() == ""
     ports.close()
     until(lambda: time.monotonic() - client.state().time > 0.2)
+    until(lambda: "start the program again once the robot is back" in client.silence())
     for watch in attempts(2.0):
         with watch:
             client.stop()
+    client.stop()
+    unconfirmed = [record for record in caplog.records if "did not confirm the stop" in record.getMessage()]
+    assert [record.levelname for record in unconfirmed].count("ERROR") == 2, "one for each controller"
     with pytest.raises(GrabberError):
         client.step_head(np.radians([2.0, 0.0]))
     client.close()

@@ -149,6 +149,10 @@ class Robot(ABC):
     def stop(self) -> bool:
         """Stop everything. Return whether the stop was delivered; never raises."""
 
+    def silence(self) -> str:
+        """Return why its readings are old and what to do, as display text; empty if that is not known."""
+        return ""
+
     def stop_channels(self) -> list[dict[str, str]]:
         """Return the channels by which the guardian can stop it from another process; see `servo.guardian`.
 

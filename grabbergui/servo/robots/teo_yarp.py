@@ -83,6 +83,8 @@ class TeoOverYarp(Robot):
         "Number of stops so far; a command is not sent if one came while it was prepared."
         self._sending = threading.Lock()
         "Held while a command is written (which never waits), so that a stop is written after it."
+        self._unconfirmed: set[str] = set()
+        "What was logged since the last stop that both controllers confirmed."
         self._open = False
 
     def open(self) -> None:
@@ -118,6 +120,12 @@ class TeoOverYarp(Robot):
             return None
         fresh = arm is not None and head[0] - arm[0] < _ARM_FRESH
         return RobotState(min(head[0], hand[0]), head[1], hand[1], arm[1] if arm and fresh else None)
+
+    @override
+    def silence(self) -> str:
+        if all(port.carriers(outgoing=False) for port in (self._head_state, self._arm_state)):
+            return ""
+        return f"{self._remote} is no longer connected: start the program again once the robot is back"
 
     def move_head(self, velocity: Vector) -> None:
         """See Robot."""
@@ -191,8 +199,13 @@ class TeoOverYarp(Robot):
             try:
                 self._ask(client, request, _STOP_TIMEOUT)
             except GrabberError as error:
-                log.error("%s did not confirm the stop: %s", client.target, error)
+                text = f"{client.target} did not confirm the stop: {error}"
+                # A robot that is gone is stopped many times; once says it.
+                log.log(logging.DEBUG if text in self._unconfirmed else logging.ERROR, "%s", text)
+                self._unconfirmed.add(text)
                 delivered = False
+        if delivered:
+            self._unconfirmed.clear()
         return delivered
 
     def stop_channels(self) -> list[dict[str, str]]:
