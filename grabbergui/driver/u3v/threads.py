@@ -33,35 +33,47 @@ log = logging.getLogger(__name__)
 # -- the camera's clock --------------------------------------------------------------------------
 BRACKETS = 3
 "Number of readings, of which the fastest counts."
+APART_NS = 100_000_000
+"Between two readings that show how fast the device's clock runs; each may be a millisecond wrong."
+MOST_DRIFT = 0.05
+"Share by which a clock may be slow; one in other units than nanoseconds is slower by far."
 
 
 class DeviceClock:
     """Maps device time to host time (`time.monotonic_ns`), from a simultaneous reading of both clocks.
 
-    Any thread may map; each new reading corrects the clocks' drift.
+    Any thread may map; each new reading corrects the clocks' drift. A clock that proves slow is not used: it
+    would date frames before their exposure, by more from reading to reading.
     """
 
     def __init__(self) -> None:
         self._offset: int | None = None
+        self._reading: tuple[int, int] | None = None
+        "Host time and device time, by which later readings are judged."
+        self._slow = False
 
     def synchronise(self, latch: Callable[[], None], read_ns: Callable[[], int]) -> None:
         """Latch the device's time, then read it; use the fastest of a few readings.
 
         Errors of either call pass through.
         """
-        best: tuple[int, int] | None = None
+        readings = []
         for _ in range(BRACKETS):
             before = time.monotonic_ns()
             latch()
             after = time.monotonic_ns()
-            reading = (after - before, (before + after) // 2 - read_ns())
-            best = min(best, reading) if best else reading
-        if best is not None:
-            self._offset = best[1]
+            readings.append((after - before, (before + after) // 2, read_ns()))
+        _, host, device = min(readings)
+        if self._reading is None or device < self._reading[1]:  # the first, or the clock was set back
+            self._reading, self._slow = (host, device), False
+        elif (elapsed := host - self._reading[0]) >= APART_NS:
+            self._slow = device - self._reading[1] < (1 - MOST_DRIFT) * elapsed
+            self._reading = (host, device)
+        self._offset = None if self._slow else host - device
 
     def forget(self) -> None:
-        """Drop the reading, because the device or its clock's origin changes."""
-        self._offset = None
+        """Drop the readings, because the device or its clock's origin changes."""
+        self._offset = self._reading = None
 
     def host_time(self, device_ns: int, arrival_ns: int) -> int:
         """Return the host time of a device timestamp; the arrival time if unknown or implausible."""
@@ -83,6 +95,8 @@ ERRORS_IN_A_ROW = 5
 "Failed transfers of one thread after which a camera counts as lost, although it is still plugged in."
 CLOCK_PERIOD = 10.0
 "Seconds between readings of the camera's clock, which may drift by up to a millisecond in that time."
+CLOCK_CHECK = 1.0
+"Seconds until the second reading, which shows whether the clock is of any use."
 
 
 class Watcher:
@@ -120,7 +134,7 @@ class Watcher:
             self._thread.join()
 
     def _run(self) -> None:
-        next_clock = time.monotonic() + CLOCK_PERIOD
+        next_clock = time.monotonic() + CLOCK_CHECK
         try:
             while not self._stopping.is_set():
                 if self._event is not None:

@@ -21,6 +21,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.u3v.bootstrap import Abrm
+from grabbergui.driver.u3v.threads import DeviceClock
 from patience import PATIENCE, until
 
 
@@ -126,6 +127,32 @@ def test_the_cameras_clock_is_in_nanoseconds_however_coarse_it_is(plug_in, monke
     mapped = device._clock.host_time(simulated.model.timestamp(), arrival_ns=now + 50 * 10**9)
     assert mapped < now + 10 * 10**9, "the arrival stands where the clock is not believed"
     device.close()
+
+
+@pytest.mark.parametrize("rate", [0.9, 0.5, 1e-3])
+def test_a_clock_that_is_too_slow_dates_no_frame(monkeypatch, rate) -> None:
+    now = [10**12]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now[0])
+    clock = DeviceClock()
+    for _ in range(5):
+        clock.synchronise(lambda: None, lambda: round(now[0] * rate))
+        now[0] += 10**9
+    assert clock.host_time(round(now[0] * rate), now[0] + 5) == now[0] + 5, "the arrival"
+    clock.synchronise(lambda: None, lambda: now[0] - 10**12)
+    assert clock.host_time(now[0] - 10**12, now[0] + 5) == now[0], "a clock that was set back"
+    now[0] += 10**9
+    clock.synchronise(lambda: None, lambda: now[0] - 10**12)
+    assert clock.host_time(now[0] - 10**12, now[0] + 5) == now[0]
+
+
+def test_readings_in_short_succession_judge_no_clock(monkeypatch) -> None:
+    now = [10**12]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now[0])
+    clock = DeviceClock()
+    for late in (0, 800_000, 0, 900_000):
+        clock.synchronise(lambda: None, lambda late=late: now[0] - late)
+        now[0] += 1_000_000
+    assert clock.host_time(now[0], now[0] + 10**9) != now[0] + 10**9
 
 
 def test_a_camera_whose_clock_makes_no_sense_is_not_lost(plug_in, monkeypatch) -> None:

@@ -144,29 +144,46 @@ def ticks_to_ns(ticks: int, frequency: int) -> int:
     return seconds * 1_000_000_000 + rest * 1_000_000_000 // frequency
 
 
+MOST_DELAY_NS = 1_000_000_000
+"A frame that seems to have waited in the camera for longer shows that the clock is slow, not the network."
+MOST_DRIFT = 0.05
+"Delay by time since the fastest packet, up to which also longer delays are believed."
+
+
 class ClockMapper:
     """Maps device time to host time by the packets that travelled fastest.
 
     Every arrival is its device time plus the clocks' offset plus a delay that is never negative, so the
     smallest recent difference is the best estimate of the offset. Nothing is written to the device.
+
+    To a clock that is slower than the device states, every frame seems to be later than the one before. Such
+    a clock is not used, because its smallest difference would be that of the oldest frame.
     """
 
     def __init__(self, window_ns: int = 10_000_000_000) -> None:
         """`window_ns`: how far back arrivals count; clocks drift apart beyond it."""
         self._window_ns = window_ns
         self._best: deque[tuple[int, int]] = deque()
+        self._fastest: tuple[int, int] | None = None
+        "Arrival and offset of the fastest packet of all."
         self._newest = 0
 
     def map(self, device_ns: int, arrival_ns: int) -> int:
         """Return the host time of a device time whose message arrived at `arrival_ns`; never later."""
-        if device_ns < self._newest:
-            self._best.clear()  # the device's clock was set back
+        if device_ns < self._newest:  # the device's clock was set back
+            self._best.clear()
+            self._fastest = None
         self._newest = device_ns
         offset = arrival_ns - device_ns
+        if self._fastest is None or offset <= self._fastest[1]:
+            self._fastest = (arrival_ns, offset)
         # Offsets grow from left to right: the leftmost is the smallest of the window.
         while self._best and self._best[-1][1] >= offset:
             self._best.pop()
         self._best.append((arrival_ns, offset))
         while self._best[0][0] < arrival_ns - self._window_ns:
             self._best.popleft()
+        begun, least = self._fastest
+        if offset - least > max(MOST_DELAY_NS, MOST_DRIFT * (arrival_ns - begun)):
+            return arrival_ns
         return device_ns + self._best[0][1]
