@@ -36,7 +36,8 @@ _OURS = "<transport_id>images</transport_id>"
 """Of our profile with shared memory, as its copies have it too."""
 LAST_DOMAIN = 232
 """Highest ROS_DOMAIN_ID: the UDP ports of a higher one would be beyond 65535."""
-_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_RANGE, _LOCALHOST_ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
+"""How far nodes discover each other; the second is that of Humble, which Kilted no longer reads."""
 SHARED_MEMORY = Path("/dev/shm")
 "Where Fast DDS has it."
 
@@ -240,12 +241,17 @@ def quality_of_service(name: str) -> Any:
 
 
 def use_transports(*, shared_memory: bool) -> None:
-    """Choose how Fast DDS sends, unless the user has a profile of their own. It reads this once per process.
+    """Choose how Fast DDS finds and sends; a user's own profile stays. It reads this once per process.
 
     Shared memory gets room for images. UDP alone is safer: a program that freezes while it holds the lock of
     a shared-memory port never releases it. UDP is also used beside another user's programs: Fast DDS prefers
     shared memory even then, neither user can open the other's, and nothing arrives.
     """
+    if os.environ.get("ROS_DISCOVERY_SERVER"):
+        # Otherwise it tells us of no topic to which we have not subscribed: no camera is found.
+        os.environ.setdefault("ROS_SUPER_CLIENT", "TRUE")
+    if os.environ.get(_LOCALHOST_ONLY) == "1":
+        os.environ.setdefault(_RANGE, "LOCALHOST")
     folder = resources.files("grabbergui.resources") / "ros2"
     chosen = os.environ.get(_PROFILES)
     if chosen is not None and not _is_ours(chosen):
@@ -257,7 +263,8 @@ def use_transports(*, shared_memory: bool) -> None:
         os.environ[_PROFILES] = chosen or str(folder / "fastdds.xml")
     elif os.environ.get(_RANGE) == "LOCALHOST":
         # In this range rmw adds shared memory to any transports; the profile keeps to this machine instead.
-        os.environ.update({_RANGE: "SUBNET", _PROFILES: str(folder / "fastdds-loopback.xml")})
+        loopback = str(folder / "fastdds-loopback.xml")
+        os.environ.update({_RANGE: "SUBNET", _LOCALHOST_ONLY: "0", _PROFILES: loopback})
     else:
         os.environ[_PROFILES] = str(folder / "fastdds-network.xml")
 

@@ -2,12 +2,19 @@
 
 import fcntl
 import os
+import shutil
+import socket
+import subprocess
+import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from grabbergui import sources
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.net.ros2 import runtime
+from patience import until
 
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 RESOURCES = Path(__file__).parents[3] / "resources/ros2"
@@ -49,6 +56,63 @@ def test_udp_is_used_beside_another_users_programs(other, profile, monkeypatch):
     runtime.use_transports(shared_memory=True)
     assert Path(os.environ[PROFILES]).name == profile
     assert (RESOURCES / profile).exists()
+
+
+@pytest.mark.parametrize(("shared_memory", "reach"), [(True, "LOCALHOST"), (False, "SUBNET")])
+def test_a_variable_that_ros_no_longer_reads_still_keeps_to_this_machine(monkeypatch, shared_memory, reach):
+    for variable in (PROFILES, "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.setenv(variable, "")
+        monkeypatch.delenv(variable)
+    monkeypatch.setenv("ROS_LOCALHOST_ONLY", "1")
+    monkeypatch.setattr(runtime, "other_user_in_shared_memory", lambda: "")
+    runtime.use_transports(shared_memory=shared_memory)
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == reach
+    by_profile = Path(os.environ[PROFILES]).name == "fastdds-loopback.xml"
+    assert by_profile is not shared_memory
+    assert os.environ["ROS_LOCALHOST_ONLY"] == str(int(shared_memory)), "or shared memory is added"
+
+
+# -- discovery server ------------------------------------------------------------------------------
+@pytest.fixture
+def discovery_server(monkeypatch, tmp_path):
+    """A discovery server of Fast DDS, and the environment of its clients."""
+    program = shutil.which(
+        "fast-discovery-server", path=os.pathsep.join((f"{sys.prefix}/bin", os.environ["PATH"]))
+    )
+    if not program:
+        pytest.skip("fast-discovery-server is not installed")
+    libraries = [
+        f"{sys.prefix}/lib",
+        *map(str, Path(sys.prefix, "lib").glob("python*/site-packages/ros_*.libs")),
+    ]
+    environment = {**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(libraries)}
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    # `fastdds discovery` calls it so: 42 is its command to run a server.
+    command = [program, "42", "-i", "0", "-l", "127.0.0.1", "-p", str(port)]
+    with (tmp_path / "log").open("w") as log:
+        server = subprocess.Popen(command, env=environment, stdout=log, stderr=log, stdin=subprocess.PIPE)
+    try:
+        until(lambda: "Server started" in (tmp_path / "log").read_text() or server.poll() is not None)
+        if server.poll() is not None:
+            pytest.skip(f"fast-discovery-server does not run: {(tmp_path / 'log').read_text()}")
+        for variable in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_SUPER_CLIENT"):
+            monkeypatch.setenv(variable, "")
+            monkeypatch.delenv(variable)
+        monkeypatch.setenv("ROS_DISCOVERY_SERVER", f"127.0.0.1:{port}")
+        yield
+    finally:
+        server.kill()
+        server.communicate()
+
+
+@pytest.mark.ros2
+def test_a_camera_is_found_through_a_discovery_server(discovery_server, serve):
+    serve("/cam")
+    with closing(sources.create("ros2:/cam")) as remote:
+        remote.open()
+        assert remote.feature("Gain").value == 0
 
 
 @pytest.mark.parametrize("domain", ["233", "300", "0000000233", "9" * 5000])
