@@ -188,9 +188,10 @@ def _png_is_whole(file: memoryview) -> bool:
         return True
     at = len(_PNG)
     while at + 8 <= len(file):
-        if bytes(file[at + 4 : at + 8]) == b"IEND":
-            return True
-        at += 12 + int(struct.unpack_from(">I", file, at)[0])
+        length, kind = struct.unpack_from(">I4s", file, at)
+        if kind == b"IEND":
+            return bool(at + 8 + length <= len(file))
+        at += 12 + length
     return False
 
 
