@@ -19,6 +19,10 @@ RESPONSE_S = 0.04
 "Seconds that drives take to follow a command: the loop sends the velocity that the marker will have by then."
 FOLLOWED_M = 0.04
 "Metres from a moving goal within which the hand starts to follow it; it stops to follow at twice as many."
+RARE_S = 2.0
+"Seconds between two images beyond which the camera has paused; below, they come too rarely to be used."
+LATE_S = 5.0
+"Seconds after a late image in which a missing one counts as late, too."
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +62,8 @@ class ServoLoop:
         """
         self._dry_run = dry_run
         self._held_back = ""
+        self._late = -np.inf
+        "When an image last came too late."
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.target, config.track)
@@ -80,6 +86,8 @@ class ServoLoop:
         self._twist = np.zeros(6)
         self._hindrance = robot.model.arm.hindrance
         self._pending: Sighting | None = None
+        self._before = -np.inf
+        "When the image before the newest one was exposed."
         self._last = 0.0
 
     def tune(self, config: Config) -> None:
@@ -91,6 +99,7 @@ class ServoLoop:
     def see(self, sighting: Sighting) -> None:
         """Use an image's detections in the next cycle; ignore an image that is not newer than the last."""
         if self.sighting is None or sighting.captured > self.sighting.captured:
+            self._before = -np.inf if self.sighting is None else self.sighting.captured
             self.sighting = self._pending = sighting
 
     def cycle(self, now: float, robot: RobotState | None) -> ControlCycle:
@@ -102,9 +111,11 @@ class ServoLoop:
         if robot is not None and sound:
             self._add_reading(now, robot)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
-        self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
         fresh = -0.01 <= now - captured <= safety.image_timeout
+        if self._pending is not None and self._is_late(now, captured):
+            self._late = now
+        self._update_tracks()
         marker = self._marker_at(now)
         target = self._target(marker)
         if not fresh or not fresh_robot or robot is None:
@@ -122,7 +133,7 @@ class ServoLoop:
                 arrived=marker is not None and self.arm.arrived,
                 following=marker is not None and self._follows(),
                 stuck=self._stuck,
-                problem=self._problem(bool(fresh), robot, sound, fresh_robot),
+                problem=self._problem(now, bool(fresh), robot, sound, fresh_robot),
             ),
         )
         command = Command(halt=True)
@@ -274,7 +285,14 @@ class ServoLoop:
     def _reachable(self, marker: Pose) -> bool:
         return ARM in self._parts and self.arm.inside(self.arm.goal(marker)[:3, 3])
 
-    def _problem(self, fresh: bool, robot: RobotState | None, sound: bool, fresh_robot: bool) -> str:
+    def _is_late(self, now: float, captured: float) -> bool:
+        """Return whether a new image came too late, or too long after the one before."""
+        timeout = self.config.safety.image_timeout
+        return timeout < now - captured < RARE_S or timeout < now - self._before < RARE_S
+
+    def _problem(
+        self, now: float, fresh: bool, robot: RobotState | None, sound: bool, fresh_robot: bool
+    ) -> str:
         if robot is None:
             return "the robot has not answered yet"
         if not sound:
@@ -282,7 +300,10 @@ class ServoLoop:
         if not fresh_robot:
             return self._silence() or "the robot's readings are old"
         if not fresh:
-            return self.no_image or "no fresh image"
+            late = now - self._late < LATE_S
+            return self.no_image or (
+                "images come too late: is this computer busy?" if late else "no fresh image"
+            )
         marker = self.marker.pose
         if marker is not None and ARM not in self._parts:
             return "the arm is not driven: only the head follows"

@@ -307,3 +307,25 @@ def test_readings_that_do_not_come_are_no_repetition():
     for number in range(20):
         watch.look(dataclasses.replace(reading, time=1.0 + 0.02 * (number + 1)))
     assert watch.arm_frozen
+
+
+@pytest.mark.parametrize(("age", "period"), [(0.2, DT), (0.05, 0.3)], ids=["old when they come", "too few"])
+def test_images_that_come_too_late_are_told_from_a_camera_that_sends_none(age, period):
+    """On a busy computer the window showed live images and said that there was no fresh one."""
+    bench = Bench()
+    bench.run(1)
+    due = [bench.now]
+
+    def see(now):
+        if now < due[0]:
+            return None
+        due[0] += period
+        return seeing(bench.robot, now - age, BOARD)
+
+    bench.see = see
+    late = "images come too late: is this computer busy?"
+    bench.run(1)
+    assert late in {bench.run(DT).reason for _ in range(20)}
+    bench.see = lambda now: None
+    assert bench.run(1).reason == late
+    assert bench.run(6).reason == "no fresh image"
