@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import select
 import statistics
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from grabbergui.servo.loop import ControlCycle
     from grabbergui.servo.report import Recorder
     from grabbergui.servo.runner import Runner
+
+log = logging.getLogger(__name__)
 
 EXIT_NOT_REACHED = 1
 KEYBOARD_PERIOD = 0.1
@@ -191,7 +194,8 @@ def _follow(
 
         def over() -> bool:
             timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
-            return not runner.running or timed_out or (options.until_reached and outcome.reached)
+            done = outcome.unread or (options.until_reached and outcome.reached)
+            return not runner.running or timed_out or done
 
         if window is not None:
             outcome.failure = window(runner, scene.calibration) or outcome.failure
@@ -235,7 +239,8 @@ class _Outcome:
     """Print the events of a run as they happen."""
 
     def __init__(self) -> None:
-        self.reached = False
+        self.reached = self.unread = False
+        "Whether the marker was reached, and whether the reader of our output is gone."
         self.failure = ""
         self._state: Any = None
         self._start: float | None = None
@@ -246,9 +251,17 @@ class _Outcome:
         if cycle.state is not self._state:
             self._state = cycle.state
             self.reached |= cycle.state.name == "REACHED"
-            print(f"{cycle.time - self._start:7.2f} s  {cycle.state.value}: {cycle.reason}", flush=True)
+            self._print(f"{cycle.time - self._start:7.2f} s  {cycle.state.value}: {cycle.reason}")
         if cycle.state.name != "STOPPED":
             self.failure = ""  # of an earlier loop: the user has started another
+
+    def _print(self, text: str) -> None:
+        try:
+            print(text, flush=True)
+        except BrokenPipeError:
+            self.unread = True
+        except OSError as error:  # a full disk, for instance, must not end the run
+            log.debug("not printed: %s", error)
 
     def fail(self, reason: str) -> None:
         """Remember why the loop ended, or did not let the robot move."""

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.recording import RecordingKind
@@ -74,12 +75,12 @@ class Recorder:
         self._finish_video()
         report = summary(self.cycles) | facts
         report["video"] = f"{self._images} images at {VIDEO_FPS:g} per second"
-        (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
+        write_whole(self._folder / "report.json", json.dumps(_plain(report), indent=2) + "\n")
         if len(self.cycles) > 1:
             plots = cv2.cvtColor(plot(self.cycles), cv2.COLOR_RGB2BGR)
             try:
                 # OpenCV's own writer would not say why it fails.
-                (self._folder / "plots.png").write_bytes(cv2.imencode(".png", plots)[1].tobytes())
+                write_whole(self._folder / "plots.png", cv2.imencode(".png", plots)[1].tobytes())
             except OSError as error:
                 log.warning("the report has no plots: %s", error)
         return report

@@ -5,6 +5,8 @@ import dataclasses
 import errno
 import json
 import math
+import os
+import sys
 import threading
 import time
 
@@ -15,6 +17,7 @@ import pytest
 from frames import frame_of
 from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
+from grabbergui.core import environment
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import FrameStatus
 from grabbergui.core.frame_queue import FrameQueue
@@ -333,6 +336,39 @@ def test_plots_that_cannot_be_written_are_missed_aloud(tmp_path, caplog):
     assert [record.message for record in caplog.records] == [
         f"the report has no plots: [Errno 21] Is a directory: '{tmp_path / 'plots.png'}'"
     ]
+
+
+def test_a_report_on_a_full_disk_is_named(tmp_path, monkeypatch):
+    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+
+    def full(path, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(environment, "_write_and_rename", full)
+    with pytest.raises(OSError, match="No space left") as failure:
+        recorder.finish({})
+    assert failure.value.filename == str(tmp_path / "report.json")
+
+
+@pytest.mark.parametrize(
+    ("output", "ends"), [("/dev/full", False), ("a pipe that nobody reads", True)], ids=["full", "closed"]
+)
+def test_states_that_cannot_be_printed_are_no_internal_error(output, ends, monkeypatch):
+    """The loop ended with a traceback."""
+    descriptor = os.open(output, os.O_WRONLY) if output == "/dev/full" else unread_pipe()
+    outcome, cycle = command._Outcome(), run_to_the_marker().cycles[0]
+    with os.fdopen(descriptor, "w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        outcome.note(cycle)
+        monkeypatch.undo()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
+    assert outcome.unread is ends
+
+
+def unread_pipe():
+    reader, writer = os.pipe()
+    os.close(reader)
+    return writer
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):

@@ -272,7 +272,7 @@ def _show_once(
 
 
 def _end(process: subprocess.Popen[bytes]) -> int:
-    """Close the window, which its pipes' end does unless it hangs; return its exit status."""
+    """Close the window by the end of its pipes; return its exit status, 0 if it hung and was killed."""
     assert process.stdin is not None
     assert process.stdout is not None
     # In the background: a report that is being written to a window that hangs holds the pipe.
@@ -280,12 +280,15 @@ def _end(process: subprocess.Popen[bytes]) -> int:
     closing.start()
     try:
         process.wait(_END_S)
+        status = process.returncode
     except subprocess.TimeoutExpired:
+        log.warning("the window does not answer, and is ended")
         process.kill()
         process.wait()
+        status = 0
     closing.join()
     _close(process.stdout)
-    return process.returncode
+    return status
 
 
 def _close(pipe: IO[bytes]) -> None:
