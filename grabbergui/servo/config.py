@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -23,6 +23,24 @@ from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.kinematics import parse_boxes
 
+_NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
+"The workspace's limits, each low one before its high one; no other number may be negative."
+
+
+def _limited(default: float, low: float, high: float, unit: str = "") -> Any:
+    """Return a field of a section with its lowest and highest value and their unit."""
+    return field(default=default, metadata={"limits": (low, high, unit)})
+
+
+def _check_limits(section: str, part: Any) -> None:
+    """Raise UsageError for a value beyond its limits."""
+    for entry in fields(part):
+        low, high, unit = entry.metadata.get("limits", (-math.inf, math.inf, ""))
+        value = getattr(part, entry.name)
+        if isinstance(value, (int, float)) and not low <= value <= high:
+            given = f"{value:g} {unit}".rstrip()
+            raise UsageError(f"[{section}] {entry.name} of {given}; allowed: {low:g} to {high:g}")
+
 
 @dataclass(frozen=True)
 class MarkerConfig:
@@ -36,7 +54,7 @@ class MarkerConfig:
     "The single marker's number."
     size: float = 0.10
     "Metres along an edge of a marker's black square."
-    standoff: float = 0.10
+    standoff: float = _limited(0.10, 0.01, 1, "m")
     "Metres in front of the marker, or of the board's middle, at which the hand stops."
     columns: int = 4
     "Markers across a grid; squares across a ChArUco board."
@@ -75,29 +93,26 @@ class MarkerConfig:
             raise UsageError(f"[marker] kind is '{self.kind}'; there are {known}")
         if self.board is None:
             check_marker(self.dictionary, self.id)
+        _check_limits("marker", self)
 
 
 @dataclass(frozen=True)
 class TrackConfig:
     """Conditions for a detection before the robot moves for it."""
 
-    confirm: int = 3
+    confirm: int = _limited(3, 1, 100, "images")
     "Number of images in a row that must show the target in the same place."
-    jump: float = 0.08
+    jump: float = _limited(0.08, 0.001, 1, "m")
     "Metres between two images beyond which it counts as another target."
-    jump_angle: float = 20.0
+    jump_angle: float = _limited(20.0, 0.1, 180, "°")
     "The same in degrees."
-    smoothing: float = 0.04
+    smoothing: float = _limited(0.04, 0.001, 1)
     "Weight of the newest image in a resting target's pose; a moving target is not smoothed."
-    grace: float = 0.3
+    grace: float = _limited(0.3, 0, 2, "s")
     "Seconds at rest without a usable detection after which the target is lost."
 
     def __post_init__(self) -> None:
-        if self.confirm < 1:
-            raise UsageError("[track] confirm must be 1 or more images")
-        if not 0 < self.smoothing <= 1:
-            smoothing = f"{self.smoothing:g}"
-            raise UsageError(f"[track] smoothing is {smoothing}; it must be more than 0, at most 1")
+        _check_limits("track", self)
 
 
 @dataclass(frozen=True)
@@ -115,27 +130,6 @@ class FaceConfig:
             )
 
 
-Ranges = Mapping[str, tuple[float, float, str]]
-"Lowest and highest value and unit of each key of a section."
-
-
-def _check_ranges(section: str, part: object, ranges: Ranges) -> None:
-    """Raise UsageError for a value out of its range."""
-    for name, (low, high, unit) in ranges.items():
-        value = getattr(part, name)
-        if not low <= value <= high:
-            given = f"{value:g} {unit}".rstrip()
-            raise UsageError(f"[{section}] {name} of {given}; allowed: {low:g} to {high:g}")
-
-
-HEAD_RANGES: Ranges = {
-    "gain": (0, 10, "1/s"),
-    "fastest": (0, 120, "°/s"),
-    "step": (0, 10, "°"),
-    "search": (0, 120, "°/s"),
-}
-
-
 @dataclass(frozen=True)
 class HeadConfig:
     """Control of the head."""
@@ -143,41 +137,34 @@ class HeadConfig:
     mode: str = "velocity"
     """`velocity`; `direct`: short positions, the head rests at the last; or `steps`: relative moves of a
     fixed size, as the reference follower makes them."""
-    gain: float = 2.5
+    gain: float = _limited(2.5, 0, 10, "1/s")
     "Rad/s per radian off centre."
-    deadband: float = 0.03
+    deadband: float = _limited(0.03, 0, 0.5, "rad")
     "Radians off centre within which the head rests."
-    start: float = 0.045
+    start: float = _limited(0.045, 0, 0.5, "rad")
     "Radians off centre at which a resting head starts again; not less than the deadband."
-    fastest: float = 40.0
+    fastest: float = _limited(40.0, 0, 120, "°/s")
     "Degrees per second."
-    step: float = 2.0
+    step: float = _limited(2.0, 0, 10, "°")
     "Size of a step, degrees."
-    step_period: float = 0.2
+    step_period: float = _limited(0.2, 0.02, 10, "s")
     "Seconds between steps."
-    search: float = 20.0
+    search: float = _limited(20.0, 0, 120, "°/s")
     "Degrees per second while searching."
-    below: float = 0.4
+    below: float = _limited(0.4, 0, 2, "m")
     "Metres below a person's face at which the head looks, so that the image shows the hands, too."
 
     def __post_init__(self) -> None:
         if self.mode not in ("velocity", "direct", "steps"):
             raise UsageError(f"[head] mode is '{self.mode}'; there are velocity, direct and steps")
-        _check_ranges("head", self, HEAD_RANGES)
+        _check_limits("head", self)
         if self.start < self.deadband:
             raise UsageError("[head] start must not be less than deadband, or the head would never rest")
-
-
-ARM_RANGES: Ranges = {
-    "gain": (0, 10, "1/s"),
-    "fastest": (0.001, 0.5, "m/s"),
-    "fastest_turn": (0.1, 180, "°/s"),
-    "follow": (0, 0.5, "m/s"),
-    "acceleration": (0.01, 10, "m/s²"),
-    "turn_acceleration": (1, 2000, "°/s²"),
-}
-_NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
-"The workspace's limits, each low one before its high one; no other number may be negative."
+        if self.mode == "steps" and self.step > self.fastest * self.step_period:
+            raise UsageError(
+                f"[head] step of {self.step:g}° every {self.step_period:g} s (step_period) is faster than "
+                f"fastest, {self.fastest:g} °/s"
+            )
 
 
 @dataclass(frozen=True)
@@ -186,25 +173,25 @@ class ArmConfig:
 
     mode: str = "velocity"
     "`velocity`, or `direct`: short poses, the arm rests at the last."
-    gain: float = 1.5
+    gain: float = _limited(1.5, 0, 10, "1/s")
     "1/s: twist per pose error."
-    fastest: float = 0.12
+    fastest: float = _limited(0.12, 0.001, 0.5, "m/s")
     "Metres per second."
-    fastest_turn: float = 35.0
+    fastest_turn: float = _limited(35.0, 0.1, 180, "°/s")
     "Degrees per second."
-    follow: float = 0.0
+    follow: float = _limited(0.0, 0, 0.5, "m/s")
     "Highest speed at which the hand follows a moving marker, metres per second; 0: it waits until it rests."
-    acceleration: float = 0.4
+    acceleration: float = _limited(0.4, 0.01, 10, "m/s²")
     "Metres per second²; deceleration is half of it."
-    turn_acceleration: float = 120.0
+    turn_acceleration: float = _limited(120.0, 1, 2000, "°/s²")
     "Degrees per second²."
     deadband: float = 0.002
     "Metres of error within which the hand rests."
     deadband_turn: float = 0.5
     "The same in degrees."
-    reached: float = 0.006
+    reached: float = _limited(0.006, 0.0005, 0.1, "m")
     "Metres of error at which the marker counts as reached."
-    reached_turn: float = 1.5
+    reached_turn: float = _limited(1.5, 0.1, 45, "°")
     "The same in degrees."
     x_low: float = 0.05
     "The workspace: a box in the robot's base, metres."
@@ -221,7 +208,13 @@ class ArmConfig:
             high = low.replace("_low", "_high")
             if not getattr(self, low) < getattr(self, high):
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
-        _check_ranges("arm", self, ARM_RANGES)
+        _check_limits("arm", self)
+        for reached, deadband in (("reached", "deadband"), ("reached_turn", "deadband_turn")):
+            if getattr(self, reached) < 2 * getattr(self, deadband):
+                raise UsageError(
+                    f"[arm] {reached} must be at least twice {deadband}: within that a hand at rest stays at "
+                    "rest, and would never count as at the marker"
+                )
 
     @property
     def workspace(self) -> tuple[Vector, Vector]:
@@ -230,33 +223,25 @@ class ArmConfig:
         return np.array(low), np.array(high)
 
 
-SAFETY_RANGES: Ranges = {
-    "robot_timeout": (0.02, 0.2, "s"),
-    "freeze": (0.1, 2, "s"),
-    "command_timeout": (0.02, 0.2, "s"),
-    "guardian_timeout": (0.04, 0.2, "s"),
-}
-
-
 @dataclass(frozen=True)
 class SafetyConfig:
     """Conditions under which the robot stops. `Config` checks the times."""
 
-    image_timeout: float = 0.15
+    image_timeout: float = _limited(0.15, 0.02, 0.2, "s")
     "Age of the newest image, from its exposure, beyond which everything stops, seconds."
-    robot_timeout: float = 0.15
+    robot_timeout: float = _limited(0.15, 0.02, 0.2, "s")
     "Age of the robot's newest reading beyond which everything stops, seconds."
-    freeze: float = 0.3
+    freeze: float = _limited(0.3, 0.1, 2, "s")
     "Seconds of commanded motion in which readings may repeat, as those of slow or coarse encoders do."
-    stuck: float = 3.0
+    stuck: float = _limited(3.0, 0.1, 60, "s")
     "Seconds without progress after which an approach ends."
-    search_after: float = 2.0
+    search_after: float = _limited(2.0, 0, 3600, "s")
     "Seconds after a loss before the head starts to search."
-    command_timeout: float = 0.15
+    command_timeout: float = _limited(0.15, 0.02, 0.2, "s")
     "Seconds without a command after which the watchdog stops the robot."
-    guardian_timeout: float = 0.08
+    guardian_timeout: float = _limited(0.08, 0.04, 0.2, "s")
     "Seconds without a heartbeat after which the guardian stops the robot."
-    clearance: float = 0.03
+    clearance: float = _limited(0.03, 0, 0.5, "m")
     "Smallest distance of the arm from the robot's body and from obstacles, metres."
     obstacles: str = ""
     "Obstacles as boxes in the robot's base: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`, metres."
@@ -265,20 +250,17 @@ class SafetyConfig:
         parse_boxes(self.obstacles)
 
 
-LOOP_RANGES: Ranges = {"rate": (1, 1000, "Hz"), "speed": (0.01, 1, "")}
-
-
 @dataclass(frozen=True)
 class LoopConfig:
     """The loop's rate and speed."""
 
-    rate: float = 50.0
+    rate: float = _limited(50.0, 1, 1000, "Hz")
     "Commands per second."
-    speed: float = 1.0
+    speed: float = _limited(1.0, 0.01, 1)
     "Factor on all speeds, 0.01 to 1."
 
     def __post_init__(self) -> None:
-        _check_ranges("loop", self, LOOP_RANGES)
+        _check_limits("loop", self)
 
 
 @dataclass(frozen=True)
@@ -300,7 +282,7 @@ class Config:
                 f"[safety] image_timeout of {self.safety.image_timeout:g} s is too long: motion must end "
                 f"within 0.2 s of the last image, one control cycle ({1 / self.loop.rate:g} s) included"
             )
-        _check_ranges("safety", self.safety, SAFETY_RANGES)
+        _check_limits("safety", self.safety)
 
     @classmethod
     def parse(cls, text: str, where: str = "configuration") -> Config:

@@ -47,6 +47,22 @@ def test_the_shipped_file_explains_every_key():
         ("[loop]\nrate 0", "1 to 1000"),
         ("[faces]\ndetector ~nobody-of-this-name/yunet.onnx", "no such home directory"),
         ("[marker]\nid = 50", "4X4_50 has no marker 50; it has 0 to 49"),
+        ("[marker]\nstandoff 0", r"\[marker\] standoff of 0 m; allowed: 0.01 to 1"),
+        ("[track]\njump 0", r"\[track\] jump of 0 m; allowed: 0.001 to 1"),
+        ("[track]\nconfirm 0", r"\[track\] confirm of 0 images; allowed: 1 to 100"),
+        ("[track]\nsmoothing 0", r"\[track\] smoothing of 0; allowed: 0.001 to 1"),
+        ("[track]\ngrace 100", "allowed: 0 to 2"),
+        ("[head]\ndeadband 3\nstart 3", "allowed: 0 to 0.5"),
+        (
+            "[head]\nmode steps\nstep 10\nfastest 20",
+            "every 0.2 s .step_period. is faster than fastest, 20 °/s",
+        ),
+        ("[head]\nstep_period 0", r"\[head\] step_period of 0 s; allowed: 0.02 to 10"),
+        ("[arm]\nreached 0.003", r"\[arm\] reached must be at least twice deadband"),
+        ("[arm]\ndeadband_turn 1", r"\[arm\] reached_turn must be at least twice deadband_turn"),
+        ("[safety]\nimage_timeout 0", "allowed: 0.02 to 0.2"),
+        ("[safety]\nstuck 0", "allowed: 0.1 to 60"),
+        ("[safety]\nclearance 5", "allowed: 0 to 0.5"),
     ],
 )
 def test_a_setting_that_cannot_be_is_refused(text, complaint):
