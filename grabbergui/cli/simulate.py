@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import functools
+import logging
+import socket
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli import count_or_none, ipv4, not_negative, part, port, seconds, servo_robots
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config import EVERYBODY, AllowedAddresses
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from grabbergui.net.yarp.os.name_server import NameServer
     from grabbergui.servo.robots.robot import KinematicModel
     from grabbergui.servo.robots.simulated import SimRobot
+
+log = logging.getLogger(__name__)
 
 
 def add_commands(commands: Any) -> None:
@@ -359,6 +363,26 @@ def _running(server: NameServer) -> Iterator[Contact]:
     try:
         contact = server.contact
         print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
+        _warn_of_another(contact)
         yield contact
     finally:
         server.close()
+
+
+def _warn_of_another(ours: Contact) -> None:
+    """Warn if YARP's configuration names another name server, where all other programs look for ports."""
+    from grabbergui.net.yarp.os import sockets
+    from grabbergui.net.yarp.os.name_client import name_server
+
+    with suppress(GrabberError, OSError):
+        configured = name_server()
+        if configured is None:
+            return
+        local = ("127.0.0.1", *sockets.local_addresses())
+        if configured.port != ours.port or socket.gethostbyname(configured.host) not in local:
+            log.warning(
+                "YARP's configuration names %s:%d, so other programs do not see this name server's ports; "
+                "`yarp conf %s %d` names it",
+                *configured.address,
+                *ours.address,
+            )

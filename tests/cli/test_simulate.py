@@ -1,6 +1,7 @@
 """The simulated camera as a process, opened over the wire."""
 
 import signal
+import socket
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from grabbergui.cli.simulate import named_server
 from grabbergui.core import pfnc
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import server
@@ -101,3 +103,18 @@ def test_a_camera_in_colour_or_of_a_room_is_so_on_the_wire_too(monkeypatch, tran
 def test_a_simulated_camera_that_does_not_exist_is_not_another_one(monkeypatch, capsys, transport):
     assert main(["simulate", *transport, "--camera", "sim:color"]) == 1
     assert "no simulated camera 'color'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("configured", "warned"),
+    [("127.0.0.1 {other}", True), ("192.0.2.1 {port}", True), ("localhost {port}", False), ("", False)],
+)
+def test_a_name_server_that_others_do_not_look_for_is_reported(
+    configured, warned, monkeypatch, tmp_path, caplog
+):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    (tmp_path / "yarp.conf").write_text(configured.format(port=port, other=port - 1))
+    monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
+    with named_server(f"127.0.0.1:{port}", ours=True):
+        assert ("other programs do not see" in caplog.text) == warned
