@@ -21,7 +21,7 @@ CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 POLL_TIMEOUT = 1.0
 """Seconds for one answer to a poll, and for any of a node that stopped answering."""
-_POLLED = ("hello", "changes")
+_POLLED = frozenset({"hello", "changes"})
 _LOOK_PERIOD = 0.1
 """Seconds between checks whether a service that owes us an answer is still there, and whether we close."""
 _ASK_AGAIN = 1.0
@@ -107,6 +107,8 @@ class CameraLink:
         self._clients: dict[str, Any] = {}
         self._answered: set[str] = set()
         "Names of services that have answered."
+        self._polls: frozenset[str] = frozenset()
+        "Verbs that are asked again and again from now on: their first answer has come."
         self._unanswered_since: float | None = None
         "When the first request was sent that has no answer yet, nor any after it (`time.monotonic`)."
         self._events: Any = None
@@ -203,9 +205,9 @@ class CameraLink:
             self._clients["ask"] = self.node.create_client(Ask, f"{self.publisher.node}/ask")
             self._await_service(self._clients["ask"])
         client = self._clients["ask"]
-        polled = verb in _POLLED and client.srv_name in self._answered
         request = Ask.Request(verb=verb, arguments=list(arguments))
-        answer = self._wait(client, request, POLL_TIMEOUT if polled else CALL_TIMEOUT)
+        answer = self._wait(client, request, POLL_TIMEOUT if verb in self._polls else CALL_TIMEOUT)
+        self._polls |= _POLLED & {verb}
         if not answer.success:
             raise error_of(answer.error, answer.result, answer.feature)
         return loads(answer.result)

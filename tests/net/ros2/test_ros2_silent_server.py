@@ -109,3 +109,25 @@ def test_a_stream_is_stopped_while_a_feature_is_waited_for() -> None:
     finally:
         over.set()
         waiting.join()
+
+
+def test_the_first_answer_to_a_poll_may_be_as_late_as_any(link: CameraLink) -> None:
+    """A lost packet is sent again after seconds; opening asks `hello` after it has asked for the tree."""
+    pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+
+    class Late(Service):
+        def call_async(self, request: Any) -> Any:
+            arrived = threading.Event()
+            answer = SimpleNamespace(success=True, result="{}")
+            return SimpleNamespace(
+                done=arrived.is_set,
+                result=lambda: answer,
+                add_done_callback=lambda call: threading.Timer(
+                    0.1, lambda: (arrived.set(), call(None))
+                ).start(),
+            )
+
+    link._clients["ask"] = Late()
+    assert [link._ask(verb) for verb in ("tree", "hello")] == [{}, {}]
+    with pytest.raises(FrameTimeoutError, match=r"within 0.02 s"):
+        link._ask("hello")
