@@ -196,6 +196,7 @@ class Ros2Node:
         self.context.try_shutdown()
 
     def _spin(self) -> None:
+        from rclpy.exceptions import InvalidHandle
         from rclpy.executors import ExternalShutdownException
 
         while not self._closed.is_set():
@@ -203,6 +204,9 @@ class Ros2Node:
                 self._executor.spin_once(timeout_sec=0.2)
             except ExternalShutdownException:
                 return
+            except InvalidHandle as error:
+                # Another thread ended a subscription or client for which an event was waiting.
+                log.debug("%s: %s", self._thread.name, error)
             except Exception:
                 # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)

@@ -244,6 +244,25 @@ def test_a_read_only_server_refuses_a_new_frame_id(serve):
     parameters.close()
 
 
+def test_an_event_for_a_subscription_that_another_thread_ended_is_no_failure(domain, caplog):
+    from rclpy.exceptions import InvalidHandle
+
+    from grabbergui.net.ros2.runtime import Ros2Node
+
+    ros, calls = Ros2Node("busy"), queue.Queue()
+
+    def ended():
+        calls.put(None)
+        raise InvalidHandle("cannot use Destroyable because destruction was requested")
+
+    ros.node.create_timer(0.01, ended)
+    ros.start()
+    for _ in range(3):
+        calls.get(timeout=PATIENCE)
+    ros.close()
+    assert not caplog.records
+
+
 # -- text that is no UTF-8, as file names and YARP's texts may be ------------------------------------
 def test_text_that_is_no_utf_8_is_answered_and_others_follow(domain):
     name = Feature(name="Name", kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, value="caf\udce9")
