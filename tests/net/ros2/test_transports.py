@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -70,6 +71,16 @@ def test_a_variable_that_ros_no_longer_reads_still_keeps_to_this_machine(monkeyp
     by_profile = Path(os.environ[PROFILES]).name == "fastdds-loopback.xml"
     assert by_profile is not shared_memory
     assert os.environ["ROS_LOCALHOST_ONLY"] == str(int(shared_memory)), "or shared memory is added"
+
+
+def test_the_profile_for_lossy_networks_is_kept_and_sends_one_packet_at_a_time(monkeypatch):
+    lossy = RESOURCES / "fastdds-lossy.xml"
+    monkeypatch.setenv(PROFILES, str(lossy))
+    for shared_memory in (True, False):
+        runtime.use_transports(shared_memory=shared_memory)
+        assert os.environ[PROFILES] == str(lossy)
+    sizes = re.findall(r"<maxMessageSize>(\d+)<", lossy.read_text("utf-8"))
+    assert sizes == ["1472"], "1500 bytes without the headers of IP and UDP"
 
 
 # -- discovery server ------------------------------------------------------------------------------
