@@ -39,6 +39,10 @@ qt_log = logging.getLogger("Qt")
 
 
 # -- making and stopping it ----------------------------------------------------------------------
+_made: QApplication | None = None
+"Keeps the application, which ends with its last reference in Python: the next window would abort us."
+
+
 def application() -> QApplication:
     """Return the one application of this process; make it if there is none.
 
@@ -51,7 +55,8 @@ def application() -> QApplication:
     log_qt_messages()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
-    app = QApplication(["grabbergui"])
+    global _made
+    _made = app = QApplication(["grabbergui"])
     app.setApplicationName("grabbergui")
     app.setApplicationDisplayName("grabbergui")
     app.setDesktopFileName("grabbergui")

@@ -83,6 +83,35 @@ def test_a_window_that_hangs_when_the_program_is_to_end_is_no_failure(shown, mon
     assert runner.gate.halted == "interrupted"
 
 
+WIZARD = """
+import threading
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.ui.run import standalone
+
+robot, stop = SimRobot(teo.MODEL), threading.Event()
+calibration = closed_loop.calibration().scaled_to
+stand = HandEyeStand(
+    robot, CommandGate(robot, Config()), Config(), SimulatedCameras(robot), calibration, lambda eye: None
+)
+threading.Timer(1, stop.set).start()
+for _ in range(2):
+    print(standalone.hand_eye(stand, stop=stop), flush=True)
+"""
+
+
+def test_the_hand_eye_wizard_opens_in_a_process_without_a_window_so_far():
+    """`hand-eye --window`, and Hand–eye… in the servoing window, aborted: there was no application."""
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
+    program = [sys.executable, "-c", WIZARD]
+    run = subprocess.run(program, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    assert (run.returncode, run.stdout.split()) == (0, ["None", "None"]), run.stderr
+
+
 def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     robot, happened = SimRobot(teo.MODEL), []
