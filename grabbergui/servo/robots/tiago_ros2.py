@@ -12,7 +12,12 @@ import numpy as np
 from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import (
+    RemoteProtocolError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+)
 from grabbergui.net.ros2.runtime import Ros2Node, require_packages
 from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago, tiago_parts
@@ -42,6 +47,8 @@ SETTLE_S = 3.0
 LIST_S = 1.0
 "Seconds to wait for the controller manager's list; without one, any subscriber counts as a controller."
 JOINTS = {HEAD: tiago.HEAD_JOINTS, ARM: tiago.ARM_JOINTS}
+_NODE = "grabbergui_servo_"
+"Beginning of our nodes' names."
 
 
 @dataclass(frozen=True)
@@ -92,12 +99,13 @@ class TiagoOverRos2(Robot):
     def connect(self) -> None:
         """Join the network, await joint states and choose the controllers; send nothing.
 
-        Raises SourceNotFoundError if no joint states arrive or no controller can be driven.
+        Raises SourceNotFoundError if no joint states arrive or no controller can be driven,
+        SourceUnavailableError if another servo program drives them.
         """
         require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
 
-        self._ros = Ros2Node(f"grabbergui_servo_{time.time_ns() % 10**9}")
+        self._ros = Ros2Node(f"{_NODE}{time.time_ns() % 10**9}")
         node = self._ros.node
         self._manager = ControllerManager(node)
         node.create_subscription(JointState, self._topics.joint_states, self._on_joint_state, 5)
@@ -114,6 +122,7 @@ class TiagoOverRos2(Robot):
         """Connect unless connected, and prepare the controllers. Raises as `connect` does."""
         if self._ros is None:
             self.connect()
+        self._refuse_if_commanded()  # again: two programs may start at once
         arm = self._drives.get(ARM)
         if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
             start_servo_node(self._ros.node, arm.topic)
@@ -238,9 +247,24 @@ class TiagoOverRos2(Robot):
         log.info("%s", self._summary)
         if self._listen_only or self._ros is None:
             return
+        self._refuse_if_commanded()
         node = self._ros.node
         self._driven = {name: part_for(node, name, drive, self.model) for name, drive in self._drives.items()}
         self._wait_until(lambda: all(part.heard for part in self._driven.values()), SETTLE_S)
+
+    def _refuse_if_commanded(self) -> None:
+        """Raise SourceUnavailableError if another program sends commands: a stop here would not hold."""
+        if self._listen_only or self._ros is None:
+            return
+        node = self._ros.node
+        topics = [drive.topic for drive in self._drives.values()]
+        names = {info.node_name for topic in topics for info in node.get_publishers_info_by_topic(topic)}
+        for name in sorted(names - {node.get_name()}):
+            if name.startswith(_NODE):
+                raise SourceUnavailableError(
+                    f"another servo program, node {name}, commands {self.name}: end it first; one that was "
+                    "killed is forgotten after 20 s"
+                )
 
     def _choices(self) -> dict[str, Choice]:
         assert self._ros is not None and self._manager is not None

@@ -2,6 +2,7 @@
 
 import math
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,11 @@ from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 from whole_chain import detecting_runner  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
-from grabbergui.core.errors import SourceNotFoundError, TransportError  # noqa: E402
+from grabbergui.core.errors import (  # noqa: E402
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+)
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config, SafetyConfig  # noqa: E402
@@ -131,6 +136,26 @@ def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, s
     for watch in attempts(1.0):
         with watch:
             robot.stop()
+
+
+def test_a_second_program_is_refused_as_the_stop_of_one_would_not_stop_the_other(robot, model):
+    second = TiagoOverRos2(model)
+    with pytest.raises(
+        SourceUnavailableError, match=r"another servo program, node grabbergui_servo_.*: end it"
+    ):
+        second.open()
+    watching = TiagoOverRos2(model, listen_only=True)
+    watching.open()
+    watching.close()
+    robot.close()
+    until(lambda: opened(second))
+    second.close()
+
+
+def opened(robot):
+    with suppress(SourceUnavailableError):
+        robot.open()
+        return True
 
 
 def test_a_missing_robot_is_reported(domain, model):
