@@ -92,7 +92,7 @@ class ImagePublisher:
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
         self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
         self._info = publisher(CameraInfo, "~/camera_info")
-        self._components = ComponentTopics(node, grabber, publisher, self._stamp)
+        self._components = ComponentTopics(node, grabber, publisher, self._stamp, self._camera_info)
         self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
     @property
@@ -147,10 +147,15 @@ class ImagePublisher:
         message.data = array.array("B", encoded.tobytes())
         return message
 
-    def _camera_info(self, frame: Frame) -> Any:
-        """Return the camera_info; without a calibration its matrices are zero, ROS's "uncalibrated"."""
-        message = self._info_type(width=frame.width, height=frame.height)
-        calibration = self._calibration.of(frame)
+    def _camera_info(self, frame: Frame, component: Frame | None = None) -> Any:
+        """Return the camera_info; without a calibration its matrices are zero, ROS's "uncalibrated".
+
+        A `component` has the frame's calibration if it has its size.
+        """
+        image = component or frame
+        message = self._info_type(width=image.width, height=image.height)
+        same_size = (image.width, image.height) == (frame.width, frame.height)
+        calibration = self._calibration.of(frame) if same_size else None
         if calibration is not None:
             fill_camera_info(message, calibration)
         return message
@@ -197,25 +202,35 @@ Stamp = Callable[[Any, Frame], None]
 
 
 class ComponentTopics:
-    """`range/image`, `confidence/image` …, and `range/points`, below the node's name, when frames have them.
+    """Each further image of the frames, with its camera_info, below the node's name: `range/image` …
 
     Range images are 32FC1 in metres, NaN where nothing was measured (REP 118); a camera that reports no scale
-    has its own values in `16UC1` or whatever fits. Points are in metres, x to the right, y down, z forward
-    (REP 103's optical frame), with the brightness of an intensity image of the same size. A topic without
-    subscribers is neither converted nor sent.
+    has its own values in `16UC1` or whatever fits. `range/points` are in metres, x to the right, y down, z
+    forward (REP 103's optical frame), with the brightness of an intensity image of the same size. A topic
+    without subscribers is neither converted nor sent.
     """
 
     def __init__(
-        self, node: Any, grabber: FrameGrabber, publisher: Callable[[Any, str], Any], stamp: Stamp
+        self,
+        node: Any,
+        grabber: FrameGrabber,
+        publisher: Callable[[Any, str], Any],
+        stamp: Stamp,
+        camera_info: Callable[[Frame, Frame], Any],
     ) -> None:
-        """`publisher` makes one for a message type and a topic; `stamp` fills headers."""
-        from sensor_msgs.msg import Image, PointCloud2, PointField
+        """`publisher` makes one for a message type and a topic; `stamp` fills headers.
 
-        self._image_type, self._cloud_type, self._field_type = Image, PointCloud2, PointField
-        self._publisher, self._stamp = publisher, stamp
+        `camera_info` returns the message for a frame's component.
+        """
+        from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+
+        self._image_type, self._info_type = Image, CameraInfo
+        self._cloud_type, self._field_type = PointCloud2, PointField
+        self._publisher, self._stamp, self._camera_info = publisher, stamp, camera_info
         self._scan = CurrentScan3d(grabber)
         self._writer = ImageWriter()
-        self._images: dict[str, Any] = {}
+        self._topics: dict[str, tuple[Any, Any]] = {}
+        "Publishers of the image and its camera_info, by component."
         self._points: Any = None
         self._sink = FrameSink(grabber, self._publish, name="ros2 components", reopens=True)
 
@@ -234,12 +249,17 @@ class ComponentTopics:
             return False
         sent = False
         for name, part in components_of(frame):
-            topic = self._topic(name)
-            if topic is not None and topic.get_subscription_count():
+            images, infos = self._of_component(name)
+            if images is not None and images.get_subscription_count():
                 message = self._image_type()
                 self._stamp(message.header, frame)
                 image = in_metres(frame.of_component(part), self._scan.value)
-                self._writer.publish([topic], message, image)
+                self._writer.publish([images], message, image)
+                sent = True
+            if infos is not None and infos.get_subscription_count():
+                message = self._camera_info(frame, frame.of_component(part))
+                self._stamp(message.header, frame)
+                infos.publish(message)
                 sent = True
             if part.pixel_format.is_coordinate and self._points is None:
                 self._points = self._publisher(self._cloud_type, "~/range/points")
@@ -250,10 +270,12 @@ class ComponentTopics:
             sent = True
         return sent
 
-    def _topic(self, name: str) -> Any:
-        if name not in self._images and len(self._images) < MOST_COMPONENTS:
-            self._images[name] = self._publisher(self._image_type, f"~/{name}/image")
-        return self._images.get(name)
+    def _of_component(self, name: str) -> tuple[Any, Any]:
+        if name not in self._topics and len(self._topics) < MOST_COMPONENTS:
+            kinds = (self._image_type, "image"), (self._info_type, "camera_info")
+            images, infos = (self._publisher(kind, f"~/{name}/{topic}") for kind, topic in kinds)
+            self._topics[name] = images, infos
+        return self._topics.get(name, (None, None))
 
     def _cloud(self, frame: Frame, scan: Scan3d) -> Any:
         cloud = PointCloud.of(frame, scan)
