@@ -70,8 +70,9 @@ class _Encoder:
 _X264 = {"preset": "ultrafast", "g": "25"}
 _ENCODERS = {
     RecordingKind.H264: _Encoder("libx264", {**_X264, "crf": "20"}),
+    # The lookahead of x265 4.2 writes beyond its buffers if the image is up to 48 pixels wide.
     RecordingKind.HEVC: _Encoder(
-        "libx265", {**_X264, "crf": "22", "x265-params": "log-level=none:bframes=0"}
+        "libx265", {**_X264, "crf": "22", "x265-params": "log-level=none:bframes=0:rc-lookahead=0"}
     ),
     RecordingKind.AV1: _Encoder(
         "libsvtav1",
@@ -148,8 +149,9 @@ class MovieFile:
         except (FFmpegError, ValueError) as error:
             self._file.close()
             path.unlink(missing_ok=True)
+            reason = getattr(error, "strerror", None) or error
             raise RecordingError(
-                f"{path}: {name} cannot encode {width}×{height} pixels here ({error}); try another kind"
+                f"{path}: {name} cannot encode {width}×{height} pixels here ({reason}); try another kind"
             ) from error
         self._stream = stream
 

@@ -204,6 +204,35 @@ def test_a_movie_whose_program_was_killed_is_played(tmp_path, kind):
     capture.release()
 
 
+@pytest.mark.parametrize("kind", [RecordingKind.HEVC, RecordingKind.FFV1])
+def test_a_crash_costs_the_last_half_second_if_the_encoder_holds_nothing(tmp_path, kind):
+    movie = MovieFile(tmp_path / "x.mp4", kind, (48, 64), np.uint8, 25)
+    for index in range(60):
+        movie.add(flat(index).mono(), index * 40_000)
+        assert index + 1 - movie.kept <= FRAGMENT // 40_000 + 2
+    movie.finish()
+
+
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+def test_a_narrow_region_damages_no_memory(tmp_path, kind):
+    """An encoder that writes beyond its buffers ends the process, so it has one of its own."""
+    code = f"""{IMPORTS}
+for width, height in ((16, 16), (48, 32), (48, 48), (34, 34), (32, 320)):
+    path = Path(sys.argv[1]) / f"{{width}}x{{height}}.mp4"
+    written(path, RecordingKind(sys.argv[2]), [flat(index, width, height) for index in range(30)])
+"""
+    checked = {**os.environ, "LD_PRELOAD": "libc_malloc_debug.so.0", "MALLOC_CHECK_": "3"}  # if there is such
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path), kind.value],
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE,
+        env=checked,
+    )
+    assert done.returncode == 0, done.stderr[-300:]
+    assert len(list(tmp_path.glob("*.mp4"))) == 5
+
+
 LIMIT = 300_000
 FULL = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({LIMIT}, {resource.RLIM_INFINITY}))\n"
 FULL += WRITE.replace(
