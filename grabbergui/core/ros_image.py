@@ -4,9 +4,9 @@ An encoding (`sensor_msgs/image_encodings.hpp`) specifies bits and channels; a P
 so both Mono12 and Confidence16 are `mono16`. Depth cameras send `16UC1` and `32FC1` (REP 118); `8UC3` and
 `8UC4` are B G R and B G R A, as in cv_bridge.
 
-The messages `sensor_msgs/msg/Image` and `TimeReference` are in OMG CDR (XCDR1): after an encapsulation header
-of four bytes, primitives are aligned to their size relative to its end. Strings and sequences follow a 32-bit
-count, and strings end with a zero. Messages are encoded little-endian.
+The messages `sensor_msgs/msg/Image`, `TimeReference` and `std_msgs/msg/String` are in OMG CDR (XCDR1): after
+an encapsulation header of four bytes, primitives are aligned to their size relative to its end. Strings and
+sequences follow a 32-bit count, and strings end with a zero. Messages are encoded little-endian.
 """
 
 from __future__ import annotations
@@ -93,6 +93,8 @@ IMAGE_DEFINITION = (
 )
 TIME_NAME = "sensor_msgs/msg/TimeReference"
 TIME_DEFINITION = f"{_HEADER}builtin_interfaces/Time time_ref\nstring source\n" + _HEADER_DEFINITION
+STRING_NAME = "std_msgs/msg/String"
+STRING_DEFINITION = "string data\n"
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,18 @@ class RosImage:
                 f"an image of {height} lines of {step} bytes has only {len(data)} bytes"
             )
         return cls(stamp, frame_id, height, width, encoding, big, step, data)
+
+
+def encode_string(text: str) -> bytes:
+    """Encode a `std_msgs/msg/String`."""
+    writer = _Writer()
+    writer.text(text)
+    return _CDR_LE + bytes(writer.content)
+
+
+def decode_string(message: bytes | memoryview) -> str:
+    """Return the text of a `std_msgs/msg/String`. Raises RemoteProtocolError."""
+    return _Reader(message).text()
 
 
 def encode_time_reference(stamp_ns: int, frame_id: str, time_ns: int, source: str) -> bytes:

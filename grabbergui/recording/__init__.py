@@ -8,10 +8,11 @@ note is a line of JSON.
 from __future__ import annotations
 
 import json
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,7 +24,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import Family, PixelFormat
 
 DEFAULT_RATE = 25.0
@@ -246,12 +247,15 @@ def _opened(path: Path) -> Recording:
 
 
 # -- notes, and frames built from them -----------------------------------------------------------
-MAX_LINE = 4096
+MAX_LINE = 1 << 16
 "Most characters of a note."
 MAX_SIDE = 65536
 "Largest width and height in pixels."
 
 
+ChunkValue = bool | int | float | str
+_RARE = {"complete": True, "missing_bytes": 0, "chunks": {}}
+"Values of a note that are left out, because nearly every frame has them."
 _WITHOUT_IMAGE = {kind.value: kind for kind in PayloadType if kind is not PayloadType.IMAGE}
 
 
@@ -272,6 +276,11 @@ class FrameNote:
     "Host clock, since the epoch."
     offset_x: int = 0
     offset_y: int = 0
+    complete: bool = True
+    "Whether all of its payload arrived."
+    missing_bytes: int = 0
+    chunks: dict[str, ChunkValue] = field(default_factory=dict)
+    "Chunk data by feature name."
 
     @property
     def payload_type(self) -> PayloadType:
@@ -282,8 +291,12 @@ class FrameNote:
         )
 
     def line(self) -> str:
-        """Return a line of JSON, including its end."""
-        return json.dumps(asdict(self), separators=(",", ":")) + "\n"
+        """Return a line of JSON, including its end; without chunk data if they would make it too long."""
+        values = {
+            name: value for name, value in vars(self).items() if name not in _RARE or value != _RARE[name]
+        }
+        text = json.dumps(values, separators=(",", ":"))
+        return text + "\n" if len(text) < MAX_LINE else replace(self, chunks={}).line()
 
 
 def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNote:
@@ -298,7 +311,15 @@ def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNot
         received_ns=frame.received_ns,
         offset_x=frame.offset_x,
         offset_y=frame.offset_y,
+        complete=frame.complete,
+        missing_bytes=frame.missing_bytes,
+        chunks={name: value for name, value in frame.chunks.items() if _is_chunk_value(value)},
     )
+
+
+def _is_chunk_value(value: object) -> bool:
+    """Return whether JSON has the value; it has no infinite numbers, and no bytes."""
+    return isinstance(value, ChunkValue) and not (isinstance(value, float) and not math.isfinite(value))
 
 
 def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
@@ -349,6 +370,9 @@ def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
         received_ns=received_ns,
         offset_x=note.offset_x,
         offset_y=note.offset_y,
+        status=FrameStatus.COMPLETE if note.complete else FrameStatus.INCOMPLETE,
+        missing_bytes=note.missing_bytes,
+        chunks=dict(note.chunks),
         payload_type=note.payload_type,
     )
 
@@ -367,23 +391,27 @@ def read_notes(path: Path) -> Iterator[FrameNote]:
                     if len(line) > MAX_LINE:
                         raise UsageError(f"{path}, line {number}: longer than {MAX_LINE} characters")
                     return
-                yield _note(line, f"{path}, line {number}")
+                yield parse_note(line, f"{path}, line {number}")
     except UnicodeDecodeError:
         raise UsageError(f"{path} is not text; it should hold a line of JSON for each frame") from None
     except OSError as error:
         raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
 
 
-def _note(line: str, where: str) -> FrameNote:
+def parse_note(line: str, where: str) -> FrameNote:
+    """Return the note in a line of JSON; `where` names it in errors. Raises UsageError."""
     try:
         values = json.loads(line)
         known = {field.name: values[field.name] for field in fields(FrameNote) if field.name in values}
         note = FrameNote(**known)
     except (ValueError, TypeError, KeyError, RecursionError):
         raise UsageError(f"{where}: '{line[:60].strip()}' is not the note of a frame") from None
-    texts = (note.file, note.pixel_format)
-    numbers = [getattr(note, f.name) for f in fields(FrameNote) if f.name not in ("file", "pixel_format")]
-    if not all(isinstance(text, str) for text in texts) or not all(type(number) is int for number in numbers):
+    values = vars(note).copy()
+    right = isinstance(values.pop("file"), str) and isinstance(values.pop("pixel_format"), str)
+    right = right and isinstance(values.pop("complete"), bool) and isinstance(note.chunks, dict)
+    right = right and all(map(_is_chunk_value, values.pop("chunks").values()))
+    numbers = list(values.values())
+    if not right or not all(type(number) is int for number in numbers):
         raise UsageError(f"{where}: a value of the frame's note has the wrong type")
     has_size = 0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE
     if not (has_size or note.payload_type is not PayloadType.IMAGE) or min(numbers) < 0:

@@ -26,13 +26,22 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import PixelFormat
-from grabbergui.core.ros_image import IMAGE_NAME, TIME_NAME, RosImage, decode_time_reference
+from grabbergui.core.ros_image import (
+    IMAGE_NAME,
+    STRING_NAME,
+    TIME_NAME,
+    RosImage,
+    decode_string,
+    decode_time_reference,
+)
 from grabbergui.recording import (
+    MAX_LINE,
     FrameNote,
     Recording,
     RecordingError,
     format_named,
     in_order_of_receipt,
+    parse_note,
     rebuilt,
     rising,
 )
@@ -42,6 +51,8 @@ log = logging.getLogger(__name__)
 MAGIC = b"\x89MCAP0\r\n"
 DEVICE_TIME = "/device_time"
 "Suffix of the topic with the camera's clock, after the images' topic."
+NOTE = "/note"
+"Suffix of the topic with the notes of frames, as in `frames.jsonl`."
 PIXEL_FORMAT_KEY = "pixel_format"
 "Key in a channel's metadata: the PFNC name, which ROS's encoding does not contain (Mono12 is mono16)."
 BESIDE_KEY = "beside"
@@ -119,11 +130,11 @@ class McapRecording(Recording):
         except RemoteProtocolError as error:
             raise RecordingError(f"{self.path}: frame {index}: {error}") from error
         pixel_format = self._format(place, image)
-        note = FrameNote(
+        note = replace(
+            self._note(place),
             width=image.width,
             height=image.height,
             pixel_format=pixel_format.name,
-            frame_id=place.sequence,
             timestamp_ns=self._device_time(place),
         )
         return rebuilt(self._lines(image, pixel_format), note, received_ns)
@@ -182,6 +193,16 @@ class McapRecording(Recording):
             return max(0, decode_time_reference(self._content(time_place)))
         except RemoteProtocolError:
             return 0
+
+    def _note(self, place: _Place) -> FrameNote:
+        """Return the note that was recorded of an image, or the little that is known without one."""
+        note_place = self._notes.get((place.sequence, place.log_time))
+        if note_place is not None and note_place.length <= 2 * MAX_LINE:
+            try:
+                return parse_note(decode_string(self._content(note_place)), "a note")
+            except (RemoteProtocolError, UsageError) as error:
+                log.debug("%s: %s", self.path, error)  # another program's topic
+        return FrameNote(width=0, height=0, pixel_format="", frame_id=place.sequence)
 
     # -- indexing the file -----------------------------------------------------------------------
     def _index(self) -> None:
@@ -262,15 +283,13 @@ class McapRecording(Recording):
             log.warning("%s: %s; distances have no unit", self.path, error)
 
     def _choose_topic(self) -> None:
-        by_topic: dict[str, list[_Place]] = {}
-        clocks: dict[str, list[_Place]] = {}
+        by_kind: dict[str, dict[str, list[_Place]]] = {IMAGE_NAME: {}, TIME_NAME: {}, STRING_NAME: {}}
         for place in self._messages:
             channel = self._channels.get(place.channel)
             kind = self._schemas.get(channel.schema) if channel is not None else None
-            if channel is not None and kind == IMAGE_NAME:
-                by_topic.setdefault(channel.topic, []).append(place)
-            elif channel is not None and kind == TIME_NAME:
-                clocks.setdefault(channel.topic, []).append(place)
+            if channel is not None and kind in by_kind:
+                by_kind[kind].setdefault(channel.topic, []).append(place)
+        by_topic = by_kind[IMAGE_NAME]
         if not by_topic:
             raise UsageError(f"{self.path} holds no images of the type {IMAGE_NAME}")
         frames = [topic for topic, places in by_topic.items() if self._frame_topic(places[0]) not in by_topic]
@@ -283,9 +302,13 @@ class McapRecording(Recording):
         self.title = f"{self.path.name} {topic}"
         self._images = in_order_of_receipt(images, lambda place: place.log_time)
         # The sequence number alone is not unique, as a camera that restarts counts from one again.
-        self._times = {
-            (place.sequence, place.log_time): place for place in clocks.get(topic + DEVICE_TIME, [])
-        }
+        self._times, self._notes = (
+            {(place.sequence, place.log_time): place for place in places}
+            for places in (
+                by_kind[TIME_NAME].get(topic + DEVICE_TIME, []),
+                by_kind[STRING_NAME].get(topic + NOTE, []),
+            )
+        )
         self.times_ns = rising([place.log_time for place in self._images])
 
     def _frame_topic(self, place: _Place) -> str:

@@ -19,13 +19,15 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_image import RosImage
-from grabbergui.recording import unpacked
-from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
+from grabbergui.recording import note_of, unpacked
+from grabbergui.recording.mcap_file import BESIDE_KEY, DEVICE_TIME, NOTE, SCAN_METADATA
 from grabbergui.recording.writer import RecordingWriter
 
 
 class McapWriter(RecordingWriter):
-    """Writes `sensor_msgs/msg/Image`, and the camera's clock and further components on other topics.
+    """Writes `sensor_msgs/msg/Image`; the camera's clock, notes and further components on other topics.
+
+    A frame has a note if it has chunk data or an offset, or is incomplete.
 
     Nothing is compressed; each image has a chunk. The components of a frame share sequence number and time.
     """
@@ -47,9 +49,7 @@ class McapWriter(RecordingWriter):
         if scan is not None and scan.calibrated:
             self._writer.add_metadata(SCAN_METADATA, {"json": scan.as_json()})
         self._image_schema = self._schema(ros_image.IMAGE_NAME, ros_image.IMAGE_DEFINITION)
-        self._time_schema = self._schema(ros_image.TIME_NAME, ros_image.TIME_DEFINITION)
         self._channels: dict[tuple[str, ...], int] = {}
-        self._clock: int | None = None
         self._broken = False
 
     @override
@@ -64,7 +64,12 @@ class McapWriter(RecordingWriter):
         whole = self._file.tell()
         try:
             if frame.timestamp_ns:
-                self._add(self._clock_channel(), frame, self._time_of(frame))
+                channel = self._channel_below(DEVICE_TIME, ros_image.TIME_NAME, ros_image.TIME_DEFINITION)
+                self._add(channel, frame, self._time_of(frame))
+            note = note_of(frame, frame.pixel_format)
+            if note.chunks or not note.complete or note.offset_x or note.offset_y:
+                channel = self._channel_below(NOTE, ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
+                self._add(channel, frame, ros_image.encode_string(note.line()))
             for channel, message in messages:
                 self._add(channel, frame, message)
             self._writer.flush()  # type: ignore[no-untyped-call]
@@ -128,12 +133,13 @@ class McapWriter(RecordingWriter):
             self._channels[key] = int(channel)
         return self._channels[key]
 
-    def _clock_channel(self) -> int:
-        if self._clock is None:
-            metadata = {"offered_qos_profiles": ""}
-            topic = f"{self.TOPIC}/device_time"
-            self._clock = int(self._writer.register_channel(topic, "cdr", self._time_schema, metadata))
-        return self._clock
+    def _channel_below(self, suffix: str, name: str, definition: str) -> int:
+        """Return the channel of what is known of a frame, on a topic below the images'."""
+        topic = self.TOPIC + suffix
+        if (topic,) not in self._channels:
+            schema, metadata = self._schema(name, definition), {"offered_qos_profiles": ""}
+            self._channels[(topic,)] = int(self._writer.register_channel(topic, "cdr", schema, metadata))
+        return self._channels[(topic,)]
 
     def _abandon(self, size: int) -> None:
         """Remove the part of a frame that was written before the disk was full."""

@@ -58,7 +58,7 @@ def test_a_write_that_does_not_fit_leaves_complete_frames(tmp_path):
     frames = [made("Mono8", index) for index in range(6)]
     writer.write(frames[0])
     # The package's writer holds its stream; ours sees the same object fail.
-    writer._writer._Writer__stream = FullDisk(writer._file, 4000)
+    writer._writer._Writer__stream = FullDisk(writer._file, 5000)
     with pytest.raises(OSError, match="space"):
         for frame in frames[1:]:
             writer.write(frame)
@@ -114,9 +114,10 @@ def test_the_mcap_package_reads_what_we_write(tmp_path):
     with path.open("rb") as file:
         reader = make_reader(file)
         summary = reader.get_summary()
-        assert summary.statistics.message_count == 6
+        assert summary.statistics.message_count == 9
         topics = {channel.topic for channel in summary.channels.values()}
-        assert topics == {"/grabbergui/image_raw", "/grabbergui/image_raw/device_time"}
+        image = "/grabbergui/image_raw"
+        assert topics == {image, f"{image}/device_time", f"{image}/note"}
         times = [message.log_time for _, _, message in reader.iter_messages("/grabbergui/image_raw")]
         assert times == [START, START + STEP, START + 2 * STEP]
 

@@ -13,12 +13,15 @@ from recorded_frames import INFO, NAMES, START, STEP, made, written
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import ExistingFileError, GrabberError, UsageError
-from grabbergui.core.frame import Frame
+from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.recording import (
+    MAX_LINE,
     RecordingError,
     RecordingKind,
     kind_of,
+    note_of,
     open_recording,
+    parse_note,
 )
 from grabbergui.recording.recorder import create_writer
 
@@ -111,6 +114,42 @@ def test_a_format_of_unknown_layout_is_stored_as_bytes(tmp_path):
     with pytest.raises(GrabberError):
         writer.write(frame)
     writer.close()
+
+
+CHUNKS = {
+    "ChunkExposureTime": 1234.5,
+    "ChunkLineStatusAll": 3,
+    "ChunkCounterSelector": "Counter0",
+    "On": True,
+}
+
+
+@pytest.mark.parametrize("kind", RecordingKind)
+def test_what_came_with_a_frame_is_kept(kind, tmp_path):
+    frames = [
+        replace(made("Mono8", 0), chunks=CHUNKS | {"Raw": b"x", "Never": float("nan")}),
+        replace(made("Mono8", 1), status=FrameStatus.INCOMPLETE, missing_bytes=100),
+        replace(made("Mono8", 2), frame_id=2**40 + 1),
+    ]
+    path = written(kind, tmp_path / NAMES[kind], frames)
+    with contextlib.closing(open_recording(path)) as recording:
+        first, second, third = (recording.frame(index, 0) for index in range(3))
+    assert first.chunks == CHUNKS and first.complete and not third.chunks
+    assert (second.status, second.missing_bytes) == (FrameStatus.INCOMPLETE, 100)
+    assert third.frame_id == 2**40 + 1
+    assert [frame.offset_x for frame in (first, second, third)] == [4, 4, 4]
+
+
+def test_chunk_data_beyond_a_line_are_left_out():
+    frame = replace(made("Mono8", 0), chunks={"Long": "x" * MAX_LINE, "Short": 1})
+    line = note_of(frame, frame.pixel_format).line()
+    assert parse_note(line, "a").frame_id == frame.frame_id and "chunks" not in line
+
+
+@pytest.mark.parametrize("wrong", ['"chunks":[]', '"chunks":{"a":[]}', '"chunks":{"a":NaN}', '"complete":1'])
+def test_a_note_with_what_no_camera_sends_is_refused(wrong):
+    with pytest.raises(UsageError, match="wrong type"):
+        parse_note(f'{{"width":4,"height":4,"pixel_format":"Mono8",{wrong}}}', "line 1")
 
 
 def test_nothing_is_overwritten(tmp_path):
