@@ -43,7 +43,6 @@ class Follower:
 
     cycle_done = Signal(object, object)
     failed = Signal(str)
-    calibrates_hand_eye = True
 
     def __init__(self, run: closed_loop.ClosedLoop) -> None:
         self.loop, self.robot, self.config, self.gate = run.loop, run.robot, run.config, run.gate
@@ -66,7 +65,7 @@ def main(theme: str, file: str) -> None:
         things=Things(board=lambda seconds: board_pose() if seconds >= SHOWN_AT else None)
     )
     follower, window = Follower(run), ServoWindow()
-    controller = ServoController(window, follower, closed_loop.calibration().scaled_to)
+    controller = ServoController(window, follower, closed_loop.calibration().scaled_to, hand_eye=True)
     window.show()
     number = 0
     while run.now < SECONDS:

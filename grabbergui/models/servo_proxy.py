@@ -48,6 +48,7 @@ _MOST_CYCLES = 200
 CLOSED = "the window has ended"
 NOT_ANSWERING = "the window does not answer"
 HAND_EYE = "stopped to calibrate hand and eye"
+"Reasons of a stop."
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +79,6 @@ class RequestKind(Enum):
     STOP = "stop"
     START = "start"
     TUNE = "tune"
-    HAND_EYE = "hand-eye"
-    "End the window and calibrate hand and eye."
     HEARTBEAT = "heartbeat"
     IMAGE_TAKEN = "image taken"
     "The loop may send the next image."
@@ -118,8 +117,6 @@ class RunnerServer:
     ) -> None:
         self.closed = threading.Event()
         "Set when the window has ended, after the robot was stopped for it."
-        self.hand_eye_wanted = False
-        "Whether the window requested a hand–eye calibration."
         self._runner, self._calibration = runner, calibration
         self._to, self._from = to_window, from_window
         self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)
@@ -207,9 +204,6 @@ class RunnerServer:
             if request.kind is RequestKind.STOP:
                 # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")
-            elif request.kind is RequestKind.HAND_EYE:
-                self.hand_eye_wanted = True
-                _start_thread(partial(self._runner.emergency_stop, HAND_EYE), "emergency stop")
             elif request.kind is RequestKind.START and not self.closed.is_set():
                 self._runner.request_start()
             elif request.kind is RequestKind.TUNE and request.config is not None:
@@ -240,18 +234,9 @@ class RunnerProxy:
     failed = Signal(str)
     """As `Runner.failed`, and if a stop is not confirmed."""
 
-    def __init__(
-        self,
-        from_loop: IO[bytes],
-        to_loop: IO[bytes],
-        ended: Callable[[], None],
-        *,
-        calibrates_hand_eye: bool = False,
-    ) -> None:
+    def __init__(self, from_loop: IO[bytes], to_loop: IO[bytes], ended: Callable[[], None]) -> None:
         """Wait for the first report. `ended` is called when the loop's process closes its end or dies."""
         self.running = True
-        self.calibrates_hand_eye = calibrates_hand_eye
-        "Whether the loop's process calibrates hand and eye on request."
         self.loop, self.robot, self.gate = _Loop(), _Robot(), _Gate()
         self._from, self._to = from_loop, to_loop
         self._ended = ended
@@ -303,10 +288,6 @@ class RunnerProxy:
     def request_start(self) -> None:
         """See `Runner.request_start`; if the robot may not move, `failed` follows with the reason."""
         self._request(Request(RequestKind.START))
-
-    def calibrate_hand_eye(self) -> None:
-        """Request that the loop's process stops the robot, and calibrates hand and eye after this window."""
-        self._request(Request(RequestKind.HAND_EYE))
 
     def tune(self, config: Config) -> None:
         """Use other gains, limits and rate from the next cycle on."""

@@ -49,8 +49,6 @@ class Runner:
     failed = Signal(str)
     """The loop ended with an error, or no guardian lets it move after `request_start`; the reason as display
     text. On the loop's thread or the starting one."""
-    calibrates_hand_eye = False
-    "Whether the runner starts that calibration on request. This one leaves it to the window."
 
     def __init__(
         self,

@@ -2055,22 +2055,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="153"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="151"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="159"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="181"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="179"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2653,147 +2653,147 @@ It {1}.</source>
 <context>
     <name>Lack</name>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="75"/>
+        <location filename="../../grabbergui/models/open_source.py" line="76"/>
         <source>No source is open: choose one in the list and connect to it.</source>
         <translation>No hay ninguna fuente abierta: elija una de la lista y conéctela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="76"/>
+        <location filename="../../grabbergui/models/open_source.py" line="77"/>
         <source>The source is still being opened.</source>
         <translation>La fuente aún se está abriendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="77"/>
+        <location filename="../../grabbergui/models/open_source.py" line="78"/>
         <source>The source does not answer: wait until it is back.</source>
         <translation>La fuente no responde: espere a que vuelva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="78"/>
+        <location filename="../../grabbergui/models/open_source.py" line="79"/>
         <source>The source is stopped: start it first.</source>
         <translation>La fuente está parada: iníciela primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="79"/>
+        <location filename="../../grabbergui/models/open_source.py" line="80"/>
         <source>The source is open for reading only: another program controls it.</source>
         <translation>La fuente está abierta solo para lectura: otro programa la controla.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="83"/>
+        <location filename="../../grabbergui/models/open_source.py" line="84"/>
         <source>The source is stopped already.</source>
         <translation>La fuente ya está parada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="84"/>
+        <location filename="../../grabbergui/models/open_source.py" line="85"/>
         <source>A source is open: disconnect it first, or double-click another one in the list.</source>
         <translation>Hay una fuente abierta: desconéctela primero o haga doble clic en otra de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="87"/>
+        <location filename="../../grabbergui/models/open_source.py" line="88"/>
         <source>The source is open already: press “Show”, or click its tile.</source>
         <translation>La fuente ya está abierta: pulse «Mostrar» o su miniatura.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="88"/>
+        <location filename="../../grabbergui/models/open_source.py" line="89"/>
         <source>The source streams already.</source>
         <translation>La fuente ya está transmitiendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="89"/>
+        <location filename="../../grabbergui/models/open_source.py" line="90"/>
         <source>There is no frame yet: start the camera first.</source>
         <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="90"/>
+        <location filename="../../grabbergui/models/open_source.py" line="91"/>
         <source>The frame has no range image: enable the component Range, if there is one.</source>
         <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="93"/>
+        <location filename="../../grabbergui/models/open_source.py" line="94"/>
         <source>The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.</source>
         <translation>La cámara no informa de polarizadores: si los tiene, marque «El sensor tiene polarizadores» más abajo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="97"/>
+        <location filename="../../grabbergui/models/open_source.py" line="98"/>
         <source>The source has neither exposure time nor gain.</source>
         <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="98"/>
+        <location filename="../../grabbergui/models/open_source.py" line="99"/>
         <source>The source has no white balance.</source>
         <translation>La fuente no tiene balance de blancos.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="99"/>
+        <location filename="../../grabbergui/models/open_source.py" line="100"/>
         <source>The source has no region of interest that can be changed.</source>
         <translation>La fuente no tiene una región de interés que se pueda cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="100"/>
+        <location filename="../../grabbergui/models/open_source.py" line="101"/>
         <source>The source keeps no user sets: save its settings in a file.</source>
         <translation>La fuente no guarda conjuntos de ajustes: guarde sus ajustes en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="101"/>
+        <location filename="../../grabbergui/models/open_source.py" line="102"/>
         <source>The source has no look-up table that can be read.</source>
         <translation>La fuente no tiene una tabla de consulta que se pueda leer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="102"/>
+        <location filename="../../grabbergui/models/open_source.py" line="103"/>
         <source>The source has no calibration: load one, or calibrate the camera.</source>
         <translation>La fuente no tiene calibración: cargue una o calibre la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="105"/>
+        <location filename="../../grabbergui/models/open_source.py" line="106"/>
         <source>Nothing was changed since the source was opened.</source>
         <translation>No se ha cambiado nada desde que se abrió la fuente.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="106"/>
+        <location filename="../../grabbergui/models/open_source.py" line="107"/>
         <source>Nothing was undone.</source>
         <translation>No se ha deshecho nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="107"/>
+        <location filename="../../grabbergui/models/open_source.py" line="108"/>
         <source>The list is empty.</source>
         <translation>La lista está vacía.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="108"/>
+        <location filename="../../grabbergui/models/open_source.py" line="109"/>
         <source>Wait until the present run has ended.</source>
         <translation>Espere a que termine el ajuste en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="109"/>
+        <location filename="../../grabbergui/models/open_source.py" line="110"/>
         <source>A search is in progress.</source>
         <translation>Hay una búsqueda en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="110"/>
+        <location filename="../../grabbergui/models/open_source.py" line="111"/>
         <source>Choose a source in the list, or type its address above.</source>
         <translation>Elija una fuente de la lista o escriba su dirección arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="111"/>
+        <location filename="../../grabbergui/models/open_source.py" line="112"/>
         <source>The whole image is measured already.</source>
         <translation>Ya se mide la imagen completa.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="112"/>
+        <location filename="../../grabbergui/models/open_source.py" line="113"/>
         <source>Choose a set in the list.</source>
         <translation>Elija un conjunto de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="113"/>
+        <location filename="../../grabbergui/models/open_source.py" line="114"/>
         <source>This set cannot be changed: choose another one.</source>
         <translation>Este conjunto no se puede cambiar: elija otro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="114"/>
+        <location filename="../../grabbergui/models/open_source.py" line="115"/>
         <source>The camera starts with this set already, or cannot start with it.</source>
         <translation>La cámara ya arranca con este conjunto, o no puede arrancar con él.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="117"/>
+        <location filename="../../grabbergui/models/open_source.py" line="118"/>
         <source>Nothing was edited.</source>
         <translation>No se ha editado nada.</translation>
     </message>
@@ -4006,7 +4006,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="339"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -4042,7 +4042,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="266"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="269"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -4102,7 +4102,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="266"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="269"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -4340,7 +4340,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="184"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="185"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -4515,29 +4515,19 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="296"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="348"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="296"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="382"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="330"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="265"/>
-        <source>Hand and eye are still being calibrated</source>
-        <translation>La calibración de mano y ojo aún no ha terminado</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="329"/>
-        <source>Start lets the robot move</source>
-        <translation>Iniciar deja que el robot se mueva</translation>
     </message>
 </context>
 <context>

@@ -296,10 +296,3 @@ def test_the_proxy_ends_with_the_loops_process(pair):
     pair.pipes[0].close()
     assert pair.ended.wait(PATIENCE)
     assert not pair.proxy.running
-
-
-def test_a_wish_to_calibrate_hand_and_eye_stops_the_robot(pair):
-    assert not pair.server.hand_eye_wanted
-    pair.proxy.calibrate_hand_eye()
-    until(lambda: pair.runner.gate.halted == servo_proxy.HAND_EYE)
-    assert pair.server.hand_eye_wanted

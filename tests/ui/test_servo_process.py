@@ -10,6 +10,7 @@ import threading
 import psutil
 import pytest
 
+from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.models.servo_proxy import CLOSED
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
@@ -112,21 +113,22 @@ def test_the_hand_eye_wizard_opens_in_a_process_without_a_window_so_far():
     assert (run.returncode, run.stdout.split()) == (0, ["None", "None"]), run.stderr
 
 
-def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
+@pytest.mark.parametrize("assumed", [False, True], ids=["own process", "this process"])
+def test_hand_and_eye_are_calibrated_between_two_windows(assumed, monkeypatch):
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     robot, happened = SimRobot(teo.MODEL), []
     camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker), fps=10)
     camera.open()
     runner = Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
-    calibration = closed_loop.calibration().scaled_to
+    calibration = CalibrationChoice.nominal(60) if assumed else closed_loop.calibration().scaled_to
     stand = HandEyeStand(robot, runner.gate, Config(), None, calibration, None)
-    windows = iter([("", True), ("", False)])
+    wanted = iter([True, False])
 
-    def window(*arguments):
+    def window(*arguments, **options):
         happened.append(("window", runner.running, runner.gate.halted))
-        return next(windows)
+        return next(wanted) if assumed else ("", next(wanted))
 
-    monkeypatch.setattr(standalone, "_show_once", window)
+    monkeypatch.setattr(standalone, "servo" if assumed else "_show_once", window)
     monkeypatch.setattr(standalone, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running)))
     runner.start()
     try:
@@ -135,6 +137,27 @@ def test_hand_and_eye_are_calibrated_between_two_windows(monkeypatch):
     finally:
         runner.stop()
         camera.close()
+
+
+def test_a_window_that_is_closed_for_the_calibration_says_so(monkeypatch):
+    program = (
+        "from grabbergui.ui.run import standalone\n"
+        "standalone.servo = lambda *_, **options: options['hand_eye']\n"
+        "standalone.main()"
+    )
+    monkeypatch.setattr(standalone, "WINDOW_PROGRAM", ["-c", program])
+    runner, options = Runner(Dark(), SimRobot(teo.MODEL), lambda frame: None), standalone._Options
+    for offered in (True, False):
+        shown = options(None, None, standalone.Theme.AUTO, offered)
+        assert standalone._show_once(runner, closed_loop.calibration().scaled_to, shown, None) == (
+            "",
+            offered,
+        )
+        assert runner.gate.halted == CLOSED
+
+
+class Dark:
+    """A source whose images never come."""
 
 
 def test_a_screenshot_that_cannot_be_written_is_named(tmp_path):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer
@@ -18,7 +18,7 @@ from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
 from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.language import driver_text
 from grabbergui.models.messages import Message
-from grabbergui.models.servo_proxy import Run, RunnerProxy
+from grabbergui.models.servo_proxy import HAND_EYE, Run
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.hand_eye_stand import HandEyeStand
@@ -28,9 +28,7 @@ from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, HandEyePage, HandEyeView
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.windows import FileDialogs
 
 log = logging.getLogger(__name__)
 
@@ -205,20 +203,16 @@ class ServoController(QObject):
         window: ServoWindow,
         runner: Run,
         calibration: CalibrationFor,
-        stand: HandEyeStand | None = None,
+        *,
+        hand_eye: bool = False,
     ) -> None:
-        """With a `stand` of the runner's robot and gate, hand and eye can be calibrated from here."""
+        """With `hand_eye`, the button for that calibration is offered; it closes the window."""
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
         """The calibration dialog that is open on top of the window, if any."""
-        self.hand_eye: HandEyeController | None = None
-        """The controller of the wizard that is open on top of the window; the loop does not run then."""
-        self._stand = stand
-        self._may_start = True
-        "Whether the loop may be started: not while hand and eye are calibrated, nor after `close`."
-        self._restart: threading.Thread | None = None
-        "Starts the loop after that calibration."
-        window.setHandEyeAvailable(stand is not None or runner.calibrates_hand_eye)
+        self.hand_eye_wanted = False
+        "Whether hand and eye are to be calibrated, now that the window is closed."
+        window.setHandEyeAvailable(hand_eye)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
         self._offer: Message | None = None
@@ -240,15 +234,8 @@ class ServoController(QObject):
     def close(self) -> None:
         """Release the runner. May be called twice."""
         self._timer.stop()
-        self._may_start = False
         if self.calibrating is not None:
             self.calibrating.reject()
-        if self.hand_eye is not None:
-            controller, self.hand_eye = self.hand_eye, None  # its dialog's end is not to start the loop
-            controller.close()
-            controller.model.close(ENDING_S)
-        if self._restart is not None:
-            self._restart.join()
         self._bridge.close()
         self.model.close()
 
@@ -258,13 +245,17 @@ class ServoController(QObject):
 
     def _stop(self, reason: str) -> None:
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
-        _start_thread(lambda: self._runner.emergency_stop(reason), "emergency stop")
+        stop = partial(self._runner.emergency_stop, reason)
+        threading.Thread(target=stop, name="emergency stop", daemon=True).start()
 
     def _on_window_start_pressed(self) -> None:
-        if not self._may_start:
-            self._window.messages.showError(self.tr("Hand and eye are still being calibrated"))
-            return
-        self._runner.request_start()
+        if not self.hand_eye_wanted:
+            self._runner.request_start()
+
+    def _on_window_hand_eye_pressed(self) -> None:
+        self.hand_eye_wanted = True
+        self._stop(HAND_EYE)
+        self._window.close()  # no loop runs beside the wizard, which `ui.run.standalone` shows next
 
     def _on_window_tuning_changed(self, tuning: Tuning) -> None:
         try:
@@ -298,49 +289,6 @@ class ServoController(QObject):
         self._window.messages.showError(reason)
         if not self._runner.running:  # no cycle may have shown the state
             self._window.setState(State.STOPPED, self._runner.gate.halted)
-
-    # -- hand and eye ----------------------------------------------------------------------------
-    def _on_window_hand_eye_pressed(self) -> None:
-        stand, runner = self._stand, self._runner
-        if isinstance(runner, RunnerProxy):
-            runner.calibrate_hand_eye()
-            self._window.close()  # the robot is another process's, which opens the wizard
-            return
-        if stand is None or not self._may_start:
-            return
-        stand.config = runner.config
-        self._may_start = False
-        self._window.setHandEyeAvailable(False)
-
-        def make() -> None:
-            dialog = HandEyeDialog(self._window)
-            self.hand_eye = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
-            dialog.closing.connect(self._on_hand_eye_closing)
-            dialog.show()
-
-        def stop() -> None:
-            runner.stop()
-            self._bridge.call(make)
-
-        _start_thread(stop, "servo end")
-
-    def _on_hand_eye_closing(self) -> None:
-        controller, self.hand_eye = self.hand_eye, None
-        runner, held = self._runner, self.tr("Start lets the robot move")
-        if controller is None or isinstance(runner, RunnerProxy):
-            return
-        model = controller.model
-
-        def allow() -> None:
-            self._may_start = True
-            self._window.setHandEyeAvailable(True)
-
-        def start() -> None:
-            model.close(ENDING_S)
-            runner.start(held=held)
-            self._bridge.call(allow)
-
-        self._restart = _start_thread(start, "servo start")
 
     # -- a camera without a calibration ----------------------------------------------------------
     def _offer_calibrating(self, nominal: bool) -> None:
@@ -386,9 +334,3 @@ class ServoController(QObject):
         curves = self.model.curves()
         if len(curves) > 1:
             self._window.setCurves(curves)
-
-
-def _start_thread(function: Callable[[], None], name: str) -> threading.Thread:
-    thread = threading.Thread(target=function, name=name, daemon=True)
-    thread.start()
-    return thread

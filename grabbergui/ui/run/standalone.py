@@ -138,19 +138,20 @@ def servo(
     screenshot: Path | None = None,
     theme: Theme = Theme.AUTO,
     stop: threading.Event | None = None,
-    stand: HandEyeStand | None = None,
-) -> None:
+    *,
+    hand_eye: bool = False,
+) -> bool:
     """Show a running runner until the window is closed or the time is up.
 
     A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` an
     image of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
-    With a `stand` of the runner's robot and gate, hand and eye can be calibrated from the window.
+    Return whether the user closed it to calibrate hand and eye, which it offers with `hand_eye`.
     Raises UnsavedError if the screenshot cannot be saved.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
     window = ServoWindow()
-    controller = ServoController(window, runner, calibration, stand)
+    controller = ServoController(window, runner, calibration, hand_eye=hand_eye)
     shot = _Screenshot(screenshot)
 
     def close() -> None:
@@ -169,18 +170,17 @@ def servo(
             app.exec_()
     finally:
         controller.close()
-        if stand is not None:
-            stand.close()
         window.deleteLater()
         app.processEvents()
     shot.check()
+    return controller.hand_eye_wanted
 
 
 # -- servoing in a process of its own ------------------------------------------------------------
 WINDOW_PROGRAM = ["-m", "grabbergui.ui.run.standalone"]
 "Python's arguments for the window's process."
-_UNSAVED = 3
-"Exit status of the window's process if its screenshot could not be written."
+_UNSAVED, _HAND_EYE = 3, 4
+"Exit status of the window's process if its screenshot could not be written; to calibrate hand and eye."
 _LOOK_S = 0.1
 "Seconds between checks whether the window is still there."
 _END_S = 5.0
@@ -209,24 +209,17 @@ def servo_in_own_process(
 ) -> str:
     """Show a running runner until its window is closed; return why it ended otherwise, or nothing.
 
-    With a `stand` of the runner's robot and gate, hand and eye can be calibrated. That window is in this
-    process, between two of the other: no loop runs meanwhile.
-
-    Takes what `servo` takes. The robot is stopped when the window's process dies or hangs. Where only a field
-    of view is known, the window offers to calibrate, and runs in this process instead.
+    With a `stand` of the runner's robot and gate, hand and eye can be calibrated: in this process, between
+    two windows, while no loop runs. The robot is stopped when the window's process dies or hangs. Where only
+    a field of view is known, the window offers to calibrate, and runs in this process instead.
     Raises SourceUnavailableError without a display.
     """
     require_display()
-    if _assumed(calibration):
-        try:
-            servo(runner, calibration, seconds, screenshot, theme, stop, stand)
-        except UnsavedError as error:
-            return str(error)
-        return ""
     options = _Options(seconds, screenshot, theme, stand is not None)
     try:
         while True:
-            failure, hand_eye_wanted = _show_once(runner, calibration, options, stop)
+            show = _show_here if _assumed(calibration) else _show_once
+            failure, hand_eye_wanted = show(runner, calibration, options, stop)
             if stand is None or not hand_eye_wanted or (stop is not None and stop.is_set()):
                 return failure
             runner.stop()  # two loops must not command one robot
@@ -236,6 +229,17 @@ def servo_in_own_process(
     finally:
         if stand is not None:
             stand.close()
+
+
+def _show_here(
+    runner: Runner, calibration: CalibrationFor, options: _Options, stop: threading.Event | None
+) -> tuple[str, bool]:
+    """Show the window once in this process; return as `_show_once` does."""
+    seconds, screenshot, theme = options.seconds, options.screenshot, options.theme
+    try:
+        return "", servo(runner, calibration, seconds, screenshot, theme, stop, hand_eye=options.hand_eye)
+    except UnsavedError as error:
+        return str(error), False
 
 
 def _show_once(
@@ -265,10 +269,10 @@ def _show_once(
     finally:
         server.close()
         status = _end(process)
-    failure = f"the window has ended unexpectedly (exit status {status})" if status else ""
+    failure = f"the window has ended unexpectedly (exit status {status})"
     if status == _UNSAVED:
         failure = f"the screenshot could not be written to {options.screenshot}"
-    return failure, server.hand_eye_wanted
+    return "" if status in (0, _HAND_EYE) else failure, status == _HAND_EYE
 
 
 def _end(process: subprocess.Popen[bytes]) -> int:
@@ -318,18 +322,23 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     options = pickle.load(from_loop)
     ended = threading.Event()
-    proxy = RunnerProxy(from_loop, to_loop, ended.set, calibrates_hand_eye=options.hand_eye)
+    proxy = RunnerProxy(from_loop, to_loop, ended.set)
     app = application()
     heartbeat = QTimer(app)
     heartbeat.timeout.connect(proxy.heartbeat)
     heartbeat.start(round(HEARTBEAT_PERIOD * 1000))
     proxy.open()  # a signal without a listener yet does no harm: the next report follows in 40 ms
+    status, calibration, seconds = 0, proxy.calibration, options.seconds
     try:
-        servo(proxy, proxy.calibration, options.seconds, options.screenshot, options.theme, ended)
+        if servo(
+            proxy, calibration, seconds, options.screenshot, options.theme, ended, hand_eye=options.hand_eye
+        ):
+            status = _HAND_EYE
     except UnsavedError:
-        sys.exit(_UNSAVED)
+        status = _UNSAVED
     finally:
         proxy.close()
+    sys.exit(status)
 
 
 if __name__ == "__main__":

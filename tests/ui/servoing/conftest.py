@@ -7,7 +7,6 @@ import pytest
 from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
-from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
@@ -49,9 +48,7 @@ def live(qtbot, window, calibration, limits):
         lambda frame: closed_loop.detector(limits, calibration(frame.width, frame.height)),
         limits,
     )
-    cameras = SimulatedCameras(robot)
-    stand = HandEyeStand(robot, runner.gate, Config(), cameras, calibration, None, leave=cameras.close)
-    controller = ServoController(window, runner, calibration, stand)
+    controller = ServoController(window, runner, calibration, hand_eye=True)
     try:
         yield runner, robot
     finally:

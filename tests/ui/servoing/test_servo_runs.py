@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QPushButton
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError
+from grabbergui.models.servo_proxy import HAND_EYE
 from grabbergui.models.servoing import Tuning
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
@@ -17,7 +18,6 @@ from grabbergui.servo.robots import teo
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from patience import PATIENCE, attempts
 
 
@@ -183,34 +183,13 @@ def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibrat
     dialog.reject()
 
 
-def test_hand_and_eye_are_calibrated_while_the_loop_rests(window, live, qtbot):
-    runner, robot = live
-    runner.start()
-    qtbot.waitUntil(lambda: robot.speed > 0.01)
-    window.handEyeButton.click()
-    qtbot.waitUntil(lambda: window.findChild(HandEyeDialog) is not None)
-    dialog = window.findChild(HandEyeDialog)
-    qtbot.waitUntil(lambda: "is seen" in dialog.verdictLabel.text())
-    assert not runner.running
-    assert robot.speed == 0
-    assert not window.handEyeButton.isEnabled()
-    window.startPressed.emit()
-    assert "still being calibrated" in window.messages.messages[0]
-    dialog.reject()
-    qtbot.waitUntil(lambda: runner.running and window.reasonLabel.text() == "Start lets the robot move")
-    assert robot.speed == 0
-    window.startButton.click()
-    qtbot.waitUntil(lambda: robot.speed > 0.01)
-
-
-def test_nothing_starts_while_the_calibration_of_hand_and_eye_opens(window, live, qtbot):
+def test_the_robot_rests_once_hand_and_eye_are_to_be_calibrated(window, live, qtbot):
     runner, robot = live
     runner.start()
     qtbot.waitUntil(lambda: robot.speed > 0.01)
     window.handEyeButton.click()
     window.startPressed.emit()
-    assert "still being calibrated" in window.messages.messages[0]
-    qtbot.waitUntil(lambda: window.findChild(HandEyeDialog) is not None)
-    assert not runner.running
-    window.findChild(HandEyeDialog).reject()
-    qtbot.waitUntil(lambda: runner.running)
+    qtbot.waitUntil(lambda: runner.gate.halted == HAND_EYE and robot.speed == 0)
+    sent = runner.gate.sent
+    qtbot.wait(200)
+    assert (runner.gate.sent, runner.gate.halted) == (sent, HAND_EYE)

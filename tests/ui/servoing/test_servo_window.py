@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication
 from test_accessibility import controls, spoken_name
 
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.servo_proxy import RequestKind, RunnerProxy
+from grabbergui.models.servo_proxy import HAND_EYE, RunnerProxy
 from grabbergui.models.servoing import Entry, Tuning
 from grabbergui.servo.config import Config
 from grabbergui.servo.overlay import Drawing, Stroke
@@ -149,17 +149,22 @@ class Elsewhere(RunnerProxy):
     """A run of another process that reports nothing."""
 
     def __init__(self):
-        self.running, self.calibrates_hand_eye, self.config, self.requests = True, True, Config(), []
+        self.running, self.config, self.requests = True, Config(), []
 
-    def _request(self, request):
-        self.requests.append(request.kind)
+    def emergency_stop(self, reason):
+        self.requests.append(reason)
+
+    def request_start(self):
+        self.requests.append("start")
 
 
-def test_a_window_of_another_process_gives_way_to_the_calibration_there(window, qtbot):
+def test_a_window_gives_way_to_the_calibration_of_hand_and_eye(window, qtbot):
     proxy = Elsewhere()
-    controller = ServoController(window, proxy, lambda width, height: None)
+    controller = ServoController(window, proxy, lambda width, height: None, hand_eye=True)
     assert window.handEyeButton.isEnabled()
     window.handEyeButton.click()
-    assert proxy.requests == [RequestKind.HAND_EYE]
+    assert controller.hand_eye_wanted
     assert not window.isVisible()
+    window.startPressed.emit()
+    qtbot.waitUntil(lambda: proxy.requests == [HAND_EYE])
     controller.close()
