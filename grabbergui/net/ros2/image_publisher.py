@@ -202,7 +202,7 @@ Stamp = Callable[[Any, Frame], None]
 
 
 class ComponentTopics:
-    """Each further image of the frames, with its camera_info, below the node's name: `range/image` …
+    """Each further image of the frames, with its camera_info, as `range/image`.
 
     Range images are 32FC1 in metres, NaN where nothing was measured (REP 118); a camera that reports no scale
     has its own values in `16UC1` or whatever fits. `range/points` are in metres, x to the right, y down, z
