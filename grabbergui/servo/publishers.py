@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, pose, vector_from_pose
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.runtime import Ros2Node, fill_pose, full_name, require_packages
+from grabbergui.net.ros2.image_messages import fill_pose
+from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_packages
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
