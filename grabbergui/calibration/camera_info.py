@@ -190,6 +190,9 @@ class CalibrationChoice:
 
 
 # -- files ---------------------------------------------------------------------------------------
+_KEYS = ("image_width", "image_height", "camera_matrix", "distortion_coefficients")
+
+
 def load(path: Path) -> Calibration:
     """Read a camera_info file. Raises UsageError, OSError."""
     return parse(text_of(path), str(path))
@@ -219,16 +222,25 @@ def dump(calibration: Calibration) -> str:
 def parse(text: str, where: str = "calibration") -> Calibration:
     """Read the text of a camera_info file. Raises UsageError naming `where` and the fault."""
     values = read_yaml(text, where)
-    model = _text(values, "distortion_model", "plumb_bob")
+    if not any(key in values for key in _KEYS):
+        found = f" but has {', '.join(str(key)[:20] for key in list(values)[:6])}" if values else ""
+        raise UsageError(
+            f"{where} is no camera_info file: it lacks {', '.join(_KEYS)}{found}; "
+            "Kalibr and others use other names for these numbers, so rename them"
+        )
+    coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
+    # OpenCV names no model.
+    short = coefficients.size <= DISTORTION_LENGTH["plumb_bob"]
+    model = _text(values, "distortion_model", "plumb_bob" if short else "rational_polynomial")
     if model not in DISTORTION_LENGTH:
         raise UsageError(
             f"{where}: distortion model '{model[:60]}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
         )
-    coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
-    # Older files omit zeros at the end.
-    padding = DISTORTION_LENGTH[model] - coefficients.size
-    if padding < 0:
+    # Older files omit zeros at the end; OpenCV adds those of thin prisms and tilted sensors.
+    length = DISTORTION_LENGTH[model]
+    if coefficients[length:].any():
         raise UsageError(f"{where}: {coefficients.size} coefficients are too many for {model}")
+    coefficients = np.pad(coefficients[:length], (0, max(0, length - coefficients.size)))
     matrix = _numbers(values, "camera_matrix", where)
     if matrix.shape != (3, 3):
         raise UsageError(f"{where}: camera_matrix is {matrix.shape}, not 3×3")
@@ -237,7 +249,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
             _size(values, "image_width", where),
             _size(values, "image_height", where),
             matrix,
-            np.pad(coefficients, (0, padding)),
+            coefficients,
             _text(values, "camera_name", "camera"),
             rectification=given_rectification(_optional(values, "rectification_matrix", where)),
             rectified=given_projection(_optional(values, "projection_matrix", where)),
@@ -336,9 +348,10 @@ def read_yaml(text: str, where: str) -> dict[str, Any]:
         values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
     except yaml.MarkedYAMLError as error:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
-        raise UsageError(f"{where}{line}: {error.problem}") from None
+        problem = ", ".join(filter(None, (error.context, error.problem)))
+        raise UsageError(f"{where}{line}: {problem}") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise UsageError(f"{where} is no YAML of a calibration: {error}") from None
+        raise UsageError(f"{where} is no YAML of a calibration: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict | None):
         raise UsageError(f"{where} has no entries 'key: value'")
     return values or {}

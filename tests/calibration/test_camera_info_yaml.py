@@ -95,6 +95,47 @@ def test_a_file_of_opencv_is_read(tmp_path):
     assert calibration.matrix[0, 0] == 430.5 and calibration.distortion[1] == 1e-9
 
 
+@pytest.mark.parametrize(("count", "model"), [(4, "plumb_bob"), (5, "plumb_bob"), (8, "rational_polynomial")])
+@pytest.mark.parametrize("zeros", [0, 6])
+def test_the_number_of_coefficients_is_opencvs_model(count, model, zeros):
+    numbers = [0.1 * (index + 1) for index in range(count)] + [0.0] * (zeros if count == 8 else 0)
+    matrix = {"rows": 3, "cols": 3, "data": [600, 0, 320, 0, 600, 240, 0, 0, 1]}
+    values = {"image_width": 640, "image_height": 480, "camera_matrix": matrix}
+    values["distortion_coefficients"] = {"rows": len(numbers), "cols": 1, "data": numbers}
+    calibration = camera_info.parse(camera_info.write_yaml(values))
+    assert calibration.distortion_model == model
+    assert calibration.distortion[:count].tolist() == numbers[:count]
+    values["distortion_coefficients"] = {"rows": 9, "cols": 1, "data": [0.1] * 9}
+    with pytest.raises(UsageError, match="9 coefficients are too many for rational_polynomial"):
+        camera_info.parse(camera_info.write_yaml(values))
+
+
+KALIBR = """cam0:
+  camera_model: pinhole
+  distortion_coeffs: [-0.28, 0.07, 0.0001, 0.00002]
+  distortion_model: radtan
+  intrinsics: [458.6, 457.3, 367.2, 248.4]
+  resolution: [752, 480]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (
+            KALIBR,
+            "is no camera_info file: it lacks image_width, .* but has cam0; Kalibr and others use other",
+        ),
+        ("", "it lacks image_width, image_height, camera_matrix, distortion_coefficients; Kalibr"),
+        ("a: 1\n---\nb: 2\n", "line 2: expected a single document in the stream, but found another"),
+        ("a: \x12\n", "^c.yaml is no YAML of a calibration: unacceptable character #x0012: [a-z ]+$"),
+    ],
+)
+def test_what_is_no_camera_info_is_told_from_a_broken_one(text, problem):
+    with pytest.raises(UsageError, match=problem):
+        camera_info.parse(text, "c.yaml")
+
+
 def test_aliases_cannot_make_it_huge():
     bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n"
     for name, before in zip("bcdefghij", "abcdefghi", strict=True):
