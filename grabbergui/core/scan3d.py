@@ -105,12 +105,7 @@ class PointCloud:
 
         Raises PixelFormatError if the frame has none, or the camera does not report enough.
         """
-        image = range_image(frame)
-        if image is None:
-            raise PixelFormatError(
-                f"a frame of {frame.pixel_format} has no range image;"
-                " switch on ComponentEnable[ComponentSelector=Range] if the camera has it"
-            )
+        image = required_range_image(frame)
         points = scan.points(image)
         valid = np.isfinite(points[..., 2])
         intensity = next((part for part in frame.components if _has_colours_of(part, image)), None)
@@ -140,6 +135,17 @@ class PointCloud:
 def range_image(frame: Frame) -> Component | None:
     """Return the first component of coordinates, if there is any."""
     return next((part for part in frame.components if part.pixel_format.is_coordinate), None)
+
+
+def required_range_image(frame: Frame) -> Component:
+    """Return the first component of coordinates. Raises PixelFormatError if there is none."""
+    image = range_image(frame)
+    if image is None:
+        raise PixelFormatError(
+            f"a frame of {frame.pixel_format} has no range image;"
+            " switch on ComponentEnable[ComponentSelector=Range] if the camera has it"
+        )
+    return image
 
 
 def _has_colours_of(part: Component, image: Component) -> bool:

@@ -15,15 +15,15 @@ from typing import Any, NoReturn, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.component import Component
+from grabbergui.core.component import Component, ComponentKind
 from grabbergui.core.environment import expanded, write_whole
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.scan3d import PointCloud, read_scan3d
+from grabbergui.core.scan3d import PointCloud, read_scan3d, required_range_image
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.settle import instances_of
 from grabbergui.core.sfnc import frame_period, frame_wait
@@ -40,6 +40,9 @@ from grabbergui.recording.recorder import RecordingLimits
 RETRIGGER = 0.5
 "Seconds without a frame, besides a frame period, until the software trigger is fired again."
 
+
+_OF_DISTANCES = (ComponentKind.RANGE, ComponentKind.DISPARITY)
+"Kinds of components that are in the camera's Scan3d coordinates in whatever format."
 
 _WATCHED: set[Camera] = set()
 "Open cameras with callbacks, which keep them open though nobody else may refer to them."
@@ -105,6 +108,9 @@ class Camera(FeatureAccess):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         await asyncio.to_thread(self.close)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f"a camera cannot be sent to another process; open it there: '{self.info.uri}'")
 
     def __repr__(self) -> str:
         state = (
@@ -353,10 +359,16 @@ class Camera(FeatureAccess):
         """
         write_whole(expanded(path), self.points(frame).ply())
 
-    def distances(self, component: Frame | Component) -> NDArray[np.float32]:
-        """Return a range image in millimetres: (height, width) float32, NaN where nothing was measured."""
-        scan = read_scan3d(self._grabber)
-        return scan.distances(component.raw(), component.pixel_format)
+    def distances(self, image: Frame | Component) -> NDArray[np.float32]:
+        """Return a range image, or that of a frame, in millimetres: (height, width) float32.
+
+        NaN is where nothing was measured. Raises PixelFormatError for any other image.
+        """
+        if isinstance(image, Frame):
+            image = required_range_image(image)
+        elif not (image.pixel_format.is_coordinate or image.kind in _OF_DISTANCES):
+            raise PixelFormatError(f"{image.kind.name} of {image.pixel_format} is no range image")
+        return read_scan3d(self._grabber).distances(image.raw(), image.pixel_format)
 
     def save_settings(self, path: str | Path) -> None:
         """Write every setting to a file: GenICam's feature stream, or YAML for `.yaml`."""

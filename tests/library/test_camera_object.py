@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import inspect
 import math
+import pickle
 import subprocess
 import sys
 import threading
@@ -18,7 +19,7 @@ import numpy as np
 import pytest
 
 import grabbergui
-from grabbergui.core.errors import FeatureAccessError, UsageError
+from grabbergui.core.errors import FeatureAccessError, PixelFormatError, UsageError
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.library.features import attribute_name
 from patience import PATIENCE, PROGRAM, until
@@ -204,6 +205,12 @@ def test_a_software_trigger_that_another_one_holds_back_names_that_one(camera: g
 def test_each_software_trigger_makes_a_frame(camera: grabbergui.Camera) -> None:
     ids = [camera.trigger().frame_id for _ in range(20)]
     assert ids == sorted(set(ids))
+
+
+def test_a_camera_is_not_sent_to_another_process(camera: grabbergui.Camera) -> None:
+    with pytest.raises(TypeError, match="a camera cannot be sent to another process; open it there: 'sim:"):
+        pickle.dumps(camera)
+    assert pickle.loads(pickle.dumps(camera.grab())).complete
 
 
 def test_closing_ends_a_wait(camera: grabbergui.Camera) -> None:
@@ -477,8 +484,14 @@ def test_the_points_of_a_frame_and_its_distances(tmp_path):
         camera["ComponentEnable"] = True
         frame = camera.grab()
         distance = camera.distances(frame.components[1])
+        assert np.array_equal(camera.distances(frame), distance, equal_nan=True)
+        with pytest.raises(PixelFormatError, match="INTENSITY of Mono8 is no range image"):
+            camera.distances(frame.components[0])
         cloud = camera.points(frame)
         camera.save_points(frame, tmp_path / "cloud.ply")
+        camera["ComponentEnable"] = False
+        with pytest.raises(PixelFormatError, match="has no range image; switch on ComponentEnable"):
+            camera.distances(camera.grab())
     assert distance.shape == (48, 64) and 550 < np.nanmin(distance) < np.nanmax(distance) < 1500
     assert len(cloud.points) == np.isfinite(distance).sum() == len(cloud.colours)
     assert (tmp_path / "cloud.ply").stat().st_size > 15 * len(cloud.points)
