@@ -121,7 +121,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 link = self._opened()
                 components = None
                 if self._with_components and link.ours:
-                    components = ComponentSubscriptions(link.node, link.topic, self, self._fanout.put)
+                    components = ComponentSubscriptions(
+                        link.node, link.topic, link.publisher.node, self, self._fanout.put
+                    )
                 self._stream = ImageStream(
                     link.node,
                     link.topic,

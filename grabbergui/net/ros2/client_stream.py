@@ -29,11 +29,11 @@ class ComponentSubscriptions:
     """
 
     def __init__(
-        self, node: Any, topic: str, grabber: FrameGrabber, deliver: Callable[[Frame], None]
+        self, node: Any, topic: str, publisher: str, grabber: FrameGrabber, deliver: Callable[[Frame], None]
     ) -> None:
-        """`topic` is the camera's first one; `grabber` reports what distances mean."""
+        """`topic` is the camera's first one, `publisher` its node; `grabber` reports what distances mean."""
         self._node = node
-        self._prefix = topic.rpartition("/")[0]
+        self._prefixes = (topic.rpartition("/")[0], publisher)  # not the same if `topic` is remapped
         self._grabber = grabber
         self._deliver = deliver
         self._joiner = ComponentJoiner()
@@ -50,10 +50,10 @@ class ComponentSubscriptions:
     def look(self) -> None:
         """Subscribe to component topics that appeared. Those that are gone send nothing."""
         found = self._node.get_topic_names_and_types()
-        names = {self._name_in(topic) for topic, types in found if IMAGE_TYPE in types}
-        for name in sorted(name for name in names if name):
-            if name not in self._subscriptions and len(self._subscriptions) < MOST_COMPONENTS:
-                self._subscribe(name)
+        topics = {self._name_in(topic): topic for topic, types in found if IMAGE_TYPE in types}
+        for name, topic in sorted(topics.items()):
+            if name and name not in self._subscriptions and len(self._subscriptions) < MOST_COMPONENTS:
+                self._subscribe(name, topic)
 
     def close(self) -> None:
         """Unsubscribe. May be called twice."""
@@ -68,24 +68,24 @@ class ComponentSubscriptions:
 
     def _name_in(self, topic: str) -> str:
         """Return the name of the component that a topic carries; empty for any other topic."""
-        name = topic.removeprefix(f"{self._prefix}/").removesuffix("/image")
-        known = topic == f"{self._prefix}/{name}/image" and kind_of(name) is not None
-        return name if known else ""
+        place, _, last = topic.rpartition("/")
+        prefix, _, name = place.rpartition("/")
+        return name if last == "image" and prefix in self._prefixes and kind_of(name) is not None else ""
 
-    def _subscribe(self, name: str) -> None:
+    def _subscribe(self, name: str, topic: str) -> None:
         from sensor_msgs.msg import Image
 
         if self._scan is None:
             self._scan = FollowedScan3d(self._grabber)
         self._subscriptions[name] = self._node.create_subscription(
             Image,
-            f"{self._prefix}/{name}/image",
-            lambda message: self._on_image(name, message),
+            topic,
+            lambda message: self._on_image(name, topic, message),
             quality_of_service("sensor_data"),
         )
 
     # -- on the node's thread --------------------------------------------------------------------
-    def _on_image(self, name: str, message: Any) -> None:
+    def _on_image(self, name: str, topic: str, message: Any) -> None:
         try:
             frame = frame_of(message, 0)
             if self._scan is not None:
@@ -93,7 +93,7 @@ class ComponentSubscriptions:
         except PixelFormatError as error:
             if str(error) not in self._remarked and len(self._remarked) < MOST_COMPONENTS:
                 self._remarked.add(str(error))
-                log.warning("%s/%s/image: %s", self._prefix, name, error)
+                log.warning("%s: %s", topic, error)
             return
         self._send(self._joiner.component(name, frame, time.monotonic()))
 
