@@ -157,6 +157,8 @@ class PlaybackGrabber(FrameGrabber):
         self._running = False
         self._shown = -1
         "Index of the frame delivered last; -1 if the one at the position is to be delivered at once."
+        self._readable = True
+        "Whether the last frame was."
         self._due = 0.0
         "When the next frame is to be delivered, by `time.monotonic`."
         self._statistics = StreamStatistics()
@@ -349,9 +351,13 @@ class PlaybackGrabber(FrameGrabber):
         try:
             frame = recording.frame(index, time.time_ns())
         except GrabberError as error:
-            log.warning("%s: %s", self.info.uri, error)
             self._statistics.incomplete += 1
+            if self._readable:  # the disk may be gone, and a notice for each frame would fill another one
+                self._readable = False
+                log.warning("%s: %s", self.info.uri, error)
+                self.noticed.emit(str(error))
             return
+        self._readable = True
         state = self._state
         state.width, state.height, state.pixel_format = frame.width, frame.height, frame.pixel_format.name
         self._statistics.frames += 1

@@ -229,8 +229,11 @@ class Recorder:
             problem = problem or UnfinishedFileError(self.writer.path, error)
         frames, size = self.writer.kept(self._progress.frames), 0
         try:
+            if frames and not self.writer.path.exists():
+                problem = problem or UnfinishedFileError(self.writer.path, RecordingError("it was removed"))
+                frames = 0
             if frames:
-                size = self.writer.size()  # fails if the file was removed
+                size = self.writer.size()
             else:
                 self.writer.discard()
         except OSError as error:

@@ -284,6 +284,22 @@ def test_names_that_no_system_allows_are_refused_like_any_other(name):
         playback.create(SourceUri("file", name)).open()
 
 
+def test_a_disk_that_is_gone_is_reported_once(player, folder, caplog):
+    noticed = []
+    player.noticed.connect(noticed.append)
+    queue = player.open_queue(16)
+    player.start()
+    queue.get(PATIENCE)
+    folder.rename(folder.with_name("unplugged"))
+    until(lambda: player.statistics().incomplete > 10, "frames that cannot be read")
+    assert len(noticed) == len(caplog.records) == 1 and "could not be read: No such file" in noticed[0]
+    folder.with_name("unplugged").rename(folder)
+    queue.clear()
+    queue.get(PATIENCE)
+    (folder / "3.png").unlink()
+    until(lambda: len(noticed) == 2, "another loss")
+
+
 def test_a_folder_that_cannot_be_listed_is_reported(tmp_path, monkeypatch):
     def closed(path):
         raise PermissionError(13, "Permission denied")

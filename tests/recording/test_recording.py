@@ -165,8 +165,20 @@ def test_it_ends_even_if_its_file_was_removed(camera, tmp_path, kind):
     (tmp_path / NAMES[kind]).unlink()
     recorder.stop()
     progress = ended(recorder)
-    assert progress.ended
-    assert "could not be finished" in progress.reason
+    assert progress.ended and (progress.frames, progress.size) == (0, 0)
+    assert progress.reason == f"{tmp_path / NAMES[kind]} could not be finished: it was removed"
+
+
+def test_a_removed_folder_keeps_no_frames(camera, tmp_path):
+    recorder = Recorder(camera, create_writer(RecordingKind.PNG, tmp_path / "images", camera.info))
+    recorder.start()
+    camera.start()
+    until(lambda: recorder.progress.frames >= 3, "frames")
+    (tmp_path / "images").rename(tmp_path / "elsewhere")
+    progress = ended(recorder)
+    assert progress.frames == 0 and progress.reason.endswith(
+        "No such file or directory; nothing was recorded"
+    )
 
 
 def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch):
