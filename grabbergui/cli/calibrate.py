@@ -16,7 +16,7 @@ from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.opening import opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import CalibrationError, FrameTimeoutError, GrabberError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
@@ -149,8 +149,10 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
     """Collect views from the source until there are enough, or the time is up."""
     from grabbergui.calibration.collector import Verdict
 
+    wrong = "--columns, --rows" + (" and --dictionary" if options.board == "charuco" else "")
     waiting = {
-        Verdict.NOT_SEEN: "no board is seen: bring all of it into the image, lit and in focus",
+        Verdict.NOT_SEEN: "no board is seen: bring all of it into the image, lit and in focus, "
+        f"and check {wrong}",
         Verdict.MOVING: "the board moves: hold it still for a moment",
         Verdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
     }
@@ -165,12 +167,14 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
         )
         said = time.monotonic()
         deadline = said + options.seconds
+        seen = False
         try:
             while not collector.complete and time.monotonic() < deadline:
                 frame = queue.get(min(5.0, max(0.1, deadline - time.monotonic())))
                 if not frame.complete:
                     continue
                 verdict, now = collector.look(frame.mono()), time.monotonic()
+                seen |= verdict is not Verdict.NOT_SEEN
                 if verdict is Verdict.KEPT:
                     hint = collector.missing()
                     said = now
@@ -182,13 +186,18 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
                     )
                 elif now - said > REMIND:
                     said = now
-                    print(f"{waiting[verdict]}; {deadline - now:.0f} s are left", flush=True)
+                    print(f"{waiting[verdict]}; {max(0, deadline - now):.0f} s are left", flush=True)
         except FrameTimeoutError:
             if time.monotonic() < deadline:
                 raise
         finally:
             queue.close()
             grabber.stop()
+    if not seen:
+        raise CalibrationError(
+            f"no {options.board} board of {options.columns}×{options.rows} squares was seen; "
+            f"check {wrong}, and the image in the window"
+        )
 
 
 def _add_hand_eye(commands: Any) -> None:
