@@ -80,7 +80,7 @@ def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
     assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
     assert not collector.add(image(texture("charuco"), at(2.5, 0, 0)))
-    with pytest.raises(CalibrationError, match="no charuco board of 8×6 squares was seen"):
+    with pytest.raises(CalibrationError, match="0 different views"):
         collector.solve()
 
 
