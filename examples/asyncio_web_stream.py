@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import signal
 import sys
 
 import cv2
@@ -22,11 +23,13 @@ async def show(_: asyncio.StreamReader, browser: asyncio.StreamWriter) -> None:
 
 
 async def main() -> None:
-    """Serve until Ctrl+C."""
-    server = await asyncio.start_server(show, "127.0.0.1", int(port))
+    """Serve until Ctrl+C, which ends the streams to the browsers, too."""
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    signal.signal(signal.SIGINT, lambda *_: loop.call_soon_threadsafe(ended.set))
+    await asyncio.start_server(show, "127.0.0.1", int(port))
     print(f"open http://127.0.0.1:{port} in a browser; Ctrl+C ends")
-    await server.serve_forever()
+    await ended.wait()
 
 
-with grabbergui.open(source) as camera, contextlib.suppress(KeyboardInterrupt):
+with grabbergui.open(source) as camera:
     asyncio.run(main())
