@@ -12,6 +12,7 @@ from __future__ import annotations
 import logging
 import math
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -60,6 +61,7 @@ LEAD_S = 0.1
 "Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
 SLOWER = (1.0, 0.5, 0.25, 0.1)
 "Fractions of the wanted speed to try, so that the hand slows down near an obstacle."
+_WATCH_S = 0.02
 EDGE_M = 0.002
 "Metres by which rounding and drives may take a hand beyond the workspace's edge."
 
@@ -232,6 +234,13 @@ class CommandGate:
     def beat(self) -> None:
         """Send the guardian a heartbeat and obey its verdict. For a watchdog."""
         self._heed(self._guard.beat(lambda: self._moving))
+
+    def watch(self, going: Callable[[], bool], clock: Callable[[], float] = time.monotonic) -> None:
+        """Be the watchdog, on a thread of its own, while `going`: `expire` and `beat` every 20 ms."""
+        while going():
+            self.expire(clock())
+            self.beat()
+            time.sleep(_WATCH_S)
 
     def expire(self, now: float) -> bool:
         """Stop a robot whose last command has expired; return whether it moved. For a watchdog."""

@@ -360,19 +360,16 @@ class HandEyeRun:
 @contextmanager
 def watched(gate: CommandGate, clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
     """Run a watchdog thread: it stops the robot when commands cease and sends the guardian's heartbeat."""
-    over = threading.Event()
-
-    def watch() -> None:
-        while not over.wait(0.02):
-            gate.expire(clock())
-            gate.beat()
-
-    thread = threading.Thread(target=watch, name="hand-eye watchdog", daemon=True)
+    going = threading.Event()
+    going.set()
+    thread = threading.Thread(
+        target=gate.watch, args=(going.is_set, clock), name="hand-eye watchdog", daemon=True
+    )
     thread.start()
     try:
         yield
     finally:
-        over.set()
+        going.clear()
         thread.join()
         gate.halt("the calibration ended")
 

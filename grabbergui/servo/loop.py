@@ -11,9 +11,9 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.robots.robot import ARM, HEAD, Robot, RobotState
+from grabbergui.servo.robots.robot import ARM, HEAD, JointHistory, Robot, RobotState
 from grabbergui.servo.state_machine import EncoderWatch, ProgressWatch, Situation, State, StateMachine
-from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack, TargetMotion
+from grabbergui.servo.tracking import FaceTrack, MarkerTrack, TargetMotion
 
 RESPONSE_S = 0.04
 "Seconds that drives take to follow a command: the loop sends the velocity that the marker will have by then."

@@ -30,7 +30,6 @@ from grabbergui.servo.state_machine import State
 
 log = logging.getLogger(__name__)
 
-_WATCH_S = 0.02
 ENDED = "the loop ended"
 HELD = "ready: nothing moves until Start is pressed"
 STOPPED = "stopped in the window"
@@ -132,7 +131,9 @@ class Runner:
         self._running.set()
         self._threads = [
             threading.Thread(target=self._run, name="servo loop", daemon=True),
-            threading.Thread(target=self._watch, name="servo watchdog", daemon=True),
+            threading.Thread(
+                target=self.gate.watch, args=(self._running.is_set,), name="servo watchdog", daemon=True
+            ),
         ]
         for thread in self._threads:
             thread.start()
@@ -297,12 +298,6 @@ class Runner:
         except GrabberError as error:
             log.debug("%s: %s", self._robot.name, error)
             return None
-
-    def _watch(self) -> None:
-        while self._running.is_set():
-            self.gate.expire(time.monotonic())
-            self.gate.beat()
-            time.sleep(_WATCH_S)
 
 
 # -- images that do not count --------------------------------------------------------------------

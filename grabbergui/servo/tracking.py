@@ -31,36 +31,6 @@ from grabbergui.servo.detection import Sighting
 
 
 # -- targets -------------------------------------------------------------------------------------
-class JointHistory:
-    """Recent joint angles, from which the head's pose at an image's exposure is known."""
-
-    SLACK = 0.06
-    "Seconds beyond the newest or oldest reading for which it still holds."
-
-    def __init__(self, length: int = 200) -> None:
-        self._readings: deque[tuple[float, Vector]] = deque(maxlen=length)
-
-    def add(self, time: float, angles: Vector) -> None:
-        """Add a reading; ignore one that is not newer than the last, or not finite."""
-        if np.isfinite(angles).all() and (not self._readings or time > self._readings[-1][0]):
-            self._readings.append((time, np.array(angles, np.float64)))
-
-    def at(self, time: float) -> Vector | None:
-        """Return the angles at a time, interpolated linearly; None if they are not known."""
-        readings = self._readings
-        if not readings or not readings[0][0] - self.SLACK <= time <= readings[-1][0] + self.SLACK:
-            return None
-        later = None
-        for reading in reversed(readings):
-            if reading[0] <= time:
-                if later is None:
-                    return reading[1]
-                part = (time - reading[0]) / (later[0] - reading[0])
-                return reading[1] + part * (later[1] - reading[1])
-            later = reading
-        return readings[0][1]
-
-
 class MarkerTrack:
     """The chosen marker, in the robot's base."""
 
@@ -85,16 +55,6 @@ class MarkerTrack:
     def pose(self) -> Pose | None:
         """The filtered pose; None unless usable."""
         return self._filter.pose if self.usable else None
-
-    @property
-    def covariance(self) -> Covariance | None:
-        """(6, 6) of the pose, metres along and radians about the base's axes; None unless usable."""
-        return self._filter.covariance if self.usable else None
-
-    @property
-    def captured(self) -> float:
-        """Time of exposure of the newest image that showed it."""
-        return self._captured
 
     @property
     def seen(self) -> Pose | None:

@@ -7,7 +7,8 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import FaceDetection, Sighting
-from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
+from grabbergui.servo.robots.robot import JointHistory
+from grabbergui.servo.tracking import FaceTrack, MarkerTrack
 
 AHEAD = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0, 0, 0.7))
 "A camera 0.7 m above the base's origin that looks along its x axis."

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from grabbergui.servo.robots.tiago_messages import LEAD, Stream
-from grabbergui.servo.robots.tiago_parts import TWISTS, Controller, Kind, choose
+from grabbergui.servo.robots.tiago_messages import LEAD, Kind, Stream
+from grabbergui.servo.robots.tiago_parts import TWISTS, Controller, choose
 from grabbergui.servo.robots.tiago_topics import Follower
 
 ARM = tuple(f"arm_{number}_joint" for number in range(1, 8))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -73,6 +74,36 @@ class RobotState:
         angles = self.head if self.arm is None else np.concatenate((self.head, self.arm))
         finite = math.isfinite(self.time) and bool(np.isfinite(angles).all())
         return finite and geometry.is_pose(self.hand)
+
+
+class JointHistory:
+    """Recent joint angles, from which the head's pose at an image's exposure is known."""
+
+    SLACK = 0.06
+    "Seconds beyond the newest or oldest reading for which it still holds."
+
+    def __init__(self, length: int = 200) -> None:
+        self._readings: deque[tuple[float, Vector]] = deque(maxlen=length)
+
+    def add(self, time: float, angles: Vector) -> None:
+        """Add a reading; ignore one that is not newer than the last, or not finite."""
+        if np.isfinite(angles).all() and (not self._readings or time > self._readings[-1][0]):
+            self._readings.append((time, np.array(angles, np.float64)))
+
+    def at(self, time: float) -> Vector | None:
+        """Return the angles at a time, interpolated linearly; None if they are not known."""
+        readings = self._readings
+        if not readings or not readings[0][0] - self.SLACK <= time <= readings[-1][0] + self.SLACK:
+            return None
+        later = None
+        for reading in reversed(readings):
+            if reading[0] <= time:
+                if later is None:
+                    return reading[1]
+                part = (time - reading[0]) / (later[0] - reading[0])
+                return reading[1] + part * (later[1] - reading[1])
+            later = reading
+        return readings[0][1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,7 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
-from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
-from grabbergui.servo.tracking import JointHistory
+from grabbergui.servo.robots.robot import JointHistory, KinematicModel, Robot, RobotState
 
 STEP = 0.01
 "Seconds of one step of integration."

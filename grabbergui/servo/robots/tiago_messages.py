@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,50 @@ from grabbergui.servo.robots.tiago import BASE
 
 PACKAGES = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
 """The message packages that drive a TIAGo."""
+
+
+# -- kinds of commands ---------------------------------------------------------------------------
+class Kind(Enum):
+    """The kind of commands that a part of the robot obeys."""
+
+    TRAJECTORY = "trajectory"
+    POSITION = "position"
+    TWIST = "twist"
+
+
+_PHRASE = {
+    Kind.TRAJECTORY: "streamed trajectories",
+    Kind.POSITION: "positions",
+    Kind.TWIST: "twists",
+}
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The destination of one part's commands."""
+
+    kind: Kind
+    topic: str
+    controller: str = ""
+    "Its name in the controller manager; empty if it is not listed there."
+
+    def __str__(self) -> str:
+        return f"{_PHRASE[self.kind]} to {self.topic}"
+
+
+def message_type(kind: Kind) -> Any:
+    """Return the message class of one kind of commands."""
+    if kind is Kind.TWIST:
+        from geometry_msgs.msg import TwistStamped
+
+        return TwistStamped
+    if kind is Kind.POSITION:
+        from std_msgs.msg import Float64MultiArray
+
+        return Float64MultiArray
+    from trajectory_msgs.msg import JointTrajectory
+
+    return JointTrajectory
 
 
 # -- trajectories --------------------------------------------------------------------------------

@@ -13,7 +13,6 @@ import queue
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from grabbergui.core.errors import TransportError
 from grabbergui.net.ros2.runtime import Ros2Node, load_type_support
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Robot
-from grabbergui.servo.robots.tiago_messages import Stream, Trajectory
+from grabbergui.servo.robots.tiago_messages import Drive, Kind, Stream, Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -37,21 +36,6 @@ POSITION_TYPES = (
 SERVO_NODE = "/servo_node"
 "MoveIt Servo's node in PAL's and MoveIt's launch files."
 TWISTS = f"{SERVO_NODE}/delta_twist_cmds"
-
-
-class Kind(Enum):
-    """The kind of commands that a part of the robot obeys."""
-
-    TRAJECTORY = "trajectory"
-    POSITION = "position"
-    TWIST = "twist"
-
-
-_PHRASE = {
-    Kind.TRAJECTORY: "streamed trajectories",
-    Kind.POSITION: "positions",
-    Kind.TWIST: "twists",
-}
 
 
 @dataclass(frozen=True)
@@ -68,19 +52,6 @@ class Controller:
     def joints(self) -> frozenset[str]:
         """The joints whose interfaces it claims."""
         return frozenset(name.split("/")[-2] for name in self.claimed if "/" in name)
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The destination of one part's commands."""
-
-    kind: Kind
-    topic: str
-    controller: str = ""
-    "Its name in the controller manager; empty if it is not listed there."
-
-    def __str__(self) -> str:
-        return f"{_PHRASE[self.kind]} to {self.topic}"
 
 
 @dataclass(frozen=True)
@@ -179,7 +150,7 @@ class Part:
         self.target: Vector | None = None
         "Angles at which its joints come to rest without another command; None before the first."
         self._stream = Stream(joints, low, high, Robot.COMMAND_TIMEOUT)
-        self._publisher = node.create_publisher(_message_type(drive.kind), drive.topic, 1)
+        self._publisher = node.create_publisher(messages.message_type(drive.kind), drive.topic, 1)
 
     @property
     def heard(self) -> bool:
@@ -246,20 +217,6 @@ class Part:
 
 def _straight(joints: tuple[str, ...], target: Vector, seconds: float) -> Trajectory:
     return Trajectory(joints, (seconds,), np.array([target]))
-
-
-def _message_type(kind: Kind) -> Any:
-    if kind is Kind.TWIST:
-        from geometry_msgs.msg import TwistStamped
-
-        return TwistStamped
-    if kind is Kind.POSITION:
-        from std_msgs.msg import Float64MultiArray
-
-        return Float64MultiArray
-    from trajectory_msgs.msg import JointTrajectory
-
-    return JointTrajectory
 
 
 # -- the robot's nodes ---------------------------------------------------------------------------

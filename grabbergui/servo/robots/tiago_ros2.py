@@ -23,13 +23,12 @@ from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago, tiago_parts
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, RobotState
+from grabbergui.servo.robots.tiago_messages import Drive, Kind
 from grabbergui.servo.robots.tiago_parts import (
     ACTIVE,
     HOLD_S,
     Choice,
     ControllerManager,
-    Drive,
-    Kind,
     Part,
     start_servo_node,
 )
@@ -88,13 +87,8 @@ class TiagoOverRos2(Robot):
         self._frames = messages.StaticFrames()
         self._state: RobotState | None = None
         self._complaint = ""
-
-    @property
-    def summary(self) -> str:
-        """How each part is driven, in one line; empty before `connect`."""
-        return self._summary
-
-    _summary = ""
+        self.summary = ""
+        "How each part is driven, in one line; empty before `connect`."
 
     def connect(self) -> None:
         """Join the network, await joint states and choose the controllers; send nothing.
@@ -243,8 +237,8 @@ class TiagoOverRos2(Robot):
         if not self._drives:
             reasons = "; ".join(f"{name}: {choice.reason}" for name, choice in choices.items())
             raise SourceNotFoundError(f"no part of {self.name} can be driven; {reasons}")
-        self._summary = f"{self.name}: " + ", ".join(f"{name} {choice}" for name, choice in choices.items())
-        log.info("%s", self._summary)
+        self.summary = f"{self.name}: " + ", ".join(f"{name} {choice}" for name, choice in choices.items())
+        log.info("%s", self.summary)
         if self._listen_only or self._ros is None:
             return
         self._refuse_if_commanded()
