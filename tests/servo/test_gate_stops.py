@@ -213,3 +213,12 @@ def test_the_robot_is_stopped_before_the_log_says_why(fault, caplog):
     caplog.handler.addFilter(lambda record: moving.append(robot.moving) or True)
     fault(gate, robot, guard)
     assert moving == [False]
+
+
+def test_the_watchdog_looks_after_the_robot_while_it_is_wanted():
+    robot, left = RecordingRobot(), iter([True, True, False])
+    gate = CommandGate(robot, Config())
+    gate.send(fast(), 1.0)
+    times = iter([1.1, 1.16])
+    gate.watch(lambda: next(left), lambda: next(times))
+    assert not robot.moving
