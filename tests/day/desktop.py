@@ -213,8 +213,9 @@ class Operator:
         self._do("key", "--clearmodifiers", "--delay", 20, *keys)
 
     def type(self, text: str) -> None:
-        """Type a text."""
+        """Type a text, and see it in the field: on a busy machine the window is behind the hands."""
         self._do("type", "--delay", 5, text)
+        self.until(f"typed().endswith({text!r})")
 
     def point(self, widget: str, x: float = 0.5, y: float = 0.5) -> None:
         """Bring the mouse over a widget, once it can be seen and stands still."""

@@ -9,7 +9,7 @@ import os
 import sys
 
 from PyQt5.QtCore import QPoint, QSocketNotifier
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QPushButton
+from PyQt5.QtWidgets import QAbstractButton, QAbstractSpinBox, QApplication, QLineEdit, QPushButton
 
 window, program = app.window, app.program  # noqa: F821  what a script finds
 
@@ -43,6 +43,12 @@ def dialog():
     if active is window:
         return None
     return "" if active is None else active.windowTitle()
+
+
+def typed():
+    """The text of the field that has the focus; empty if none has it."""
+    field = QApplication.focusWidget()
+    return field.text() if isinstance(field, QLineEdit | QAbstractSpinBox) else ""
 
 
 def text_of(label):
