@@ -68,6 +68,16 @@ class Lack(Enum):
     SAVABLE = "a fixed user set"
     STARTABLE = "the user set to start with"
     EDIT = "nothing edited"
+    FIRST = "the first already"
+    LAST = "the last already"
+    PAGE = "the first page"
+    VIEWS = "too few views"
+    CONSENT = "not confirmed"
+    MARKERS = "no markers"
+    PATTERN = "a single marker"
+    NAMED = "published"
+    HAND_EYE = "no hand and eye"
+    OFFER = "not offered now"
 
     @property
     def text(self) -> str:
@@ -116,6 +126,16 @@ class Lack(Enum):
                 "Lack", "The camera starts with this set already, or cannot start with it."
             ),
             Lack.EDIT: translate("Lack", "Nothing was edited."),
+            Lack.FIRST: translate("Lack", "This control is the first one already."),
+            Lack.LAST: translate("Lack", "This control is the last one already."),
+            Lack.PAGE: translate("Lack", "This is the first page."),
+            Lack.VIEWS: translate("Lack", "There are too few views yet."),
+            Lack.CONSENT: translate("Lack", "Tick the box above first."),
+            Lack.MARKERS: translate("Lack", "A chessboard has no markers."),
+            Lack.PATTERN: translate("Lack", "A single marker has no rows and columns."),
+            Lack.NAMED: translate("Lack", "The name is published: stop publishing it first."),
+            Lack.HAND_EYE: translate("Lack", "Hand and eye of this robot cannot be calibrated here."),
+            Lack.OFFER: translate("Lack", "The camera does not offer this now."),
         }[self]
 
 

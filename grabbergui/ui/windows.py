@@ -136,14 +136,15 @@ _PURPOSE = "purpose"
 "The property of an action or button that keeps the tooltip it has while it is available."
 
 
-def set_available(action: QAction | QWidget, lack: Lack | None) -> None:
-    """Enable an action or a control, or disable it and give the reason in its tooltip."""
+def set_available(action: QAction | QWidget, lack: Lack | str | None) -> None:
+    """Enable an action or a control, or disable it and give the reason, if any, in its tooltip."""
     purpose = action.property(_PURPOSE)
     if purpose is None:
         purpose = action.toolTip()
         action.setProperty(_PURPOSE, purpose)
-    action.setEnabled(lack is None)
-    action.setToolTip(purpose if lack is None else f"{purpose}\n{lack.text}")
+    reason = lack.text if isinstance(lack, Lack) else lack or ""
+    action.setEnabled(not reason)
+    action.setToolTip(f"{purpose}\n{reason}".strip())
 
 
 # -- the Tab key ---------------------------------------------------------------------------------

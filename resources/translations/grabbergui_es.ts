@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="359"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="359"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="365"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="368"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="340"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="205"/>
         <source>no images arrive from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="304"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="309"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="207"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="212"/>
         <source>{0:.0%} of the image is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="218"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="250"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="255"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="262"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="267"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -718,17 +718,17 @@ It {1}.</source>
 <context>
     <name>CodedNumberEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="205"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="206"/>
         <source>“{0}” is not an IPv4 address</source>
         <translation>«{0}» no es una dirección IPv4</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="207"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="208"/>
         <source>“{0}” is not a MAC address</source>
         <translation>«{0}» no es una dirección MAC</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="209"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="210"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -736,7 +736,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="91"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="92"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -1044,47 +1044,47 @@ It {1}.</source>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
         <source>Findings</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="104"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="122"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="124"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="122"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
         <source>1 problem found</source>
         <translation>1 problema encontrado</translation>
     </message>
@@ -1508,7 +1508,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="210"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="212"/>
         <source>no more than {0} controls can be pinned; unpin one first</source>
         <translation>no puede haber más de {0} controles fijados; suelte uno antes</translation>
     </message>
@@ -1534,17 +1534,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="130"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="132"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="131"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="133"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="134"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1552,42 +1552,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="274"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="277"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="277"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="280"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="281"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="284"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="289"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="292"/>
         <source>P&amp;in</source>
         <translation>F&amp;ijar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="293"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="296"/>
         <source>&amp;Unpin</source>
         <translation>&amp;Soltar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="298"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="294"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="298"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="301"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="305"/>
         <source>Pin t&amp;he usual controls</source>
         <translation>Fijar los controles &amp;habituales</translation>
     </message>
@@ -2055,22 +2055,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="152"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="160"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="179"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="180"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="185"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2318,12 +2318,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="267"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="273"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2333,7 +2333,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="153"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2343,102 +2343,102 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="153"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="170"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="201"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="219"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="221"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="243"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="247"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="249"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="259"/>
+        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="166"/>
         <source>Use this result for servoing instead of the previous one</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="267"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="273"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="327"/>
         <source>Bring the board into the middle of the image; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2653,149 +2653,199 @@ It {1}.</source>
 <context>
     <name>Lack</name>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="76"/>
+        <location filename="../../grabbergui/models/open_source.py" line="86"/>
         <source>No source is open: choose one in the list and connect to it.</source>
         <translation>No hay ninguna fuente abierta: elija una de la lista y conéctela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="77"/>
+        <location filename="../../grabbergui/models/open_source.py" line="87"/>
         <source>The source is still being opened.</source>
         <translation>La fuente aún se está abriendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="78"/>
+        <location filename="../../grabbergui/models/open_source.py" line="88"/>
         <source>The source does not answer: wait until it is back.</source>
         <translation>La fuente no responde: espere a que vuelva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="79"/>
+        <location filename="../../grabbergui/models/open_source.py" line="89"/>
         <source>The source is stopped: start it first.</source>
         <translation>La fuente está parada: iníciela primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="80"/>
+        <location filename="../../grabbergui/models/open_source.py" line="90"/>
         <source>The source is open for reading only: another program controls it.</source>
         <translation>La fuente está abierta solo para lectura: otro programa la controla.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="84"/>
+        <location filename="../../grabbergui/models/open_source.py" line="94"/>
         <source>The source is stopped already.</source>
         <translation>La fuente ya está parada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="85"/>
+        <location filename="../../grabbergui/models/open_source.py" line="95"/>
         <source>A source is open: disconnect it first, or double-click another one in the list.</source>
         <translation>Hay una fuente abierta: desconéctela primero o haga doble clic en otra de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="88"/>
+        <location filename="../../grabbergui/models/open_source.py" line="98"/>
         <source>The source is open already: press “Show”, or click its tile.</source>
         <translation>La fuente ya está abierta: pulse «Mostrar» o su miniatura.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="89"/>
+        <location filename="../../grabbergui/models/open_source.py" line="99"/>
         <source>The source streams already.</source>
         <translation>La fuente ya está transmitiendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="90"/>
+        <location filename="../../grabbergui/models/open_source.py" line="100"/>
         <source>There is no frame yet: start the camera first.</source>
         <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="91"/>
+        <location filename="../../grabbergui/models/open_source.py" line="101"/>
         <source>The frame has no range image: enable the component Range, if there is one.</source>
         <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="94"/>
+        <location filename="../../grabbergui/models/open_source.py" line="104"/>
         <source>The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.</source>
         <translation>La cámara no informa de polarizadores: si los tiene, marque «El sensor tiene polarizadores» más abajo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="98"/>
+        <location filename="../../grabbergui/models/open_source.py" line="108"/>
         <source>The source has neither exposure time nor gain.</source>
         <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="99"/>
+        <location filename="../../grabbergui/models/open_source.py" line="109"/>
         <source>The source has no white balance.</source>
         <translation>La fuente no tiene balance de blancos.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="100"/>
+        <location filename="../../grabbergui/models/open_source.py" line="110"/>
         <source>The source has no region of interest that can be changed.</source>
         <translation>La fuente no tiene una región de interés que se pueda cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="101"/>
+        <location filename="../../grabbergui/models/open_source.py" line="111"/>
         <source>The source keeps no user sets: save its settings in a file.</source>
         <translation>La fuente no guarda conjuntos de ajustes: guarde sus ajustes en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="102"/>
+        <location filename="../../grabbergui/models/open_source.py" line="112"/>
         <source>The source has no look-up table that can be read.</source>
         <translation>La fuente no tiene una tabla de consulta que se pueda leer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="103"/>
+        <location filename="../../grabbergui/models/open_source.py" line="113"/>
         <source>The source has no calibration: load one, or calibrate the camera.</source>
         <translation>La fuente no tiene calibración: cargue una o calibre la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="106"/>
+        <location filename="../../grabbergui/models/open_source.py" line="116"/>
         <source>Nothing was changed since the source was opened.</source>
         <translation>No se ha cambiado nada desde que se abrió la fuente.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="107"/>
+        <location filename="../../grabbergui/models/open_source.py" line="117"/>
         <source>Nothing was undone.</source>
         <translation>No se ha deshecho nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="108"/>
+        <location filename="../../grabbergui/models/open_source.py" line="118"/>
         <source>The list is empty.</source>
         <translation>La lista está vacía.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="109"/>
+        <location filename="../../grabbergui/models/open_source.py" line="119"/>
         <source>Wait until the present run has ended.</source>
         <translation>Espere a que termine el ajuste en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="110"/>
+        <location filename="../../grabbergui/models/open_source.py" line="120"/>
         <source>A search is in progress.</source>
         <translation>Hay una búsqueda en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="111"/>
+        <location filename="../../grabbergui/models/open_source.py" line="121"/>
         <source>Choose a source in the list, or type its address above.</source>
         <translation>Elija una fuente de la lista o escriba su dirección arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="112"/>
+        <location filename="../../grabbergui/models/open_source.py" line="122"/>
         <source>The whole image is measured already.</source>
         <translation>Ya se mide la imagen completa.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="113"/>
+        <location filename="../../grabbergui/models/open_source.py" line="123"/>
         <source>Choose a set in the list.</source>
         <translation>Elija un conjunto de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="114"/>
+        <location filename="../../grabbergui/models/open_source.py" line="124"/>
         <source>This set cannot be changed: choose another one.</source>
         <translation>Este conjunto no se puede cambiar: elija otro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="115"/>
+        <location filename="../../grabbergui/models/open_source.py" line="125"/>
         <source>The camera starts with this set already, or cannot start with it.</source>
         <translation>La cámara ya arranca con este conjunto, o no puede arrancar con él.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="118"/>
+        <location filename="../../grabbergui/models/open_source.py" line="128"/>
         <source>Nothing was edited.</source>
         <translation>No se ha editado nada.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="129"/>
+        <source>This control is the first one already.</source>
+        <translation>Este control ya es el primero.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="130"/>
+        <source>This control is the last one already.</source>
+        <translation>Este control ya es el último.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="131"/>
+        <source>This is the first page.</source>
+        <translation>Esta es la primera página.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="132"/>
+        <source>There are too few views yet.</source>
+        <translation>Aún hay muy pocas vistas.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="133"/>
+        <source>Tick the box above first.</source>
+        <translation>Marque antes la casilla de arriba.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="134"/>
+        <source>A chessboard has no markers.</source>
+        <translation>Un tablero de ajedrez no tiene marcadores.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="135"/>
+        <source>A single marker has no rows and columns.</source>
+        <translation>Un solo marcador no tiene filas ni columnas.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="136"/>
+        <source>The name is published: stop publishing it first.</source>
+        <translation>El nombre está publicado: deje antes de publicarlo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="137"/>
+        <source>Hand and eye of this robot cannot be calibrated here.</source>
+        <translation>Aquí no se pueden calibrar mano y ojo de este robot.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/open_source.py" line="138"/>
+        <source>The camera does not offer this now.</source>
+        <translation>La cámara no lo ofrece ahora.</translation>
     </message>
 </context>
 <context>
@@ -3898,12 +3948,12 @@ It {1}.</source>
 <context>
     <name>ManualDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="67"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="68"/>
         <source>Manual</source>
         <translation>Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="72"/>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -4515,17 +4565,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="296"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="297"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="296"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="297"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="330"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="331"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -4653,22 +4703,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="235"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="239"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -5061,7 +5111,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="183"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="184"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -5248,7 +5298,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="98"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>

@@ -296,6 +296,7 @@ def test_a_board_that_cannot_be_is_refused_and_can_be_mended(stand):
     dialog.markerBox.setValue(40)
     assert "does not fit" in dialog.messages.messages[0]
     assert not dialog.nextButton.isEnabled()
+    assert "does not fit" in dialog.nextButton.toolTip()
     dialog.markerBox.setValue(20)
     assert dialog.nextButton.isEnabled()
     assert dialog.messages.messages == []

@@ -14,6 +14,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import BoardPreview, camera_name
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 
@@ -64,12 +65,15 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     coverage = Coverage()
     coverage.cells[:3] = 5
     coverage.tilts[1, 2] = coverage.sizes[2] = 1
+    assert dialog.backButton.toolTip() == Lack.PAGE.text
     dialog.setStep(Step.VIEWS)
+    assert dialog.backButton.isEnabled() and not dialog.backButton.toolTip()
     dialog.setPreview(preview(Verdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
     assert (dialog.progress.value(), dialog.progress.maximum()) == (4, 20)
     assert dialog.hintLabel.text() == "Next: hold it at the top left"
     assert dialog.coverageLabel.text().startswith("50%")
     assert not dialog.nextButton.isEnabled()
+    assert dialog.nextButton.toolTip() == Lack.VIEWS.text
     dialog.setPreview(preview(Verdict.KEPT, 5, "", coverage), 20)
     assert dialog.nextButton.isEnabled()
     # The right one of the three boards in the middle, and the lowest of the distances.

@@ -1,7 +1,7 @@
 """Pinned controls: dragged to the top, put in order, removed, and remembered for each model of camera."""
 
 import pytest
-from feature_menus import choose_from_menu
+from feature_menus import choose_from_menu, menu_of
 from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
 from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QApplication, QLabel
@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QApplication, QLabel
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import MOST_PINNED
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.application import Preferences, camera_model
 from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesStrip
 
@@ -117,6 +118,12 @@ def test_a_click_on_a_name_drags_nothing(app):
 def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(app):
     choose_from_menu(app, row(app, "TriggerMode"), "Pin")
     app.until(lambda: pinned(app) == (*USUAL, "TriggerMode"))
+    menu = menu_of(app, app.window.favourites._shown[3])
+    (to_right,) = (action for action in menu.actions() if "right" in action.text().replace("&", ""))
+    assert not to_right.isEnabled() and menu.toolTipsVisible()
+    assert to_right.toolTip() == f"Move to the right\n{Lack.LAST.text}"
+    menu.close()
+    app.until(lambda: app.program.feature_menu.menu is None)
     choose_from_menu(app, app.window.favourites._shown[3], "Move to the left")
     app.until(lambda: pinned(app) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
     choose_from_menu(app, app.window.favourites._shown[0], "Unpin")

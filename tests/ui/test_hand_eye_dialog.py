@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.calibration import hand_eye
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.hand_eye import Happened, Setup, TargetPreview
+from grabbergui.models.open_source import Lack
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
@@ -58,10 +59,17 @@ def test_a_setup_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
 def test_only_what_the_robot_can_do_is_offered(dialog):
     dialog.setRobot("TEO", {"head": "", "hand": "the arm of TEO is not driven", "fixed": "no"})
     assert not dialog.handButton.isEnabled()
+    assert dialog.handButton.toolTip().endswith("\nthe arm of TEO is not driven")
     assert dialog.nextButton.isEnabled()
+    assert dialog.backButton.toolTip() == Lack.PAGE.text
     dialog.setRobot("TEO", {"head": "TEO does not report its joints", "hand": "", "fixed": ""})
     assert dialog.eyeLabel.text() == "TEO does not report its joints"
     assert not dialog.nextButton.isEnabled()
+    assert dialog.nextButton.toolTip() == "TEO does not report its joints"
+    dialog.setPage(HandEyePage.PLAN)
+    assert dialog.nextButton.toolTip() == Lack.CONSENT.text
+    dialog.agreeBox.setChecked(True)
+    assert dialog.nextButton.isEnabled() and not dialog.nextButton.toolTip()
 
 
 def test_the_target_is_marked_and_what_hinders_it_is_reported(dialog):

@@ -82,10 +82,10 @@ class CalibratingController(QObject):
         try:
             self.model.choose(settings)
         except UsageError as error:
-            self.dialog.nextButton.setEnabled(False)
+            self.dialog.setBoardProblem(error_text(error))
             self.dialog.messages.showError(error_text(error))
         else:
-            self.dialog.nextButton.setEnabled(True)
+            self.dialog.setBoardProblem("")
             self.dialog.messages.dismissAll()
 
     def _on_dialog_next_requested(self) -> None:

@@ -18,12 +18,14 @@ from grabbergui.models.features.shown import controlled_by
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import PLOTTABLE
 from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.application import LAYOUT_VERSION, Preferences, camera_model
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
 from grabbergui.ui.views.bases import Layout
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
+from grabbergui.ui.windows import set_available
 
 
 class FeatureController(QObject):
@@ -270,6 +272,7 @@ class FeatureMenuController(QObject):
             return
         menu = QMenu(self._window)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.setToolTipsVisible(True)
         if description.kind in PLOTTABLE:
             menu.addAction(self.tr("&Plot over time"), lambda: self.plotRequested.emit(description))
         self._add_favourites(menu, name)
@@ -291,13 +294,14 @@ class FeatureMenuController(QObject):
         place = pinned.names.index(name)
         menu.addSeparator()
         menu.addAction(self.tr("&Unpin"), lambda: pinned.remove(name))
-        for text, steps, possible in (
-            (self.tr("Move to the &left"), -1, place > 0),
-            (self.tr("Move to the ri&ght"), 1, place + 1 < len(pinned.names)),
+        last = place + 1 == len(pinned.names)
+        for text, steps, lack in (
+            (self.tr("Move to the &left"), -1, None if place else Lack.FIRST),
+            (self.tr("Move to the ri&ght"), 1, Lack.LAST if last else None),
         ):
             action = menu.addAction(text, lambda steps=steps: pinned.move(name, steps))
             if action is not None:
-                action.setEnabled(possible)
+                set_available(action, lack)
         menu.addAction(self.tr("Pin t&he usual controls"), pinned.reset)
 
     def _on_menu_hidden(self) -> None:

@@ -18,6 +18,7 @@ from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
 from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.language import driver_text
 from grabbergui.models.messages import Message
+from grabbergui.models.open_source import Lack
 from grabbergui.models.servo_proxy import HAND_EYE, Run
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.hand_eye_run import EYES
@@ -212,7 +213,7 @@ class ServoController(QObject):
         """The calibration dialog that is open on top of the window, if any."""
         self.hand_eye_wanted = False
         "Whether hand and eye are to be calibrated, now that the window is closed."
-        window.setHandEyeAvailable(hand_eye)
+        window.setHandEyeAvailable(None if hand_eye else Lack.HAND_EYE)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
         self._offer: Message | None = None

@@ -26,8 +26,9 @@ from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureVal
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.numbers import nearest_allowed
 from grabbergui.models.features.shown import access_text, coded_text, limit_text, parse_coded, value_text
+from grabbergui.models.open_source import Lack
 from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint
-from grabbergui.ui.windows import ShortcutGuard, WheelGuard
+from grabbergui.ui.windows import ShortcutGuard, WheelGuard, set_available
 
 
 class FeatureEditor(QWidget):
@@ -319,10 +320,11 @@ class ChoiceEditor(FeatureEditor):
         self.combo.setPlaceholderText(value_text(feature) if index < 0 else "")
 
     def _model(self) -> QStandardItemModel:
-        model = QStandardItemModel(self.combo)
+        model, not_offered = QStandardItemModel(self.combo), Lack.OFFER.text
         for entry in self._entries:
             item = QStandardItem(entry.display_name or entry.name)
-            item.setToolTip(entry.tooltip)
+            reason = "" if entry.available else not_offered
+            item.setToolTip(f"{entry.tooltip}\n{reason}".strip())
             item.setEnabled(entry.available)
             model.appendRow(item)
         return model
@@ -342,6 +344,7 @@ class AutoButton(QToolButton):
         super().__init__(parent)
         self._feature: Feature | None = None
         self._menu = QMenu(self)
+        self._menu.setToolTipsVisible(True)
         self._group = QActionGroup(self)
         self._group.triggered.connect(lambda action: self.modeChosen.emit(action.data()))
         self.setCheckable(True)
@@ -374,7 +377,7 @@ class AutoButton(QToolButton):
             action = QAction(entry.display_name or entry.name, self._group)
             action.setData(entry.name)
             action.setCheckable(True)
-            action.setEnabled(entry.available)
+            set_available(action, None if entry.available else Lack.OFFER)
         self._menu.addActions(self._group.actions())
         self.setMenu(self._menu if feature.entries else None)
         self.setPopupMode(

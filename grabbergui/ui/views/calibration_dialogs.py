@@ -29,12 +29,13 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
+from grabbergui.models.open_source import Lack
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
 from grabbergui.ui.widgets.messages import MessageStack
-from grabbergui.ui.windows import fit_screen, load_form
+from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 NAME_WIDTH = 360
 "Pixels of a camera's name in the title; the tooltip has the whole name."
@@ -165,7 +166,7 @@ class CalibrationDialog(CalibratingDialog):
         self.pages.setCurrentIndex(step.value)
         steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
         self.stepsLabel.setText(steps_html(steps, step.value))
-        self.backButton.setEnabled(step is not Step.BOARD)
+        set_available(self.backButton, Lack.PAGE if step is Step.BOARD else None)
         self.nextButton.setText(
             {
                 Step.BOARD: self.tr("Take &views"),
@@ -173,7 +174,7 @@ class CalibrationDialog(CalibratingDialog):
                 Step.RESULT: self.tr("&Save…"),
             }[step]
         )
-        self.nextButton.setEnabled(step is not Step.VIEWS)
+        set_available(self.nextButton, Lack.VIEWS if step is Step.VIEWS else None)
         self.cells.setVisible(step is Step.VIEWS)
 
     def setBoard(self, settings: BoardSettings) -> None:
@@ -194,6 +195,10 @@ class CalibrationDialog(CalibratingDialog):
         del blockers
         self._enable_markers()
 
+    def setBoardProblem(self, problem: str) -> None:
+        """Show why no views of the chosen board can be taken; empty if they can."""
+        set_available(self.nextButton, problem)
+
     def setPreview(self, preview: BoardPreview, wanted: int) -> None:
         """Show the newest frame and the coverage."""
         if preview.image is None:
@@ -209,7 +214,7 @@ class CalibrationDialog(CalibratingDialog):
         self.progress.setValue(min(preview.views, wanted))
         self.hintLabel.setText(preview.hint)
         if self.step is Step.VIEWS:
-            self.nextButton.setEnabled(preview.views >= FEWEST_VIEWS)
+            set_available(self.nextButton, None if preview.views >= FEWEST_VIEWS else Lack.VIEWS)
 
     def setSolution(self, solution: Solution) -> None:
         """Show a calibration and every view's error."""
@@ -286,7 +291,7 @@ class CalibrationDialog(CalibratingDialog):
 
     def _enable_markers(self) -> None:
         for box in (self.markerBox, self.dictionaryBox):
-            box.setEnabled(self.kindBox.currentIndex() == 0)
+            set_available(box, None if self.kindBox.currentIndex() == 0 else Lack.MARKERS)
 
     def _on_views_item_changed(self, item: QTreeWidgetItem, column: int) -> None:
         rows = (self.views.topLevelItem(number) for number in range(self.views.topLevelItemCount()))

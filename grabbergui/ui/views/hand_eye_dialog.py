@@ -27,6 +27,7 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
 from grabbergui.models.hand_eye_text import comparison_text, duration_text, result_rows, signed
 from grabbergui.models.language import localized
+from grabbergui.models.open_source import Lack
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.overlay import BAD, GOOD
@@ -34,7 +35,7 @@ from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.widgets.labels import set_verdict, steps_html
-from grabbergui.ui.windows import StopKeys, WheelGuard
+from grabbergui.ui.windows import StopKeys, WheelGuard, set_available
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")
@@ -169,7 +170,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         self.robotLabel.setText(self.tr("Where is the camera of <b>{0}</b>?").format(name))
         self._refused = refused
         for eye, button in self._eyes.items():
-            button.setEnabled(not refused[eye])
+            set_available(button, refused[eye])
         self._show_eye()
         self._enable()
 
@@ -207,7 +208,8 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     def setRunning(self, running: bool, *, enough: bool = False) -> None:
         """Show whether the robot moves; `enough` views of one that rests can be computed."""
         self._running = running
-        self.backButton.setEnabled(not running and self.page is not HandEyePage.SETUP)
+        first = Lack.PAGE if self.page is HandEyePage.SETUP else None
+        set_available(self.backButton, Lack.PATIENCE if running else first)
         self._enable(enough=enough)
 
     def addEvent(self, event: Happened) -> None:
@@ -255,10 +257,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             self.poses.addTopLevelItem(row)
         self.mountEdit.setText(solution.placement.mount)
         self.frameEdit.setText(solution.placement.frame)
-        self.useButton.setEnabled(not unusable)
-        self.useButton.setToolTip(
-            unusable or self.tr("Use this result for servoing instead of the previous one")
-        )
+        set_available(self.useButton, unusable)
         self.setInUse(False)
 
     def setInUse(self, in_use: bool) -> None:
@@ -273,7 +272,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             self.publishButton.setChecked(published)
         self.publishButton.setText(self.tr("On &tf") if published else self.tr("Publish in &tf"))
         for edit in (self.mountEdit, self.frameEdit):
-            edit.setEnabled(not published)
+            set_available(edit, Lack.NAMED if published else None)
 
     def showError(self, text: str) -> None:
         """Show an error message."""
@@ -312,16 +311,16 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     # -- inside ----------------------------------------------------------------------------------
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
-        self.nextButton.setEnabled(
-            {
-                HandEyePage.SETUP: not self._refused.get(eye, ""),
-                HandEyePage.PLAN: self.agreeBox.isChecked(),
-                HandEyePage.MOTION: enough and not self._running,
-                HandEyePage.RESULT: True,
-            }[self.page]
-        )
+        rests = None if enough else Lack.VIEWS
+        lacks = {
+            HandEyePage.SETUP: self._refused.get(eye),
+            HandEyePage.PLAN: None if self.agreeBox.isChecked() else Lack.CONSENT,
+            HandEyePage.MOTION: Lack.PATIENCE if self._running else rests,
+            HandEyePage.RESULT: None,
+        }
+        set_available(self.nextButton, lacks[self.page])
         for box in (self.columnsBox, self.rowsBox, self.pitchBox):
-            box.setEnabled(self.kindBox.currentIndex() != 0)
+            set_available(box, None if self.kindBox.currentIndex() else Lack.PATTERN)
 
     def _show_eye(self) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")

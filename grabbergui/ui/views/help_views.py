@@ -32,7 +32,8 @@ from PyQt5.QtWidgets import (
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.messages import MOST_LOG_LINES, LogLine
-from grabbergui.ui.windows import fit_screen, load_form
+from grabbergui.models.open_source import Lack
+from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 FIRST_PAGE = "window.md"
 SIZE = QSize(820, 640)
@@ -70,9 +71,9 @@ class ManualDialog(QDialog):
         self.text.setSource(QUrl.fromLocalFile(str(folder / FIRST_PAGE)))
         back = QPushButton(self.tr("&Back"), self)
         back.setAutoDefault(False)
-        back.setEnabled(False)
+        set_available(back, Lack.PAGE)
         back.clicked.connect(self.text.backward)
-        self.text.backwardAvailable.connect(back.setEnabled)
+        self.text.backwardAvailable.connect(lambda can: set_available(back, None if can else Lack.PAGE))
         layout = QVBoxLayout(self)
         layout.addWidget(self.text)
         layout.addWidget(back, 0, Qt.AlignmentFlag.AlignLeft)

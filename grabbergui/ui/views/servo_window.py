@@ -24,6 +24,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.language import localized
+from grabbergui.models.open_source import Lack
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
@@ -33,7 +34,7 @@ from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.plots import ValueAxis
 from grabbergui.ui.widgets.robot_view import RobotView
-from grabbergui.ui.windows import StopKeys, WheelGuard, load_form
+from grabbergui.ui.windows import StopKeys, WheelGuard, load_form, set_available
 
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "The states of a run without incidents, in order."
@@ -270,11 +271,11 @@ class ServoWindow(QWidget):
         """Show the state and its reason."""
         self.states.setState(state)
         self.reasonLabel.setText(reason)
-        self.startButton.setEnabled(state is State.STOPPED)
+        set_available(self.startButton, None if state is State.STOPPED else Lack.PATIENCE)
 
-    def setHandEyeAvailable(self, available: bool) -> None:
-        """Show whether hand and eye can be calibrated now."""
-        self.handEyeButton.setEnabled(available)
+    def setHandEyeAvailable(self, lack: Lack | None) -> None:
+        """Show whether hand and eye can be calibrated now, and what it lacks if not."""
+        set_available(self.handEyeButton, lack)
 
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""

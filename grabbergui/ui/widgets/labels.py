@@ -32,7 +32,8 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.ui.windows import load_form
+from grabbergui.models.open_source import Lack
+from grabbergui.ui.windows import load_form, set_available
 
 TEXT_MARGIN = 1
 "Pixels that styles leave before a combo box's text."
@@ -265,7 +266,7 @@ class TaskRow(QFrame):
         self.textLabel.setText(text)
 
     def _on_cancel_clicked(self) -> None:
-        self.cancelButton.setEnabled(False)
+        set_available(self.cancelButton, Lack.PATIENCE)
         self.cancelRequested.emit()
 
 
