@@ -155,6 +155,28 @@ def test_on_a_screen_of_640_by_360_all_panels_are_tabs_at_the_right(
         app.until(lambda: not clipped(window))
 
 
+def test_tiles_for_which_the_screen_is_too_low_return_on_a_higher_one(make_app, qapp, request, on_screen):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, Theme.LIGHT)
+    app = make_app()
+    window = app.window
+    app.connect("sim:?fps=15")
+    app.program.connection.open_additional("sim:colour?fps=15")
+    app.until(lambda: len(window.gallery.tiles) == 2)
+    on_screen(638, 360)
+    window.resize(638, 360)
+    app.until(lambda: (window.width(), window.height()) == (638, 360))
+    assert window.gallery.isHidden() and len(window.gallery.tiles) == 2
+    app.until(lambda: is_whole(window.recordingBar.recordButton))
+    app.program.connection.open_additional("sim:?fps=14")
+    app.until(lambda: len(window.gallery.tiles) == 3)
+    app.qtbot.wait(20)
+    assert window.gallery.isHidden() and window.height() == 360
+    on_screen(1900, 1000)
+    window.resize(1280, 800)
+    app.until(window.gallery.isVisible)
+
+
 def test_on_a_larger_screen_the_panels_return_to_their_places(app, on_screen):
     window = app.window
     docks = (window.sourcesDock, window.featuresDock, window.histogramDock)
@@ -171,6 +193,51 @@ def test_on_a_larger_screen_the_panels_return_to_their_places(app, on_screen):
     app.until(lambda: not window.tabifiedDockWidgets(window.sourcesDock))
     assert not window.focusDock.isHidden()
     assert [window.dockWidgetArea(dock) for dock in docks] == places
+
+
+def test_a_window_that_grows_on_a_low_screen_hides_its_tiles_and_stays_on_it(
+    make_app, qapp, request, on_screen
+):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, Theme.LIGHT)
+    app = make_app()
+    window = app.window
+    app.connect("sim:?fps=15")
+    app.program.connection.open_additional("sim:colour?fps=15")
+    app.until(lambda: len(window.gallery.tiles) == 2)
+    window.sourcesDock.close()
+    window.featuresDock.close()
+    window.resize(640, 100)
+    app.until(lambda: window.gallery.height() < 100)
+    least = app.settled(lambda: window.minimumSizeHint().height())
+    on_screen(640, least + 5)
+    window.resize(640, least + 4)
+    assert app.settled(lambda: (window.height(), window.gallery.isVisible())) == (least + 4, True)
+    app.watch()
+    window.actionPause.trigger()
+    app.until(window.gallery.isHidden)
+    app.until(lambda: window.height() <= least + 5)
+    window.actionPause.trigger()
+    app.until(window.gallery.isVisible)
+    assert window.height() <= least + 5
+
+
+def test_panels_return_from_a_small_screen_as_wide_as_they_were(app, on_screen):
+    window = app.window
+    window.resize(1280, 800)
+    sides = (window.sourcesDock, window.featuresDock)
+    app.settled(lambda: [dock.width() for dock in sides])
+    window.resizeDocks(sides, [300, 400], Qt.Horizontal)
+    app.until(lambda: [dock.width() for dock in sides] == [300, 400])
+    for _ in range(2):
+        on_screen(638, 360)
+        window.resize(638, 360)
+        app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
+        app.settled(lambda: [dock.width() for dock in sides])
+        on_screen(1900, 1000)
+        window.resize(1280, 800)
+        app.until(lambda: not window.tabifiedDockWidgets(window.sourcesDock))
+        app.until(lambda: [dock.width() for dock in sides] == [300, 400])
 
 
 def test_gathered_panels_are_remembered_where_they_would_be(make_app, on_screen):

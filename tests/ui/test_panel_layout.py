@@ -1,17 +1,21 @@
 """How panels share the window with the image: widths, places, and what has none."""
 
+import time
+
 import numpy as np
 import pytest
-from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtCore import QPoint, QSize, Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QApplication,
     QDockWidget,
+    QSpinBox,
 )
 
 from grabbergui.models.status import Tone
 from grabbergui.ui.application import speak
+from grabbergui.ui.views import panel_layout
 from grabbergui.ui.views.main_window import TOOLS_HEIGHT
 from grabbergui.ui.views.panel_layout import SETTLING_MS
 
@@ -24,6 +28,26 @@ def test_every_panel_can_be_open_on_800_pixels(app):
         dock.show()
     app.until(lambda: window.minimumSizeHint().width() > 700)  # they are laid out
     assert window.minimumSizeHint().width() <= 800 and window.width() == 800
+
+
+def test_hundreds_of_controls_do_not_slow_the_layout_down(app, monkeypatch):
+    """The status bar asks for one several times a second."""
+    monkeypatch.setattr(panel_layout, "has_screen", lambda: True)
+    monkeypatch.setattr(panel_layout, "screen_room", lambda _: QSize(1900, 1000))
+
+    def cost():
+        """Seconds of the processor, least of some tries."""
+        tries = []
+        for _ in range(7):
+            begun = time.thread_time()
+            app.window._panels.fit_screen()
+            tries.append(time.thread_time() - begun)
+        return min(tries)
+
+    before = cost()
+    for _ in range(500):
+        QSpinBox(app.window.features.content)  # with parts that Python does not know yet
+    assert cost() < 2 * before + 0.001
 
 
 @pytest.mark.parametrize("language", ["en", "es"])

@@ -160,7 +160,7 @@ class CameraTile(QFrame):
 
 
 class Gallery(QWidget):
-    """A row of tiles in the order they were added; hidden while it is empty."""
+    """A row of tiles in the order they were added; hidden while it is empty or has no room."""
 
     scrollArea: QScrollArea
     tilesLayout: QHBoxLayout
@@ -170,6 +170,8 @@ class Gallery(QWidget):
         load_form("gallery", self)
         self._tiles: list[CameraTile] = []
         self._compact = True
+        self.roomy = True
+        """Whether the tiles are shown: there is room for them."""
         self.setCompact(False)
         self.hide()
 
@@ -186,6 +188,11 @@ class Gallery(QWidget):
         self._arrange()
         self.setFixedHeight(self.heightAs(compact))
 
+    def setRoomy(self, roomy: bool) -> None:
+        """Show the tiles, or none of them where there is no room."""
+        self.roomy = roomy
+        self.setVisible(roomy and bool(self._tiles))
+
     def heightAs(self, compact: bool) -> int:
         """Return its height in pixels, compact or not."""
         bar = self.scrollArea.horizontalScrollBar()
@@ -199,7 +206,7 @@ class Gallery(QWidget):
         self.tilesLayout.insertWidget(len(self._tiles), tile)
         self._tiles.append(tile)
         self._arrange()
-        self.show()
+        self.setRoomy(self.roomy)
         return tile
 
     def removeTile(self, tile: CameraTile) -> None:
@@ -209,7 +216,7 @@ class Gallery(QWidget):
         tile.hide()
         tile.deleteLater()
         self._arrange()
-        self.setVisible(bool(self._tiles))
+        self.setRoomy(self.roomy)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Share the width among the tiles."""

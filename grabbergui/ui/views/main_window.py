@@ -220,7 +220,8 @@ class MainWindow(QMainWindow):
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
         sides = (self.sourcesDock, self.featuresDock)
-        tools = [dock for dock in self.findChildren(QDockWidget) if dock not in sides]
+        direct = Qt.FindChildOption.FindDirectChildrenOnly
+        tools = [dock for dock in self.findChildren(QDockWidget, options=direct) if dock not in sides]
         regions = [self.sourcesDock, *cards, self.image, self.gallery, self.recordingBar,
                    *tools, self.featuresDock, self.messages]  # fmt: skip
         # Qt reports all docks of a tabbed group as visible.

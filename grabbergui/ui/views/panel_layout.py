@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from PyQt5.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PyQt5.QtGui import QResizeEvent
@@ -23,6 +23,7 @@ LEAST_CENTRE = 380
 "Width of the centre in pixels, below which the panels at the sides become narrower."
 LEAST_TOOL = 150
 "Pixels of the width to which the window may squeeze two panels beside each other."
+Part = TypeVar("Part", bound=QWidget)
 SETTLING_MS = 300
 "Milliseconds until all panels are laid out again, with Qt's animations."
 
@@ -45,7 +46,8 @@ class PanelLayout(QObject):
 
     In a low window tiles become compact and pinned controls scroll, so that the image keeps some height. In a
     narrow one the panels at the sides become narrower until it is wide again, and the focus aid moves behind
-    the histogram. On a screen with too little room for all, the panels are tabs at the right side.
+    the histogram. On a screen with too little room for all, the panels are tabs at the right side; on one
+    that is too low even then, there are no tiles.
     """
 
     def __init__(self, window: QMainWindow, parts: Arranged) -> None:
@@ -65,6 +67,9 @@ class PanelLayout(QObject):
         self._judging = QTimer(self)
         self._judging.setSingleShot(True)
         self._judging.timeout.connect(self.fit_screen)
+        self._settling = QTimer(self)
+        self._settling.setSingleShot(True)
+        self._settling.timeout.connect(self._on_settling_timeout)
         for watched in (window, parts.centre, *self._sides, *self._tools):
             watched.installEventFilter(self)
 
@@ -79,20 +84,23 @@ class PanelLayout(QObject):
             self._share_height()
         if not isinstance(event, QResizeEvent) or event.size().width() == event.oldSize().width():
             return False
+        rests = self._places is None and self._window.width() == self._settled_width
         if watched is self._window:
             self._follow_window(event.oldSize(), event.size())
         elif watched is centre or watched in self._tools:
             QTimer.singleShot(0, self._keep_tools_usable)
-        elif isinstance(watched, QDockWidget) and self._window.width() == self._settled_width:
+        elif isinstance(watched, QDockWidget) and rests:
             self._widths[watched] = watched.width()
         return False
 
     def _follow_window(self, before: QSize, now: QSize) -> None:
         """Give the panels at the sides back the width that a narrow window took from them."""
-        self._settled_width = now.width()
         # Once the window has laid itself out.
         if now.width() > before.width():
+            self._settled_width = now.width()
             QTimer.singleShot(0, self._widen_sides)
+        else:
+            self._unsettle()
         QTimer.singleShot(0, self.make_room_for_image)
 
     def _widen_sides(self) -> None:
@@ -116,9 +124,13 @@ class PanelLayout(QObject):
 
     def _docks_below(self) -> list[QDockWidget]:
         """The panels below the image, also those behind others."""
-        bottom, docks = Qt.DockWidgetArea.BottomDockWidgetArea, self._window.findChildren(QDockWidget)
-        shown = [dock for dock in docks if dock.isVisible() and not dock.isFloating()]
+        shown = [dock for dock in self._all(QDockWidget) if dock.isVisible() and not dock.isFloating()]
+        bottom = Qt.DockWidgetArea.BottomDockWidgetArea
         return [dock for dock in shown if self._window.dockWidgetArea(dock) == bottom]
+
+    def _all(self, kind: type[Part]) -> list[Part]:
+        """Return the window's own parts of a kind; to search all rows of features takes 10 ms and more."""
+        return self._window.findChildren(kind, options=Qt.FindChildOption.FindDirectChildrenOnly)
 
     def _resize_sides(self, widths: dict[QDockWidget, int]) -> None:
         settled, self._settled_width = self._settled_width, -1  # this change is not the user's
@@ -143,19 +155,39 @@ class PanelLayout(QObject):
 
     # -- a small screen --------------------------------------------------------------------------
     def fit_screen(self) -> None:
-        """Gather all panels at the right side if the screen has no room for them, and spread them again."""
+        """Gather all panels at the right side if the screen has no room for them, and spread them again.
+
+        Show tiles only if there is room for them beside gathered panels.
+        """
         if not has_screen() or not self._window.isVisible():
             return
-        least = self._least_size()
-        fits = least == least.boundedTo(screen_room(self._window))
+        room, gallery = screen_room(self._window), self._parts.gallery
+        tiles = gallery.isHidden() * gallery.heightAs(compact=True)
+        least = self._parts.centre.minimumHeight() + tiles + self._height_of_bars()
+        if (roomy := least <= room.height()) is not gallery.roomy:
+            gallery.setRoomy(roomy)
+            self._keep_on_screen()
+        least_size = self._least_size()
+        fits = least_size == least_size.boundedTo(room)
         if fits and self._places is not None:
             self._spread()
         elif not fits and self._places is not None:
             self._hide_old_tabs()
         elif not fits:
             self._gather()
-            if not self._window.isMaximized() and not self._window.isFullScreen():
-                self._window.resize(self._window.size().boundedTo(screen_room(self._window)))
+            self._keep_on_screen()
+
+    def _keep_on_screen(self) -> None:
+        """Make a window smaller that is larger than the screen."""
+        self._apply_least_height()
+        if not self._window.isMaximized() and not self._window.isFullScreen():
+            self._window.resize(self._window.size().boundedTo(screen_room(self._window)))
+
+    def _apply_least_height(self) -> None:
+        """Let the window become smaller now, not in a later turn of the event loop."""
+        self._share_height()
+        if (layout := self._window.layout()) is not None:
+            layout.activate()
 
     @contextmanager
     def in_their_places(self) -> Iterator[None]:
@@ -174,8 +206,8 @@ class PanelLayout(QObject):
 
     def _least_size(self) -> QSize:
         """Return the least size of the window with panels at both sides of the image and below it."""
-        centre, window = self._parts.centre, self._window
-        docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isHidden()]
+        centre = self._parts.centre
+        docks = [dock for dock in self._all(QDockWidget) if not dock.isHidden()]
         docked = {dock: dock.minimumSizeHint() for dock in docks if not dock.isFloating()}
         sides = [docked.pop(dock) for dock in self._sides if dock in docked]
         tools = list(docked.values())
@@ -185,15 +217,19 @@ class PanelLayout(QObject):
         if tools:
             height += max(tool.height() for tool in tools) + self._separator
         if len(tools) > 1:
-            height += max((bar.sizeHint().height() for bar in window.findChildren(QTabBar)), default=0)
-        bars = (window.menuBar(), window.statusBar(), *window.findChildren(QToolBar))
-        height += sum(bar.minimumSizeHint().height() for bar in bars if bar is not None)
-        return QSize(width, height)
+            height += max((bar.sizeHint().height() for bar in self._all(QTabBar)), default=0)
+        return QSize(width, height + self._height_of_bars())
+
+    def _height_of_bars(self) -> int:
+        """Return the least height of menu, tool bar and status bar."""
+        window = self._window
+        bars = (window.menuBar(), window.statusBar(), *self._all(QToolBar))
+        return sum(bar.minimumSizeHint().height() for bar in bars if bar is not None)
 
     def _gather(self) -> None:
         window, first = self._window, self._parts.featuresDock
         self._places = QMainWindow.saveState(window)
-        docks = [dock for dock in window.findChildren(QDockWidget) if not dock.isFloating()]
+        docks = [dock for dock in self._all(QDockWidget) if not dock.isFloating()]
         tools = [dock for dock in docks if dock not in self._sides]
         front = next((dock for dock in tools if not dock.visibleRegion().isEmpty()), first)
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
@@ -201,26 +237,25 @@ class PanelLayout(QObject):
             if dock is not first:
                 window.tabifyDockWidget(first, dock)
         front.raise_()
-        if (layout := window.layout()) is not None:
-            layout.activate()  # so that the window may become smaller now
+        self._apply_least_height()
 
     def _hide_old_tabs(self) -> None:
         """Hide the tabs that Qt leaves of an arrangement that was never painted."""
-        front = next(
-            (d for d in self._window.findChildren(QDockWidget) if not d.visibleRegion().isEmpty()), None
-        )
-        for bar in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        front = next((d for d in self._all(QDockWidget) if not d.visibleRegion().isEmpty()), None)
+        for bar in self._all(QTabBar):
             if front is not None and bar.isVisible() and bar.x() != front.x():
                 bar.hide()
 
     def _spread(self) -> None:
-        docks = self._window.findChildren(QDockWidget)
+        docks = self._all(QDockWidget)
         hidden = [dock.isHidden() for dock in docks]
         if self._places is not None:
             QMainWindow.restoreState(self._window, self._places)
         self._places = None
         for dock, is_hidden in zip(docks, hidden, strict=True):
             dock.setHidden(is_hidden)
+        self._unsettle()
+        QTimer.singleShot(0, self._widen_sides)  # they were narrow when they were gathered
 
     # -- the focus aid beside the histogram ------------------------------------------------------
     def place_focus(self, *, beside: bool) -> None:
@@ -246,9 +281,8 @@ class PanelLayout(QObject):
         room, least = self._parts.centre.width(), _needed_width(focus)
         others = self._width_of_tools() - least - self._separator
         if room < self._width_of_tools():
-            self._settled_width = -1  # the following changes are not the user's
+            self._unsettle()
             self._put_focus_behind()
-            QTimer.singleShot(SETTLING_MS, self._note_settled)
             return
         wanted = max(least, min(focus.width(), room - self._separator - others))
         if wanted != focus.width():
@@ -266,9 +300,13 @@ class PanelLayout(QObject):
         above = [dock for dock in others if not dock.visibleRegion().isEmpty() and dock.x() == focus.x()]
         return not above
 
-    def _note_settled(self) -> None:
-        if self._settled_width < 0:
-            self._settled_width = self._window.width()
+    def _unsettle(self) -> None:
+        """Count the following changes of the panels' widths as Qt's, not as the user's."""
+        self._settled_width = -1
+        self._settling.start(SETTLING_MS)
+
+    def _on_settling_timeout(self) -> None:
+        self._settled_width = self._window.width()
 
     def _put_focus_behind(self) -> None:
         histogram, focus = self._parts.histogramDock, self._parts.focusDock
