@@ -253,9 +253,9 @@ def test_heads_are_looked_for_in_images_of_any_shape(shape):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("[track]\nconfirm = 0", "confirm must be 1 or more"),
-        ("[track]\nsmoothing = 0", "more than 0, at most 1"),
-        ("[track]\nsmoothing = 2.5", "more than 0, at most 1"),
+        ("[track]\nconfirm = 0", "confirm of 0 images; allowed: 1 to 100"),
+        ("[track]\nsmoothing = 0", "smoothing of 0; allowed: 0.001 to 1"),
+        ("[track]\nsmoothing = 2.5", "smoothing of 2.5; allowed: 0.001 to 1"),
         ("[arm]\nx_low = 0.9", "x_low must be less than x_high"),
         ("[arm]\nz_high = -inf", "must be finite"),
         ("[head]\ngain = -1", "finite and not negative"),
