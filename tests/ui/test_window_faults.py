@@ -198,7 +198,7 @@ def test_a_loss_of_packets_is_shown_while_it_lasts(bench):
     bench.app.connect(f"gige:{ADDRESS}")
     bench.app.watch()
     losses = bench.app.window.status.lossLabel
-    assert losses.property("tone") == Tone.IDLE.value
+    bench.app.until(lambda: losses.property("tone") == Tone.IDLE.value)  # a busy machine loses some itself
 
     bench.lose_packets(0.3)
     bench.app.until(lambda: losses.property("tone") != Tone.IDLE.value and losses.text())
