@@ -223,6 +223,7 @@ def test_a_stop_while_it_starts_is_not_lost(link):
     """It arrived along with the list of channels, and nothing moved for 20 s."""
     link.stop()
     link.await_ready()
+    until(lambda: link.beat(lambda: True) == ALLOWED)
 
 
 def test_one_that_is_closed_while_it_starts_stops_nobody(capfd):
