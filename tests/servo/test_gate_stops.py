@@ -178,7 +178,7 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
 
 
 class Dying(Guard):
-    """A guardian that ends when it is told to."""
+    """A guardian that ends on request."""
 
     verdict = ALLOWED
 

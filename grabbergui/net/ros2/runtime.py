@@ -251,7 +251,7 @@ def use_transports(*, shared_memory: bool) -> None:
     shared memory even then, neither user can open the other's, and nothing arrives.
     """
     if os.environ.get("ROS_DISCOVERY_SERVER"):
-        # Otherwise it tells us of no topic to which we have not subscribed: no camera is found.
+        # A plain client learns only of topics that it subscribes to, and would find no camera.
         os.environ.setdefault("ROS_SUPER_CLIENT", "TRUE")
     if os.environ.get(_LOCALHOST_ONLY) == "1":
         os.environ.setdefault(_RANGE, "LOCALHOST")
