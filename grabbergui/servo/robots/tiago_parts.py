@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import TransportError
+from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.ros2.runtime import Ros2Node, load_type_support
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Robot
@@ -227,6 +227,15 @@ _ANSWER_S = 2.0
 "Seconds to wait for MoveIt Servo's services, and for a list after the first."
 _MOST_PENDING = 4
 "Requests for the list that may be pending; beyond that the oldest is removed."
+NODE = "grabbergui_servo_"
+"Beginning of our nodes' names."
+_UNNAMED = "_NODE_NAME_UNKNOWN_"
+"rmw's name of a node whose own has not arrived. A publisher without ROS keeps it."
+JOIN_S = 1.0
+"Seconds for which DDS discovers other programs before their absence counts."
+NAMES_S = 2.0
+"Seconds to wait for the names of nodes that send commands."
+_WATCH_S = 1.0
 
 
 def receive_description(timeout: float = 3.0) -> str:
@@ -315,6 +324,59 @@ class ControllerManager:
             )
             for row in future.result().controller
         ]
+
+
+class OtherPrograms:
+    """Watches for another servo program that commands the same parts: a stop here would not stop them.
+
+    DDS may discover the robot before another program, and a publisher before the name of its node.
+    """
+
+    def __init__(self, node: Any, robot: str) -> None:
+        """To be made when the node has joined; `robot` is its name for messages."""
+        self._node, self._robot = node, robot
+        self._joined = time.monotonic()
+        self._topics: Collection[str] = ()
+        self._found = ""
+
+    def refuse(self, topics: Collection[str]) -> None:
+        """Raise SourceUnavailableError if there is one on these topics of commands.
+
+        Returns `JOIN_S` after the node has joined, and waits up to `NAMES_S` for names.
+        """
+        self._topics = topics
+        time.sleep(max(self._joined + JOIN_S - time.monotonic(), 0))
+        deadline = time.monotonic() + NAMES_S
+        while _UNNAMED in (names := self._commanders()) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        if other := _servo_program(names):
+            raise SourceUnavailableError(
+                f"another servo program, node {other}, commands {self._robot}: end it first; one that was "
+                "killed is forgotten after 20 s"
+            )
+
+    def watch(self) -> None:
+        """Look again every `_WATCH_S`, on the node's thread, for one that was discovered late."""
+        self._node.create_timer(_WATCH_S, self._look)
+
+    def require_none(self) -> None:
+        """Raise TransportError if one has been discovered since; does not wait."""
+        if self._found:
+            raise TransportError(
+                f"another servo program, node {self._found}, commands {self._robot}, too: end one"
+            )
+
+    def _look(self) -> None:
+        self._found = _servo_program(self._commanders())
+
+    def _commanders(self) -> set[str]:
+        listed = self._node.get_publishers_info_by_topic
+        names = {info.node_name for topic in self._topics for info in listed(topic)}
+        return names - {self._node.get_name()}
+
+
+def _servo_program(names: Collection[str]) -> str:
+    return next((name for name in sorted(names) if name.startswith(NODE)), "")
 
 
 def start_servo_node(node: Any, twists: str) -> None:

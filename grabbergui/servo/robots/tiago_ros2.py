@@ -27,8 +27,10 @@ from grabbergui.servo.robots.tiago_messages import Drive, Kind
 from grabbergui.servo.robots.tiago_parts import (
     ACTIVE,
     HOLD_S,
+    NODE,
     Choice,
     ControllerManager,
+    OtherPrograms,
     Part,
     start_servo_node,
 )
@@ -41,13 +43,13 @@ GUARDIAN_FRESH_S = 0.5
 "The same for the guardian, which knows no commands and stops a part by sending it to its reading."
 STEP_SPEED = np.radians(25)
 "Speed of relative moves of the head, rad/s."
-SETTLE_S = 3.0
-"Seconds to wait for the second part's controller once the robot has answered."
+SETTLE_S = 5.0
+"""Seconds to wait for the second part's controller once the robot has answered.
+
+Fast DDS repeats an announcement that was lost after 3 s (the heartbeats of its discovery)."""
 LIST_S = 1.0
 "Seconds to wait for the controller manager's list; without one, any subscriber counts as a controller."
 JOINTS = {HEAD: tiago.HEAD_JOINTS, ARM: tiago.ARM_JOINTS}
-_NODE = "grabbergui_servo_"
-"Beginning of our nodes' names."
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class TiagoOverRos2(Robot):
         self._listen_only = listen_only
         self._ros: Ros2Node | None = None
         self._manager: ControllerManager | None = None
+        self._others: OtherPrograms | None = None
         self._drives: dict[str, Drive] = {}
         self._driven: dict[str, Part] = {}
         self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
@@ -99,8 +102,9 @@ class TiagoOverRos2(Robot):
         require_packages(*messages.PACKAGES)
         from sensor_msgs.msg import JointState
 
-        self._ros = Ros2Node(f"{_NODE}{time.time_ns() % 10**9}")
+        self._ros = Ros2Node(f"{NODE}{time.time_ns() % 10**9}")
         node = self._ros.node
+        self._others = None if self._listen_only else OtherPrograms(node, self.name)
         self._manager = ControllerManager(node)
         node.create_subscription(JointState, self._topics.joint_states, self._on_joint_state, 5)
         self._listen_to_frames(node)
@@ -116,7 +120,14 @@ class TiagoOverRos2(Robot):
         """Connect unless connected, and prepare the controllers. Raises as `connect` does."""
         if self._ros is None:
             self.connect()
-        self._refuse_if_commanded()  # again: two programs may start at once
+        try:
+            self._refuse_if_commanded()  # again: two programs may start at once
+        except SourceUnavailableError:
+            self._driven = {}  # the other program's, which a stop from here would disturb
+            self.close()
+            raise
+        if self._others is not None:
+            self._others.watch()
         arm = self._drives.get(ARM)
         if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
             start_servo_node(self._ros.node, arm.topic)
@@ -125,7 +136,7 @@ class TiagoOverRos2(Robot):
     def close(self) -> None:
         if self._ros is not None:
             self.stop()
-            self._driven = {}
+            self._driven, self._others = {}, None
             self._ros.close()
             self._ros = None
 
@@ -204,6 +215,8 @@ class TiagoOverRos2(Robot):
         """Return the part, or None if it is not driven. Raises TransportError if it may not move."""
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
+        if self._others is not None:
+            self._others.require_none()
         part = self._driven.get(name)
         if part is not None and part.drive.controller and self._manager is not None:
             state = self._manager.state_of(part.drive.controller)
@@ -241,24 +254,14 @@ class TiagoOverRos2(Robot):
         log.info("%s", self.summary)
         if self._listen_only or self._ros is None:
             return
-        self._refuse_if_commanded()
         node = self._ros.node
+        self._refuse_if_commanded()
         self._driven = {name: part_for(node, name, drive, self.model) for name, drive in self._drives.items()}
         self._wait_until(lambda: all(part.heard for part in self._driven.values()), SETTLE_S)
 
     def _refuse_if_commanded(self) -> None:
-        """Raise SourceUnavailableError if another program sends commands: a stop here would not hold."""
-        if self._listen_only or self._ros is None:
-            return
-        node = self._ros.node
-        topics = [drive.topic for drive in self._drives.values()]
-        names = {info.node_name for topic in topics for info in node.get_publishers_info_by_topic(topic)}
-        for name in sorted(names - {node.get_name()}):
-            if name.startswith(_NODE):
-                raise SourceUnavailableError(
-                    f"another servo program, node {name}, commands {self.name}: end it first; one that was "
-                    "killed is forgotten after 20 s"
-                )
+        if self._others is not None:
+            self._others.refuse([drive.topic for drive in self._drives.values()])
 
     def _choices(self) -> dict[str, Choice]:
         assert self._ros is not None and self._manager is not None

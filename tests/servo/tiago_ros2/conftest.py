@@ -30,11 +30,12 @@ def simulated(domain, model):
 
 @pytest.fixture
 def robot(simulated, model, monkeypatch):
-    """Its client, which knows that there is no controller manager to wait for."""
-    from grabbergui.servo.robots import tiago_ros2
+    """Its client, which knows that there is no controller manager and no other program to wait for."""
+    from grabbergui.servo.robots import tiago_parts, tiago_ros2
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
     monkeypatch.setattr(tiago_ros2, "LIST_S", 0.0)
+    monkeypatch.setattr(tiago_parts, "JOIN_S", 0.0)
     client = TiagoOverRos2(model)
     client.open()
     yield client
