@@ -20,7 +20,7 @@ from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, instal
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
-_SEARCH_TIME, _ROS2_TIME = 2.0, 3.2
+_SEARCH_TIME, _ROS2_TIME = 2.0, 3.5
 """DDS participants announce themselves every three seconds, so that a search this long misses none."""
 
 

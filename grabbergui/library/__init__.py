@@ -28,6 +28,8 @@ AccessName = Literal["control", "monitor", "take over"]
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     """Return every source found within `timeout` seconds, on all networks and buses at once.
 
+    A camera on ROS 2 may take 3.5 s to be discovered.
+
     `grabbergui.open(info.uri)`, or `grabbergui.open(info)`, opens one of them.
     """
     return sources.discover(timeout)

@@ -281,19 +281,17 @@ def create(uri: SourceUri) -> FrameGrabber:
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     """List the image topics on the network; none, silently, if ROS 2 is not installed.
 
-    ROS 2's discovery takes a second or two and does not report its end. The listening node stays open, so a
-    later call finds topics that an earlier one missed.
+    ROS 2's discovery takes up to 3.5 s and does not report its end. The listening node stays open: the first
+    call returns after `timeout` seconds, later ones at once with what has been discovered since.
     """
     try:
         require_ros2()
     except SourceUnavailableError:
         return []
-    node = _listener(*map(os.environ.get, _NETWORK)).node
-    deadline = time.monotonic() + timeout
-    topics: list[str] = []
-    while not topics and time.monotonic() < deadline:
-        time.sleep(0.05)
-        topics = [name for name, types in node.get_topic_names_and_types() if IMAGE_TYPE in types]
+    listener, opened = _listener(*map(os.environ.get, _NETWORK))
+    time.sleep(max(opened + timeout - time.monotonic(), 0))
+    node = listener.node
+    topics = [name for name, types in node.get_topic_names_and_types() if IMAGE_TYPE in types]
     # A camera that offers both names is one camera.
     cameras = {topic.removesuffix("/image_raw").removesuffix("/image") or topic: topic for topic in topics}
     return [
@@ -313,8 +311,8 @@ _NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
 
 
 @functools.cache
-def _listener(domain: str | None, reach: str | None) -> Ros2Node:
-    """Return a node that discovers one domain until the program ends, without a thread."""
+def _listener(domain: str | None, reach: str | None) -> tuple[Ros2Node, float]:
+    """Return a node that discovers one domain until the program ends, without a thread, and since when."""
     listener = Ros2Node(f"grabbergui_list_{time.time_ns() % 10**9}")
     atexit.register(listener.close)
-    return listener
+    return listener, time.monotonic()

@@ -3,6 +3,7 @@
 import queue
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.calibration.camera_info import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
+from grabbergui.net.ros2.client_link import IMAGE_TYPE  # noqa: E402
 from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
@@ -260,6 +262,24 @@ def test_image_topics_are_listed(server):
     from grabbergui.net.ros2 import client
 
     until(lambda: "ros2:/cam" in [info.uri for info in client.discover(1.0)])
+
+
+def test_a_search_goes_on_when_one_camera_is_found(monkeypatch):
+    """DDS discovers one publisher at once and another when its announcement is repeated."""
+    from grabbergui.net.ros2 import client
+
+    began = time.monotonic()
+
+    class Node:
+        def get_topic_names_and_types(self):
+            late = time.monotonic() > began + 0.3
+            return [(f"/{name}/image_raw", [IMAGE_TYPE]) for name in (("near", "far") if late else ("near",))]
+
+        def get_publishers_info_by_topic(self, _topic):
+            return []
+
+    monkeypatch.setattr(client, "_listener", lambda *_: (SimpleNamespace(node=Node()), began))
+    assert [info.uri for info in client.discover(0.5)] == ["ros2:/near", "ros2:/far"]
 
 
 def test_each_domain_has_a_discovery_node_of_its_own(server, monkeypatch):
